@@ -22,7 +22,7 @@ from stages.analytic.run import run as run_analytic
 from stages.biped.accuracy.estimate import NotMet, walk_differences
 from stages.biped.walk import Walk
 from stages.multibody.run import walk_to_accuracy
-from stages.planar.state import rolling_state
+from stages.planar.run import rolling_state
 
 ROOT = Path(__file__).resolve().parents[1]
 STAGES = ("analytic", "multibody")

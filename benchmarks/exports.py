@@ -24,7 +24,7 @@ from stages.twin.exports.exported import exported as begun
 from stages.twin.exports.formats import FORMATS
 from stages.twin.machine.contact import COUNT, feet_places
 from stages.twin.parameters import Parameters
-from stages.twin.walking.events import find_events
+from stages.twin.walking.record import find_events
 from stages.twin.walking.simulate import Start, simulate_twin
 from tests.twin.peers import PEERS
 

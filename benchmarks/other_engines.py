@@ -26,7 +26,7 @@ from stages.ground.friction import SCALARS
 from stages.multibody.assembly.contact import disc_force
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.walk import build, simulate
-from stages.planar.state import PlanarState, rolling_state
+from stages.planar.run import PlanarState, rolling_state
 
 DURATION = 0.3
 GRID = np.linspace(0.0, DURATION, 601)

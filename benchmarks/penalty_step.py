@@ -20,8 +20,7 @@ from stages.biped.gait import StanceState
 from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.walking.walk import build, simulate
-from stages.planar.run import Run
-from stages.planar.state import rolling_state
+from stages.planar.run import Run, rolling_state
 
 DURATION = 1.0
 #: Close to the gait's mid-stance, so that two steps are walked; the numbers are no result of the study.

@@ -23,7 +23,7 @@ from stages.biped.gait import StanceState
 from stages.contact_study.parameters import Parameters
 from stages.ground.laws import NORMAL_FORCES
 from stages.multibody.parameters import Settings as ExudynSettings
-from stages.multibody.walking.limit_cycle import SectionWalker, limit_cycle
+from stages.multibody.walking.cycle import SectionWalker, limit_cycle
 from stages.multibody.walking.walk import build
 from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.model.changes import changes_of, names_of
@@ -32,8 +32,8 @@ from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate
 from stages.planar.limit_cycle import gait_near
+from stages.planar.run import rolling_state
 from stages.planar.section import NoLimitCycle, section_numbers
-from stages.planar.state import rolling_state
 from stages.studies.result import Distance
 from stages.studies.walks import Machine, between_cycles, hip_distance, over_a_walk
 from tests.penalty.drawn import drawn_sets

@@ -23,7 +23,7 @@ from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.parameters import Parameters as PlanarParameters
 from stages.multibody.walking.walk import build as build_planar
 from stages.multibody.walking.walk import simulate
-from stages.planar.state import rolling_state
+from stages.planar.run import rolling_state
 from stages.twin.machine.connectors import ConnectorTree
 from stages.twin.machine.contact import clearances
 from stages.twin.machine.machine import build

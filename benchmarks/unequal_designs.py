@@ -36,11 +36,11 @@ from stages.biped.design import Biped, Leg
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.limit_cycle import SectionWalker
+from stages.multibody.walking.cycle import SectionWalker
 from stages.multibody.walking.walk import simulate
 from stages.planar.limit_cycle import fixed_point, floquet_multipliers
+from stages.planar.run import rolling_state
 from stages.planar.section import NoLimitCycle, section_numbers, section_state
-from stages.planar.state import rolling_state
 from stages.studies.result import COMPLETED
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.run import PHASES, ConstraintGait, constraint_gait

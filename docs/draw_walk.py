@@ -15,7 +15,7 @@ import bipedstudy as bs
 from stages.drawing import style
 from stages.figures import view
 from stages.figures.view import by_group
-from stages.twin.exports.seen import shown_parts
+from stages.twin.exports.solids import shown_parts
 from stages.twin.ramp import laid
 
 TARGET = Path(__file__).with_name("walk.gif")

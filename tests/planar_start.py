@@ -6,8 +6,8 @@ from stages.biped.design import Biped
 from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
+from stages.planar.run import rolling_state
 from stages.planar.section import section_scales
-from stages.planar.state import rolling_state
 
 TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
 SLOPE = Slope(2.0, 9.81)

@@ -33,11 +33,11 @@ from stages.campaign.virtual_sensor import (
 from stages.ground.contact_law import family_member
 from stages.imu.sources.schema import DatabaseWriter, Device, Experiment, Row
 from stages.imu.trial.sensor import filter_delay
-from stages.planar.signals import IMU
+from stages.planar.run import IMU
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import project
 from stages.twin.result import Result as Twin
-from stages.twin.walking.events import find_events
+from stages.twin.walking.record import find_events
 from stages.twin.walking.signals import sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 

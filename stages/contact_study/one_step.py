@@ -29,12 +29,8 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.penalty.settings import Settings
-from stages.planar.events import find_events
-from stages.planar.peaks import peaks
-from stages.planar.run import COMPLETED, Run
-from stages.planar.sampling import ground_reaction
-from stages.planar.signals import GROUND_REACTION, SIGNALS
-from stages.planar.trajectory import foot_kinematics
+from stages.planar.run import COMPLETED, GROUND_REACTION, SIGNALS, Run, foot_kinematics
+from stages.planar.sampling import find_events, ground_reaction, peaks
 from stages.studies.walks import Upright
 
 NO_HEEL_STRIKE = "no heel strike"

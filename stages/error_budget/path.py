@@ -33,10 +33,10 @@ from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
-from stages.planar.events import find_events
 from stages.planar.limit_cycle import fixed_point
+from stages.planar.run import Trajectory
+from stages.planar.sampling import find_events
 from stages.planar.section import NoLimitCycle, section_numbers, section_state
-from stages.planar.trajectory import Trajectory
 from stages.studies.walks import Machine, Upright
 
 

@@ -24,11 +24,9 @@ from stages.multibody.walking.walk import simulate
 from stages.penalty.settings import Settings as CompiledSettings
 from stages.penalty.walk import simulate as compiled_walk
 from stages.planar.energy import energy_balance
-from stages.planar.run import Run
-from stages.planar.state import rolling_state
-from stages.planar.trajectory import Trajectory
+from stages.planar.run import Run, Trajectory, rolling_state
 from stages.twin.machine.machine import build
-from stages.twin.walking.energy import energy_balance as spatial_energy_balance
+from stages.twin.walking.measures import energy_balance as spatial_energy_balance
 from stages.twin.walking.record import Record
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 

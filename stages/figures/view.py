@@ -15,8 +15,7 @@ from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
 from stages.biped.walk import Walk
 from stages.drawing import style
-from stages.twin.exports.seen import shown_parts
-from stages.twin.exports.solids import BLOCK_HEIGHT, Surface, box, piece_place, surface
+from stages.twin.exports.solids import BLOCK_HEIGHT, Surface, box, piece_place, shown_parts, surface
 from stages.twin.machine.parts import Part
 from stages.twin.parameters import Settings
 from stages.twin.ramp import Ramp

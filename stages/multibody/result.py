@@ -10,8 +10,8 @@ from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
-from stages.planar.cycle import LimitCycle
 from stages.planar.energy import EnergyBalance
+from stages.planar.run import LimitCycle
 
 
 @dataclass(frozen=True)

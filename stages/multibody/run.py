@@ -14,18 +14,15 @@ from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
 from stages.ground.friction import lanes
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
+from stages.multibody.assembly.planar import Planar
 from stages.multibody.assembly.quiet_exudyn import VERSION
-from stages.multibody.assembly.solver import Assembly
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.result import Facts, Result
 from stages.multibody.walking.cycle import Model, solve
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.energy import EnergyBalance, energy_balance
-from stages.planar.run import Run
+from stages.planar.run import PENETRATION, SLIP, PlanarState, Run, foot_kinematics, rolling_state
 from stages.planar.sampling import sample
-from stages.planar.signals import PENETRATION, SLIP
-from stages.planar.state import PlanarState, rolling_state
-from stages.planar.trajectory import foot_kinematics
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 def walk_to_accuracy(
     parameters: Parameters, state: PlanarState, step_length: float
-) -> tuple[Settings, tuple[Assembly, Run, Walk], tuple[ErrorEstimate, ...]]:
+) -> tuple[Settings, tuple[Planar, Run, Walk], tuple[ErrorEstimate, ...]]:
     """The walk from `state` with the settings that keep the accuracy asked for, and its estimated errors.
 
     Blocks, if any, lie `step_length` [m] apart. Raises NotMet.
@@ -83,7 +80,7 @@ def walk_to_accuracy(
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
     blocks = lanes(step_length, settings.block_length) if settings.scene == "blocks" else None
 
-    def walked(settings: Settings) -> tuple[Assembly, Run, Walk]:
+    def walked(settings: Settings) -> tuple[Planar, Run, Walk]:
         assembly = build(biped, slope, contact, settings, blocks, signals=settings.signals)
         run = simulate(biped, slope, contact, state, settings, lanes=blocks, assembly=assembly)
         return assembly, run, sample(run.trajectory, biped, slope, settings.sampling_rate_hz)

@@ -22,9 +22,8 @@ from stages.ground.slope import Slope
 from stages.penalty.model.changes import Changes, changes_of, owner
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
-from stages.planar.cycle import LimitCycle
+from stages.planar.run import LimitCycle, PlanarState
 from stages.planar.section import NoLimitCycle, section_state
-from stages.planar.state import PlanarState
 
 #: A design on its slope and ground.
 Model = tuple[Biped, Slope, ContactLaw]

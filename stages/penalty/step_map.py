@@ -14,9 +14,8 @@ from stages.ground.slope import Slope
 from stages.penalty.model.walker import ANGLE, SIZE, UNITS, VariedPenalty, X
 from stages.penalty.settings import Settings
 from stages.penalty.walk import Ongoing, begin, numbers_of
-from stages.planar.run import COMPLETED
+from stages.planar.run import COMPLETED, PlanarState
 from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_scales, section_state
-from stages.planar.state import PlanarState
 
 if TYPE_CHECKING:
     from stages.penalty.model.changes import Changes

@@ -31,10 +31,22 @@ from stages.penalty.model.walker import (
 from stages.penalty.motion import feet
 from stages.penalty.motion.engine import integrate, readings, states_at
 from stages.penalty.settings import Settings
-from stages.planar.run import COMPLETED, DIVERGED, FALLEN, FELL, PATIENCE, RUNNING, STALLED, STEP_FLOOR, Run
-from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
-from stages.planar.state import PlanarState
-from stages.planar.trajectory import Trajectory
+from stages.planar.run import (
+    COMPLETED,
+    DIVERGED,
+    FALLEN,
+    FELL,
+    GROUND_REACTION,
+    IMU,
+    PATIENCE,
+    RUNNING,
+    SIGNALS,
+    STALLED,
+    STEP_FLOOR,
+    PlanarState,
+    Run,
+    Trajectory,
+)
 
 #: First step of all, in the walker's scales: the error estimate corrects it either way.
 FIRST_STEP = 5e-5

@@ -14,7 +14,7 @@ from stages.biped.quantity import quantity
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient, normal_force
 from stages.ground.slope import Slope
-from stages.planar.trajectory import Trajectory, foot_kinematics
+from stages.planar.run import Trajectory, foot_kinematics
 
 
 @dataclass(frozen=True)

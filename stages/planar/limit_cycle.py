@@ -8,9 +8,8 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from stages.planar.cycle import LimitCycle
+from stages.planar.run import LimitCycle, PlanarState
 from stages.planar.section import NoLimitCycle, SectionStep, section_numbers
-from stages.planar.state import PlanarState
 
 SETTLING_STEPS = 8
 NEWTON_STEPS = 16

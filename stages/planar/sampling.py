@@ -1,18 +1,131 @@
-"""Turns what a solver recorded step by step into the signals of `Walk`."""
+"""What is read of a recorded run between the solver's steps: heel strikes and toe-offs, peaks, signals of `Walk`."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from math import nan
+
 import numpy as np
 from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
 
 from stages.biped.accuracy.scales import scales_of
-from stages.biped.between_steps import refined_times
+from stages.biped.between_steps import largest, refined_times
 from stages.biped.design import Biped
 from stages.biped.kinematics import specific_force
 from stages.biped.walk import Walk
+from stages.ground.contact_law import ContactLaw
+from stages.ground.friction import normal_force
 from stages.ground.slope import Slope
-from stages.planar.events import find_events
-from stages.planar.trajectory import Trajectory, foot_kinematics
+from stages.planar.run import Recorded, Trajectory, foot_kinematics
+
+
+@dataclass(frozen=True)
+class Events:
+    """Times [s] and legs (in the twin: pairs of legs) of heel strikes and toe-offs."""
+
+    heel_strike_time: np.ndarray
+    heel_strike_leg: np.ndarray
+    toe_off_time: np.ndarray
+    toe_off_leg: np.ndarray
+
+
+def find_events(trajectory: Trajectory, radii: tuple[float, float]) -> Events:
+    """Heel strikes and toe-offs of both feet, of these radii [m]."""
+    rows = trajectory.position, trajectory.velocity
+    depth = np.column_stack([foot_kinematics(*rows, leg, radii[leg])[0] for leg in (0, 1)])
+
+    def depth_at(position: np.ndarray, velocity: np.ndarray, leg: int) -> float:
+        return float(foot_kinematics(position, velocity, leg, radii[leg])[0])
+
+    return located(trajectory, depth, depth_at)
+
+
+def located(
+    run: Recorded, depth: np.ndarray, depth_at: Callable[[np.ndarray, np.ndarray, int], float], within: float = 1e-15
+) -> Events:
+    """First touch-down and last lift-off of each leg between two moments at which it went out of play.
+
+    `depth` (n, 2) [m] of its lowest point under the ground, `depth_at` the same of a leg from
+    coordinates and rates (k,). A foot that bounces at heel strike counts once. A leg still on the ground at the end has
+    no toe-off yet. Times are found `within` so many seconds.
+    """
+    touch_downs: list[tuple[float, int]] = []
+    lift_offs: list[tuple[float, int]] = []
+    for leg in (0, 1):
+        for start, end, ended in _episodes(run, leg):
+            inside = np.flatnonzero((run.time >= start) & (run.time <= end))
+            touching = depth[inside, leg] > 0.0
+            if not touching.any():
+                continue
+            first, last = inside[np.argmax(touching)], inside[len(inside) - 1 - np.argmax(touching[::-1])]
+            if first > inside[0]:
+                touch_downs.append((_crossing(run, depth_at, leg, first - 1, within), leg))
+            if ended and last < inside[-1]:
+                lift_offs.append((_crossing(run, depth_at, leg, last, within), leg))
+    columns = []
+    for events in (sorted(touch_downs), sorted(lift_offs)):
+        columns += [np.array([time for time, _ in events]), np.array([leg for _, leg in events], dtype=np.int64)]
+    return Events(*columns)
+
+
+def _episodes(run: Recorded, leg: int) -> list[tuple[float, float, bool]]:
+    """Spans in which the ground acts on a leg: start, end, and whether the span ended before the record did."""
+    spans: list[tuple[float, float, bool]] = []
+    begin = 0.0 if run.in_play_at_start[leg] else None
+    for time, who, acts in run.switches:
+        if who != leg:
+            continue
+        if acts:
+            begin = time
+        elif begin is not None:
+            spans.append((begin, time, True))
+            begin = None
+    return spans if begin is None else [*spans, (begin, float(run.time[-1]), False)]
+
+
+def _crossing(
+    run: Recorded, depth_at: Callable[[np.ndarray, np.ndarray, int], float], leg: int, row: int, within: float
+) -> float:
+    """Time between two recorded rows at which a leg's lowest point is at the ground's surface."""
+    at = run.after(row)
+
+    def depth(time: float) -> float:
+        return depth_at(*at(time), leg)
+
+    early, late = float(run.time[row]), float(run.time[row + 1])
+    if depth(early) * depth(late) >= 0.0:
+        return early if abs(depth(early)) <= abs(depth(late)) else late
+    return float(brentq(depth, early, late, xtol=within, rtol=8.9e-16))
+
+
+def peaks(
+    trajectory: Trajectory, contact: ContactLaw, radii: tuple[float, float], start: float, end: float
+) -> np.ndarray:
+    """Largest normal force [N], NaN where none is recorded, and penetration [m] from start to end [s], of each leg's
+    foot (2, 2 legs).
+
+    Between the solver's steps by the contact law from the motion there, which is known to the steps' own order.
+    """
+    steps = trajectory.time[(trajectory.time > start) & (trajectory.time < end)]
+    times = np.concatenate([[start], steps, [end]])
+    recorded = trajectory.ground_reaction.shape[1] > 0
+
+    def of_foot(time: np.ndarray, leg: int, kind: int) -> np.ndarray:
+        depth, rate, _ = foot_kinematics(*trajectory.at(time), leg, radii[leg])
+        touches = trajectory.in_play(time)[:, leg]
+        if recorded:  # there may be no ground between stepping blocks
+            touches &= np.interp(time, trajectory.time, trajectory.ground_reaction[:, leg, 1]) > 0.0
+        depth = np.where(touches, depth, 0.0)
+        return np.asarray(normal_force(contact, depth, rate) if kind == 0 else depth)
+
+    found = np.full((2, 2), nan)
+    for leg in (0, 1):
+        for kind in (0, 1) if recorded else (1,):
+            found[kind, leg] = largest(times, of_foot(times, leg, kind), partial(of_foot, leg=leg, kind=kind))[1]
+    return found
 
 
 def sample(trajectory: Trajectory, biped: Biped, slope: Slope, rate_hz: float) -> Walk:

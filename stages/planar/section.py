@@ -16,8 +16,7 @@ from scipy.optimize import brentq
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
-from stages.planar.run import Run
-from stages.planar.state import PlanarState
+from stages.planar.run import PlanarState, Run
 
 #: Units of the section's numbers, and by unit the scale in which residuals and steps of finite differences are told, in
 #: scales of the design.

@@ -18,15 +18,14 @@ from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as ExudynSettings
-from stages.multibody.walking.limit_cycle import SectionWalker
+from stages.multibody.walking.cycle import SectionWalker
 from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate as compiled_walk
 from stages.planar.limit_cycle import FixedPoint, fixed_point
-from stages.planar.run import Run
+from stages.planar.run import PlanarState, Run, rolling_state
 from stages.planar.section import section_numbers
-from stages.planar.state import PlanarState, rolling_state
 from stages.studies.result import BUT, Distance
 
 #: Tolerances of both models in a check, and so many times looser ones that tell their own errors. Over one step both

@@ -16,25 +16,21 @@ from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.multibody.walking.cycle import limit_cycle
 from stages.multibody.walking.walk import build, simulate
 from stages.penalty.settings import Settings as CompiledSettings
-from stages.planar.cycle import LimitCycle
-from stages.planar.events import find_events
 from stages.planar.limit_cycle import gait_near
-from stages.planar.peaks import peaks
-from stages.planar.run import Run
+from stages.planar.run import GROUND_REACTION, LimitCycle, PlanarState, Run
+from stages.planar.sampling import find_events, peaks
 from stages.planar.section import mid_stance_after, section_scales, section_state
-from stages.planar.signals import GROUND_REACTION
-from stages.planar.state import PlanarState
 from stages.studies.walks import Upright
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 from stages.twin.machine import machine as spatial
 from stages.twin.machine.contact import X, Y, along, point_law
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings as TwinSettings
-from stages.twin.walking.events import find_events as find_spatial_events
 from stages.twin.walking.record import Record
+from stages.twin.walking.record import find_events as find_spatial_events
 from stages.twin.walking.signals import PAIRS
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 

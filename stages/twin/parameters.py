@@ -12,10 +12,9 @@ from stages.biped.quantity import Bound, Broken, parameter
 from stages.biped.rubber import Rubber
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.planar.signals import GROUND_REACTION, IMU
-from stages.twin.machine.changed_design import DRAWN, fitted, rule
+from stages.planar.run import GROUND_REACTION, IMU
+from stages.twin.machine.bill import DRAWN, faults, fitted, rule
 from stages.twin.machine.parts import Material, Part
-from stages.twin.machine.table_one import faults
 
 #: Of the planar projection: forces on each pair of feet, specific force and angular velocity of both sensors. In space:
 #: what the sensors feel in their sockets; roll, yaw and place across the slope; all coordinates; force on each foot.
@@ -98,7 +97,7 @@ class Settings(Rubber):
         return replace(biped, **given)
 
     def bill(self, biped: Biped) -> tuple[Part, ...]:
-        """The parts of a machine of this design, by the rule of `stages.twin.machine.changed_design`; a planar one has
+        """The parts of a machine of this design, by the rule of `stages.twin.machine.bill`; a planar one has
         none.
         """
         return fitted(self.parts, self.drawn_for(biped), biped) if self.inertia == "parts" else ()

@@ -13,18 +13,15 @@ from stages.biped.between_steps import refined_times
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
+from stages.twin.machine.bill import sums
 from stages.twin.machine.machine import build
-from stages.twin.machine.parts import Part
-from stages.twin.machine.shapes import solid
-from stages.twin.machine.table_one import sums
+from stages.twin.machine.parts import Part, solid
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import lay_blocks
 from stages.twin.result import EnergyBalance, PartRow, Result, Signals, SumRow
-from stages.twin.walking.energy import energy_balance
-from stages.twin.walking.events import find_events
-from stages.twin.walking.record import Record, snapshots
-from stages.twin.walking.settling import settling
+from stages.twin.walking.measures import energy_balance, settling
+from stages.twin.walking.record import Record, find_events, snapshots
 from stages.twin.walking.signals import sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 

@@ -28,9 +28,8 @@ from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.multibody.result import Result as Multibody
 from stages.multibody.walking.walk import simulate
-from stages.planar.cycle import LimitCycle
+from stages.planar.run import LimitCycle, PlanarState
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
-from stages.planar.state import PlanarState
 from stages.studies.result import COMPLETED
 from stages.twin.machine.machine import FRAME_BODY, Machine, build
 from stages.twin.machine.projection import project

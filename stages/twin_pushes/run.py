@@ -13,9 +13,8 @@ from stages.biped.processes import Progress, ignore
 from stages.twin.machine.contact import ROLL, YAW, Z
 from stages.twin.machine.machine import Machine, build
 from stages.twin.machine.tree import SpatialTree
-from stages.twin.walking.events import find_events
-from stages.twin.walking.record import Record
-from stages.twin.walking.settling import largest_roll
+from stages.twin.walking.measures import largest_roll
+from stages.twin.walking.record import Record, find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_pushes.parameters import KINDS, Parameters
 from stages.twin_pushes.result import PushedWalk, Result

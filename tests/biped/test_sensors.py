@@ -22,7 +22,7 @@ from stages.biped.kinematics import (
 from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.walk import simulate
-from stages.planar.state import PlanarState
+from stages.planar.run import PlanarState
 from stages.twin.machine.contact import HINGE, PITCH, SLIDE
 from stages.twin.machine.kinematics import pair_axes, point_motion
 

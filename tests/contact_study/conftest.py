@@ -13,8 +13,8 @@ from stages.contact_study.one_step import Scene, constraint_model
 from stages.contact_study.rigid_limit import Ruler
 from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
+from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
-from stages.planar.state import rolling_state
 
 PERIOD = 0.48
 STANDING_FORCE = 9.4

@@ -11,8 +11,8 @@ from stages.contact_study.run import laws_of, vary_friction
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate
-from stages.planar.events import find_events
-from stages.planar.state import rolling_state
+from stages.planar.run import rolling_state
+from stages.planar.sampling import find_events
 
 
 def variation(factor, period, length):

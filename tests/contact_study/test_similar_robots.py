@@ -9,8 +9,8 @@ from stages.contact_study.one_step import Scene, constraint_model
 from stages.contact_study.rigid_limit import Ruler, choose
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
+from stages.planar.run import rolling_state
 from stages.planar.section import section_numbers
-from stages.planar.state import rolling_state
 from tests.planar_start import rough
 from tests.similar import EXPONENT, differences, factor, similar
 

@@ -9,7 +9,7 @@ from stages.ground.friction import ARRAYS, SCALARS, static_penetration
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES
 from stages.multibody.assembly.contact import SYMBOLS, disc_force, symbolic
 from stages.multibody.walking.walk import build, simulate
-from stages.planar.state import PlanarState
+from stages.planar.run import PlanarState
 
 LAWS = [(normal, friction) for normal in NORMAL_FORCES for friction in FRICTIONS]
 

@@ -10,15 +10,14 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.result import Result
-from stages.multibody.walking.cycle import COARSE, Model, search, solve, solved_cycle, unsettled
-from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.multibody.walking.cycle import COARSE, Model, limit_cycle, search, solve, solved_cycle, unsettled
 from stages.multibody.walking.walk import simulate
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import by_differences, fixed_point, gait_near
+from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle, SectionStep, section_state
-from stages.planar.state import rolling_state
 from tests.planar_start import SCALES
 
 FIXED = np.linspace(0.2, 1.1, 10) * SCALES

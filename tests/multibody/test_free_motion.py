@@ -7,7 +7,7 @@ import pytest
 
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.energy import kinetic_energy, mass_moment, spring_energy
-from stages.planar.state import PlanarState
+from stages.planar.run import PlanarState
 
 ASSEMBLIES = pytest.mark.parametrize("assembly", ["tree", "joints"])
 LEGS = pytest.mark.parametrize("legs", ["compliant", "rigid"])

@@ -14,7 +14,7 @@ from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
-from stages.planar.state import PlanarState, hip_creep, rolling_state
+from stages.planar.run import PlanarState, hip_creep, rolling_state
 from tests.analytic.test_driven_stance import ROBOT
 from tests.analytic.test_driven_stance import START as STANCE
 

@@ -9,7 +9,7 @@ from stages.biped.gait import StanceState
 from stages.ground.friction import Lane
 from stages.multibody.assembly.inventory import take_inventory
 from stages.multibody.walking.walk import build, simulate
-from stages.planar.state import rolling_state
+from stages.planar.run import rolling_state
 
 
 def counts(biped, slope, contact, settings, lanes=None):

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.multibody.walking.cycle import limit_cycle
 from stages.multibody.walking.walk import simulate
 from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle, section_numbers, section_state

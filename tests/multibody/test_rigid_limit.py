@@ -17,7 +17,7 @@ from stages.analytic.walk.sampling import sample_walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.multibody.walking.walk import simulate
-from stages.planar.state import rolling_state
+from stages.planar.run import rolling_state
 
 FRICTION, EXPONENT = 1.1, 2.2
 #: Time around heel strike left out [s].

@@ -12,7 +12,7 @@ from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.walking.cycle import Model, search
 from stages.planar.limit_cycle import fixed_point
-from stages.planar.state import rolling_state
+from stages.planar.run import rolling_state
 
 NAMES = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
          "biped.stiffness", "biped.damping", "ground.slope_deg")

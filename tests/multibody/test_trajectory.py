@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stages.planar.state import rolling_state
-from stages.planar.trajectory import Trajectory, foot_kinematics
+from stages.planar.run import Trajectory, foot_kinematics, rolling_state
 
 
 def polynomial_trajectory(degree, exact):
@@ -13,7 +12,7 @@ def polynomial_trajectory(degree, exact):
     rows = [np.column_stack([shape.deriv(order)(time) for shape in shapes]) for order in (0, 1, 2)]
     nothing = np.zeros((4, 2))
     switches = ((0.35, 1, True), (0.6, 0, False))
-    return shapes, Trajectory(time, *rows, nothing, np.zeros((4, 2, 2)), (True, False), switches, exact)
+    return shapes, Trajectory(time, *rows, (True, False), switches, nothing, np.zeros((4, 2, 2)), exact)
 
 
 @pytest.mark.parametrize(("degree", "exact"), [(5, True), (3, False)])

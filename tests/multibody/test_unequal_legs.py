@@ -11,13 +11,12 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import family_member
 from stages.multibody.parameters import Parameters
-from stages.multibody.walking.cycle import Model, solve
-from stages.multibody.walking.limit_cycle import SectionWalker
+from stages.multibody.walking.cycle import Model, SectionWalker, solve
 from stages.multibody.walking.walk import simulate
 from stages.planar.energy import energy_balance
+from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from stages.planar.section import section_numbers
-from stages.planar.state import rolling_state
 from stages.twin_ladder.parameters import Parameters as Ladder
 from tests.planar_start import SCALES
 

@@ -8,13 +8,11 @@ import pytest
 from pipeline.parameters.loading import load
 from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.parameters import Parameters
-from stages.multibody.walking.scuffing import Watch
 from stages.multibody.walking.walk import build, simulate
+from stages.multibody.walking.watch import Look, Watch
 from stages.planar.energy import energy_balance, mass_moment
-from stages.planar.events import find_events
-from stages.planar.run import DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR
-from stages.planar.sampling import sample
-from stages.planar.state import PlanarState
+from stages.planar.run import DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR, PlanarState
+from stages.planar.sampling import find_events, sample
 
 
 @pytest.fixture(scope="module")
@@ -203,8 +201,8 @@ def test_a_newton_iteration_that_fails_is_told(biped, slope, contact, start, set
 
 def test_a_solver_that_gets_nowhere_is_stopped(start):
     class Frozen:
-        def pose(self):
-            return 0.0, 0.33, (0.0, 0.1), (0.33, 0.33)
+        def look(self):
+            return Look(0.33, (0.0, 0.1), (0.0, 0.0), (0.0, 0.0), 1.09)
 
         def leg_rate(self, leg):
             return 0.0
@@ -212,7 +210,7 @@ def test_a_solver_that_gets_nowhere_is_stopped(start):
         def set_in_play(self, leg, acts):
             pass
 
-    watch = Watch(Frozen(), (0.083, 0.083), 0.333, 3.0, 2, in_play=[True, False], landed=[True, False])
+    watch = Watch(Frozen(), 0.5 * 0.333, 3.0, 2, in_play=[True, False], landed=[True, False])
     with pytest.raises(RuntimeError, match=r"gets nowhere at its smallest step, t = 0\.5 s"):
         for _ in range(1000):
             watch(None, 0.5)

@@ -12,8 +12,8 @@ from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import foot_acceleration, simulate
 from stages.planar.limit_cycle import gait_near
+from stages.planar.run import rolling_state
 from stages.planar.section import NoLimitCycle
-from stages.planar.state import rolling_state
 from stages.studies import walks
 from stages.studies.walks import COMPILED, EXUDYN, Machine, between_cycles, over_a_walk
 from tests.penalty.drawn import drawn_designs, drawn_sets

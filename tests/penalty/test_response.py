@@ -16,8 +16,8 @@ from stages.penalty.response import changed, of_multipliers, responses
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import fixed_point, gait_near
+from stages.planar.run import rolling_state
 from stages.planar.section import section_numbers
-from stages.planar.state import rolling_state
 from tests.analytic.differences import together
 from tests.penalty.drawn import drawn_designs, drawn_sets
 from tests.planar_start import SCALES

@@ -18,10 +18,8 @@ from stages.penalty.motion import feet
 from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
 from stages.planar.energy import energy_balance
-from stages.planar.events import find_events
-from stages.planar.run import FELL, STALLED, STEP_FLOOR
-from stages.planar.signals import GROUND_REACTION
-from stages.planar.state import rolling_state
+from stages.planar.run import FELL, GROUND_REACTION, STALLED, STEP_FLOOR, rolling_state
+from stages.planar.sampling import find_events
 
 #: Coefficient of friction where contact hardens.
 FRICTION = 3.0

@@ -322,7 +322,7 @@ def test_an_error_that_grows_beyond_the_finest_tolerance_is_refused():
 @pytest.mark.parametrize("error", [1e-4, 1e-6])
 def test_the_true_error_of_a_penalty_walk_keeps_the_request(error):
     from stages.multibody.run import walk_to_accuracy
-    from stages.planar.state import rolling_state
+    from stages.planar.run import rolling_state
 
     start = analytic(*ODD, asked="").mid_stance
 

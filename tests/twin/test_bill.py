@@ -7,9 +7,8 @@ import pytest
 
 from pipeline.errors import StudyError
 from pipeline.parameters.loading import load
-from stages.twin.machine.bill import bodies, join
-from stages.twin.machine.machine import build
-from stages.twin.machine.table_one import sums
+from stages.twin.machine.bill import sums
+from stages.twin.machine.machine import bodies, build, join
 from stages.twin.parameters import Parameters
 
 

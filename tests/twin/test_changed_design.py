@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.twin.machine.bill import join, pieces
-from stages.twin.machine.machine import build
+from stages.twin.machine.machine import build, join, pieces
 from stages.twin.machine.parts import FEET, FRAMES
 
 EDITED = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com")

@@ -16,14 +16,12 @@ from stages.twin.exports.exported import NAMES
 from stages.twin.exports.exported import exported as begun
 from stages.twin.exports.formats import FORMATS
 from stages.twin.exports.gltf import Motion
-from stages.twin.exports.seen import shown_parts
-from stages.twin.exports.solids import surface
-from stages.twin.machine.bill import join
+from stages.twin.exports.solids import shown_parts, surface
 from stages.twin.machine.contact import COUNT, SLIDE
 from stages.twin.machine.kinematics import pair_axes, point_motion
-from stages.twin.machine.machine import build
-from stages.twin.machine.shapes import solid
-from stages.twin.walking.events import find_events
+from stages.twin.machine.machine import build, join
+from stages.twin.machine.parts import solid
+from stages.twin.walking.record import find_events
 from tests.twin.peers import PEERS
 
 RATES = np.array([0.2, 0.5, -0.1, 0.4, -0.3, 0.8, 0.02, -0.03, -1.1, 0.01, 0.04])

@@ -7,7 +7,7 @@ import pytest
 
 from stages.twin.machine.contact import COUNT, SLIDE
 from stages.twin.machine.kinematics import pair_axes, point_motion
-from stages.twin.walking.energy import mechanical_energy
+from stages.twin.walking.measures import mechanical_energy
 
 
 @pytest.fixture(scope="module")

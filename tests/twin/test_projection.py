@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from stages.biped.design import Biped
-from stages.twin.machine.bill import pieces
 from stages.twin.machine.contact import HINGE, PITCH, SLIDE, X, Y
-from stages.twin.machine.from_planar import with_numbers_of
-from stages.twin.machine.machine import FRAME_BODY, Build, build
-from stages.twin.machine.projection import project
+from stages.twin.machine.machine import FRAME_BODY, Build, build, pieces
+from stages.twin.machine.projection import project, with_numbers_of
 from stages.twin.machine.tree import SpatialTree
-from stages.twin.walking.energy import mechanical_energy
+from stages.twin.walking.measures import mechanical_energy
 
 IN_PLANE = [X, Y, PITCH, HINGE, *SLIDE]
 

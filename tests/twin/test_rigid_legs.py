@@ -9,14 +9,14 @@ from stages.biped.gait import StanceState
 from stages.multibody.assembly.inventory import take_inventory
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.multibody.walking.walk import simulate
+from stages.planar.run import rolling_state
 from stages.planar.section import section_numbers, section_state
-from stages.planar.state import rolling_state
 from stages.twin.machine.connectors import ConnectorTree
 from stages.twin.machine.contact import SLIDE
 from stages.twin.machine.machine import build
 from stages.twin.machine.tree import SpatialTree
-from stages.twin.walking.energy import energy_balance
-from stages.twin.walking.events import find_events
+from stages.twin.walking.measures import energy_balance
+from stages.twin.walking.record import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import SectionState, step_map
 

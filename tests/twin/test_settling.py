@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stages.twin.result import Settling, with_doubt
-from stages.twin.walking.settling import SETTLED_STEPS, transient_left
+from stages.twin.walking.measures import SETTLED_STEPS, transient_left
 
 STEPS, DRAWN, LIMP = 13, 400, 0.3
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from stages.twin.machine.bill import Body, join
-from stages.twin.machine.shapes import size_fault, solid
+from stages.twin.machine.machine import Body, join
+from stages.twin.machine.parts import size_fault, solid
 
 
 def test_box():

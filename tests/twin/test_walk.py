@@ -7,17 +7,15 @@ import pytest
 
 from stages.biped.between_steps import uniform_times
 from stages.biped.rubber import soled
+from stages.multibody.assembly import solver
 from stages.multibody.assembly.solver import explicit_settings
-from stages.planar.run import FELL, STALLED
-from stages.planar.state import rolling_state
-from stages.twin.machine.bill import join
+from stages.planar.run import FELL, STALLED, rolling_state
 from stages.twin.machine.contact import ROLL, YAW, Z
-from stages.twin.machine.machine import Build, build
+from stages.twin.machine.machine import Build, build, join
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
-from stages.twin.walking import simulate
-from stages.twin.walking.energy import energy_balance
-from stages.twin.walking.events import find_events
+from stages.twin.walking.measures import energy_balance
+from stages.twin.walking.record import find_events
 from stages.twin.walking.signals import sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
@@ -71,7 +69,7 @@ def test_last_stage_tells_the_acceleration_at_a_steps_end(three_steps, machine, 
         wanted.timeIntegration.explicit.computeEndOfStepAccelerations = True
         return wanted
 
-    monkeypatch.setattr(simulate, "explicit_settings", asked)
+    monkeypatch.setattr(solver, "explicit_settings", asked)
     again = walk_from(machine, dataclasses.replace(settings, tolerance=1e-7), 1)
     rows = len(again.time) - 1  # the first walk goes on
     assert rows > 100 and abs(again.acceleration).max() > 100.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait.gait_search import find_gait, step_lengths
-from stages.multibody.walking.limit_cycle import SectionWalker
+from stages.multibody.walking.cycle import SectionWalker
 from stages.planar.section import section_state as planar_state
 from stages.studies.result import COMPLETED
 from stages.twin.machine.projection import project

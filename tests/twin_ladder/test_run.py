@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from stages.biped.gait import StanceState
-from stages.multibody.walking.limit_cycle import limit_cycle
+from stages.multibody.walking.cycle import limit_cycle
+from stages.planar.run import rolling_state
 from stages.planar.section import section_scales
-from stages.planar.state import rolling_state
 from stages.studies.result import COMPLETED
 from stages.twin.machine.machine import build
-from stages.twin.walking.events import find_events
+from stages.twin.walking.record import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import SIDE_UNITS, Near, Search, SectionState, Step
 from stages.twin_ladder.result import Result, RungGait, SameMachine

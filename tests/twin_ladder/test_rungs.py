@@ -6,8 +6,7 @@ import itertools
 import numpy as np
 import pytest
 
-from stages.twin.machine.bill import join
-from stages.twin.machine.machine import build
+from stages.twin.machine.machine import build, join
 from stages.twin_ladder.run import rungs, same
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from stages.multibody.walking.walk import simulate
+from stages.planar.run import PlanarState
 from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle, section_numbers
 from stages.planar.section import section_state as planar_state
-from stages.planar.state import PlanarState
 from stages.twin_ladder.cycle import (
     UPRIGHT,
     SectionState,

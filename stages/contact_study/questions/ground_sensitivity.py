@@ -41,8 +41,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.penalty.settings import Settings
     from stages.penalty.step_map import PenaltyStepper
     from stages.planar.limit_cycle import gait_near
+    from stages.planar.run import rolling_state
     from stages.planar.section import section_state
-    from stages.planar.state import rolling_state
     from stages.studies.result import EngineAgreement
     from stages.studies.walks import Machine, over_a_walk
 

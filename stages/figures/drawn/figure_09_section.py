@@ -20,7 +20,7 @@ from stages.drawing import style
 from stages.figures import view
 from stages.figures.entry import Entry, Given
 from stages.figures.view import COLOURS, TINTS, of_twin, tinted
-from stages.twin.exports.seen import solid_parts
+from stages.twin.exports.solids import solid_parts
 from stages.twin.machine.parts import Part
 
 

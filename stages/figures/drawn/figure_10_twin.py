@@ -14,7 +14,7 @@ from stages.drawing import style
 from stages.figures import view
 from stages.figures.entry import Entry, Given
 from stages.figures.view import COLOURS, SMALL, of_twin
-from stages.twin.exports.seen import what_is_drawn
+from stages.twin.exports.solids import what_is_drawn
 from stages.twin.ramp import laid
 
 LEG_COLOURS = tuple(COLOURS.values())

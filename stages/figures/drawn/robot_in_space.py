@@ -23,7 +23,7 @@ from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.entry import Entry, Given
 from stages.figures.view import COLOURS as PAIRS
 from stages.figures.view import TINTS
-from stages.twin.exports.seen import SOLE, shown_parts, what_is_drawn
+from stages.twin.exports.solids import SOLE, shown_parts, what_is_drawn
 from stages.twin.machine.parts import FEET, FRAMES, Part
 
 FRAME_RATE = 120  # Hz: slow motion goes between the frames

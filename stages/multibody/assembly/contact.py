@@ -7,7 +7,7 @@ solver evaluates it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -108,12 +108,3 @@ def add_connector(mbs: Any, plane: Any, place: Any, law: Any) -> Any:
             springForceTorqueUserFunction=law,
         )
     )
-
-
-def reactions(rows: Mapping[str, np.ndarray], count: int) -> np.ndarray:
-    """Force of the ground on each foot from Exudyn's sensors `ground 0` and `ground 1`, (n, 2, 2) [N].
-
-    (n, 0, 2) without these sensors.
-    """
-    names = [name for name in ("ground 0", "ground 1") if name in rows]
-    return np.stack([-rows[name][:, 1:3] for name in names], axis=1) if names else np.zeros((count, 0, 2))

@@ -14,147 +14,81 @@ from typing import Any
 
 import numpy as np
 
-from stages.biped.design import BeyondModel, Biped, Leg
-from stages.ground.contact_law import ContactLaw
+from stages.biped.design import BeyondModel, Leg
 from stages.ground.slope import Slope
-from stages.multibody.assembly.contact import Lanes, add_ground, reactions
-from stages.multibody.assembly.leg_bodies import PlanarBody, above_spring, add_counterweight, add_hip
-from stages.multibody.assembly.quiet_exudyn import exudyn, items
-from stages.multibody.walking.scuffing import Pose
-from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
-from stages.planar.state import PlanarState
+from stages.multibody.assembly.planar import Planar, PlanarBody, Pose, above_spring, reactions
+from stages.multibody.assembly.quiet_exudyn import items
+from stages.multibody.assembly.system import COORDINATES
+from stages.planar.run import IMU, PlanarState
 
-OUTPUT = exudyn.OutputVariableType
 IDLE_INERTIA = 1e-3
-COORDINATES = (
-    ("position", OUTPUT.Coordinates),
-    ("velocity", OUTPUT.Coordinates_t),
-    ("acceleration", OUTPUT.Coordinates_tt),
-)
 
 
-class Joints:
-    """Assembled system; see `stages.multibody.assembly.solver.Assembly`.
+class Joints(Planar):
+    """Assembled system.
 
     Coordinates: x, y, angle of the hip, then of each foot, then of each frame, at the mass centres. The hip's angle is
-    idle: the joint wants a body with an orientation, but no moment acts on it and it stays zero. Raises BeyondModel for
-    frames on rigid legs.
+    idle: the joint wants a body with an orientation, but no moment acts on it and it stays zero. `drift` is the largest
+    distance of the hip from a foot's axis (rigid legs: from the leg's end). Raises BeyondModel for frames on rigid
+    legs.
     """
 
     exact_acceleration = False
 
-    def __init__(
-        self,
-        biped: Biped,
-        slope: Slope,
-        contact: ContactLaw,
-        lanes: Lanes = None,
-        *,
-        compiled: bool = True,
-        signals: Collection[str] = SIGNALS,
-    ) -> None:
-        self.container = exudyn.SystemContainer()
-        self.mbs = self.container.AddSystem()
-        self.biped = biped
-        self.legs = biped.leg(0), biped.leg(1)
-        self.frames = {leg: body for leg in (0, 1) if (body := above_spring(self.legs[leg])) is not None}
-        if self.frames and biped.legs == "rigid":
-            raise BeyondModel("multibody.assembly = joints has no frames on rigid legs; multibody.assembly = tree has")
-        self.bodies = self._add_bodies(slope)
-        self._add_legs()
-        self._add_hip(slope)
-        self.contacts = self._add_ground(contact, lanes, compiled)
-        self.sensors = self._add_sensors(signals)
-        self.mbs.Assemble()
-
-    def _add_bodies(self, slope: Slope) -> list[Any]:
+    def add_bodies(self, slope: Slope, signals: Collection[str]) -> None:
         """Hip and feet hanging under it; the reference configuration has both legs upright at the natural length."""
-        mbs, biped = self.mbs, self.biped
-        hung = [PlanarBody(biped.hip_mass, 0.0, 0.0, IDLE_INERTIA)]
+        mbs = self.mbs
+        self.frames = {leg: body for leg in (0, 1) if (body := above_spring(self.legs[leg])) is not None}
+        if self.frames and self.biped.legs == "rigid":
+            raise BeyondModel("multibody.assembly = joints has no frames on rigid legs; multibody.assembly = tree has")
+        hung = [PlanarBody(self.biped.hip_mass, 0.0, 0.0, IDLE_INERTIA)]
         hung += [PlanarBody(leg.foot_mass, leg.foot_offset, leg.foot_com - leg.leg_length, leg.leg_inertia)
                  for leg in self.legs]  # fmt: skip
-        self.nodes, bodies = [], []
+        nodes, bodies = [], []
         for part in [*hung, *self.frames.values()]:
             node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[part.forward, part.upward, 0.0]))
-            self.nodes.append(node)
+            nodes.append(node)
             bodies.append(mbs.AddObject(items.ObjectRigidBody2D(mass=part.mass, inertia=part.inertia, nodeNumber=node)))
         for body in bodies:
             marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=body))
             mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[*slope.gravity_vector, 0.0]))
-        return bodies
-
-    def _add_legs(self) -> None:
-        mbs, rigid = self.mbs, self.biped.legs == "rigid"
-        self.joints = []
-        frames = dict(zip(self.frames, self.bodies[3:], strict=True))
-        for number, (leg, foot) in enumerate(zip(self.legs, self.bodies[1:3], strict=True)):
-            above, aside = leg.leg_length - leg.foot_com, 0.0 - leg.foot_offset
-            hip = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=self.bodies[0]))
-            if rigid:
-                end = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot, localPosition=[aside, above, 0.0]))
-                self.joints.append(mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[hip, end])))
-                continue
-            top = self._hinge(hip, frames[number], leg) if number in frames else hip
-            # The foot must be marker 1: its normal turns with it. The other way round is accepted and wrong.
-            axis = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=foot, localPosition=[aside, 0.0, 0.0]))
-            self.joints.append(
-                mbs.AddObject(
-                    items.ObjectJointPrismatic2D(
-                        markerNumbers=[top, axis],
-                        axisMarker0=[0.0, 1.0, 0.0],
-                        normalMarker1=[1.0, 0.0, 0.0],
-                        constrainRotation=number in frames,
-                    )
-                )
-            )
-            centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot, localPosition=[aside, 0.0, 0.0]))
-            mbs.AddObject(
-                items.ObjectConnectorSpringDamper(
-                    markerNumbers=[hip, centre],
-                    referenceLength=above,
-                    stiffness=leg.stiffness,
-                    damping=leg.damping,
-                )
-            )
-
-    def _hinge(self, hip: Any, frame: Any, leg: Leg) -> Any:
-        """Hang a frame on the hip: a marker at its upper end."""
-        upper = [0.0 - leg.frame_offset, leg.frame_com, 0.0]
-        top = self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=frame, localPosition=upper))
-        self.joints.append(self.mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[hip, top])))
-        return top
-
-    def _add_hip(self, slope: Slope) -> None:
-        add_hip(self.mbs, self.biped, slope, ((self.nodes[1], 2), (self.nodes[2], 2)))
-        if self.biped.weighed_hip != self.biped.hip_mass:
-            hip = self.mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=self.bodies[0]))
-            add_counterweight(self.mbs, self.biped, slope, hip)
-
-    def _add_ground(self, contact: ContactLaw, lanes: Lanes, compiled: bool) -> list[Any]:
-        discs = [
-            items.MarkerBodyRigid(
-                bodyNumber=foot, localPosition=[0.0 - leg.foot_offset, leg.foot_radius - leg.foot_com, 0.0]
-            )
-            for leg, foot in zip(self.legs, self.bodies[1:3], strict=True)
+        frames = dict(zip(self.frames, bodies[3:], strict=True))
+        for number, foot in enumerate(bodies[1:3]):
+            self._add_leg(self.legs[number], bodies[0], foot, frames.get(number))
+        self.discs = [
+            self._marker(foot, 0.0 - leg.foot_offset, leg.foot_radius - leg.foot_com)
+            for leg, foot in zip(self.legs, bodies[1:3], strict=True)
         ]
-        self.laws, contacts = add_ground(self.mbs, contact, self.biped.foot_radii, discs, lanes, compiled=compiled)
-        return contacts
-
-    def _add_sensors(self, signals: Collection[str]) -> dict[str, Any]:
-        kept = {"storeInternal": True, "writeToFile": False}
-        sensors: dict[str, Any] = {}
+        self.angles, self.hip = ((nodes[1], 2), (nodes[2], 2)), items.MarkerBodyPosition(bodyNumber=bodies[0])
         for name, kind in COORDINATES if IMU in signals else COORDINATES[:2]:  # nothing else needs accelerations
-            for index, node in enumerate(self.nodes[:3]):
-                sensors[f"{name} {index}"] = items.SensorNode(nodeNumber=node, outputVariableType=kind, **kept)
-        for leg, contact in enumerate(self.contacts if GROUND_REACTION in signals else ()):
-            sensors[f"ground {leg}"] = items.SensorObject(
-                objectNumber=contact, outputVariableType=OUTPUT.ForceLocal, **kept
-            )
-        return {name: self.mbs.AddSensor(sensor) for name, sensor in sensors.items()}
+            for index, node in enumerate(nodes[:3]):
+                self.keep(f"{name} {index}", items.SensorNode, nodeNumber=node, outputVariableType=kind)
 
-    def set_in_play(self, leg: int, acts: bool) -> None:
-        """Let the ground act on a leg's foot, or not."""
-        self.mbs.SetObjectParameter(self.contacts[leg], "activeConnector", bool(acts))
+    def _add_leg(self, leg: Leg, hip_body: Any, foot: Any, frame: Any) -> None:
+        mbs = self.mbs
+        above, aside = leg.leg_length - leg.foot_com, 0.0 - leg.foot_offset
+        hip = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=hip_body))
+        if self.biped.legs == "rigid":
+            end = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot, localPosition=[aside, above, 0.0]))
+            mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[hip, end]))
+            return
+        top = hip
+        if frame is not None:  # hung on the hip by its upper end
+            top = mbs.AddMarker(self._marker(frame, 0.0 - leg.frame_offset, leg.frame_com))
+            mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[hip, top]))
+        # The foot must be marker 1: its normal turns with it. The other way round is accepted and wrong.
+        axis = mbs.AddMarker(self._marker(foot, aside, 0.0))
+        mbs.AddObject(items.ObjectJointPrismatic2D(
+            markerNumbers=[top, axis], axisMarker0=[0.0, 1.0, 0.0], normalMarker1=[1.0, 0.0, 0.0],
+            constrainRotation=frame is not None))  # fmt: skip
+        centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=foot, localPosition=[aside, 0.0, 0.0]))
+        mbs.AddObject(items.ObjectConnectorSpringDamper(
+            markerNumbers=[hip, centre], referenceLength=above, stiffness=leg.stiffness,
+            damping=leg.damping))  # fmt: skip
+
+    def _marker(self, body: Any, across: float, along: float) -> Any:
+        """A marker of a body at a place from its mass centre [m]."""
+        return items.MarkerBodyRigid(bodyNumber=body, localPosition=[across, along, 0.0])
 
     def start(self, state: PlanarState) -> None:
         """Make `state` the initial one."""
@@ -177,43 +111,44 @@ class Joints:
             ]
         for number in (0, 1):
             self.set_in_play(number, state.in_play[number])
-        initial = exudyn.ConfigurationType.Initial
-        self.mbs.systemData.SetODE2Coordinates(place, configuration=initial)
-        self.mbs.systemData.SetODE2Coordinates_t(motion, configuration=initial)
+        self.begin(place, motion)
 
     def pose(self) -> Pose:
         """Hip x, hip y, leg angles, leg lengths at the current step."""
-        place = self.mbs.systemData.GetODE2Coordinates().tolist()
+        place = self.coordinates().tolist()
         length, other = (self._arm(place, leg, math.sin, math.cos)[1] + self.legs[leg].foot_com for leg in (0, 1))
         return place[0], place[1], (place[5], place[8]), (length, other)
 
     def leg_rate(self, leg: int) -> float:
         """Rate of a leg's angle at the current step [rad/s]."""
-        return float(self.mbs.systemData.GetODE2Coordinates_t()[5 + 3 * leg])
+        return float(self.rates()[5 + 3 * leg])
 
     def recording(self) -> dict[str, np.ndarray]:
         """Signals of the last solver call, named as in `Trajectory`."""
-        rows = {
-            name: np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float) for name, sensor in self.sensors.items()
-        }
+        rows = self.kept()
         count, none = len(rows["position 0"]), np.zeros((len(rows["position 0"]), 4))
         place, motion, change = (
             np.column_stack([rows.get(f"{name} {index}", none)[:, 1:] for index in range(3)]) for name, _ in COORDINATES
         )
-        felt = "acceleration 0" in rows
-        self._drift = self._slide_error(place)
+        arms = [self._arm(place.T, leg) for leg in (0, 1)]
+        lengths = [along + leg.foot_com for (_, along), leg in zip(arms, self.legs, strict=True)]
+        rates = []
+        for foot, (across, _) in zip((3, 6), arms, strict=True):
+            dx, dy = motion[:, 0] - motion[:, foot], motion[:, 1] - motion[:, foot + 1]
+            sine, cosine = np.sin(place[:, foot + 2]), np.cos(place[:, foot + 2])
+            rates.append(dy * cosine - dx * sine - across * motion[:, foot + 2])
+        errors = [across + leg.foot_offset for (across, _), leg in zip(arms, self.legs, strict=True)]
+        if self.biped.legs == "rigid":
+            errors += [along - (leg.leg_length - leg.foot_com) for (_, along), leg in zip(arms, self.legs, strict=True)]
+        self.drift = float(np.max(np.abs(errors)))
         return {
             "time": rows["position 0"][:, 0],
-            "position": self._place(place),
-            "velocity": self._motion(place, motion),
+            "position": np.column_stack([place[:, [0, 1, 5, 8]], *lengths]),
+            "velocity": np.column_stack([motion[:, [0, 1, 5, 8]], *rates]),
             "acceleration": np.column_stack([change[:, :2], change[:, [5, 8]], np.full((count, 2), np.nan)]),
-            "foot_acceleration": change[:, 3:5] if felt else np.zeros((count, 0)),
+            "foot_acceleration": change[:, 3:5] if "acceleration 0" in rows else np.zeros((count, 0)),
             "ground_reaction": reactions(rows, count),
         }
-
-    def joint_drift(self) -> float:
-        """Largest distance of the hip from a foot's axis (rigid legs: from the leg's end) in the last call [m]."""
-        return self._drift
 
     def _arm(self, place: Any, leg: int, sin: Any = np.sin, cos: Any = np.cos) -> tuple[Any, Any]:
         """From a foot's mass centre to the hip, across and along the leg [m], by the coordinates, numbers or rows."""
@@ -222,25 +157,3 @@ class Joints:
         dx, dy = place[0] - place[foot] - aside, place[1] - place[foot + 1] - below
         sine, cosine = sin(place[foot + 2]), cos(place[foot + 2])
         return dx * cosine + dy * sine, dy * cosine - dx * sine
-
-    def _place(self, place: np.ndarray) -> np.ndarray:
-        lengths = [self._arm(place.T, leg)[1] + self.legs[leg].foot_com for leg in (0, 1)]
-        return np.column_stack([place[:, [0, 1, 5, 8]], *lengths])
-
-    def _motion(self, place: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        rates = []
-        for leg in (0, 1):
-            foot = 3 + 3 * leg
-            across = self._arm(place.T, leg)[0]
-            dx, dy = motion[:, 0] - motion[:, foot], motion[:, 1] - motion[:, foot + 1]
-            sine, cosine = np.sin(place[:, foot + 2]), np.cos(place[:, foot + 2])
-            rates.append(dy * cosine - dx * sine - across * motion[:, foot + 2])
-        return np.column_stack([motion[:, [0, 1, 5, 8]], *rates])
-
-    def _slide_error(self, place: np.ndarray) -> float:
-        arms = [self._arm(place.T, leg) for leg in (0, 1)]
-        error = max(np.abs(across + leg.foot_offset).max() for (across, _), leg in zip(arms, self.legs, strict=True))
-        if self.biped.legs == "rigid":
-            ends = zip(arms, self.legs, strict=True)
-            error = max(error, *(np.abs(along - (leg.leg_length - leg.foot_com)).max() for (_, along), leg in ends))
-        return float(error)

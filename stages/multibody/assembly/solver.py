@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
 from stages.multibody.assembly.quiet_exudyn import SOLVER_ERRORS, exudyn
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.scuffing import Walker, Watch
-from stages.planar.run import COMPLETED, DIVERGED, RUNNING, SOLVER_FAILED, STALLED, Run
-from stages.planar.state import PlanarState
-from stages.planar.trajectory import Trajectory
+from stages.multibody.walking.watch import Walker, Watch
+from stages.planar.run import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
 
 SOLVER = exudyn.DynamicSolverType
 FIRST_STEP = 1e-9  # an explicit solver reports no acceleration at its start; the one after this step stands in for it
@@ -28,41 +28,38 @@ DESCENT = 1.0  # m/s, an upper bound for how fast a foot comes down, to refine t
 
 
 class Assembly(Walker, Protocol):
-    """A multibody system of the planar biped."""
+    """A system that walks."""
 
     mbs: Any
     exact_acceleration: bool
-
-    def start(self, state: PlanarState) -> None:
-        """Make `state` the initial one."""
+    drift: float
 
     def recording(self) -> dict[str, np.ndarray]:
-        """Signals of the last solver call, named as in `Trajectory`."""
-
-    def joint_drift(self) -> float:
-        """Largest violation of a joint seen in the last solver call [m]."""
+        """Signals of the last solver call by name: `time` and what the motion is known by."""
 
 
-def integrate(
-    assembly: Assembly, state: PlanarState, watch: Watch, settings: Settings, duration: float | None = None
-) -> Run:
-    """Integrate from `state` at t = 0 until the watch ends the run, the solver fails or the duration [s] is over."""
-    assembly.start(state)
-    if watch.lanes:  # the ground itself ends between blocks
-        assembly.set_in_play(0, True)
-        assembly.set_in_play(1, True)
+#: Settings of the solver that goes on from a time [s], and its kind.
+Plan = Callable[[float], tuple[Any, Any]]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Signals at the solver's own steps by name, evaluations of rates or residuals, largest violation of a joint [m].
+    """
+
+    rows: dict[str, np.ndarray]
+    evaluations: int
+    drift: float
+
+
+def solve(assembly: Assembly, watch: Watch, plan: Plan, end: float, at_end: str = STALLED) -> Solved:
+    """Integrate from t = 0 until the watch ends the run, the solver fails or the `end` [s] is reached."""
     assembly.mbs.SetPreStepUserFunction(watch)
-    limit = watch.longest_step * (watch.heel_strikes_wanted + 2) if duration is None else duration
     segments: list[dict[str, np.ndarray]] = []
-    drift, further = 0.0, 0
-    explicit = settings.assembly == "tree"
-    fine = False
-    if not explicit:
-        watch.refine = lambda now: fine == _impact_is_near(watch, now, settings)
-    moment = 0.0
+    drift, moment, further, explicit = 0.0, 0.0, 0, True
     while watch.outcome == RUNNING:
-        fine = not explicit and _impact_is_near(watch, moment, settings)
-        wanted, kind = _simulation_settings(settings, moment, limit, fine)
+        wanted, kind = plan(moment)
+        explicit = kind == SOLVER.DOPRI5
         assembly.mbs.sys.pop(LAST_SOLVER, None)
         try:
             assembly.mbs.SolveDynamic(wanted, solverType=kind, updateInitialValues=not explicit)
@@ -71,19 +68,18 @@ def integrate(
                 watch.outcome, watch.message = SOLVER_FAILED, first_sentence(error)
         further += further_evaluations(assembly.mbs, explicit)
         segments.append(assembly.recording())
-        drift = max(drift, assembly.joint_drift())
+        drift = max(drift, assembly.drift)
         reached = float(segments[-1]["time"][-1])
-        if watch.outcome == RUNNING and reached >= limit * (1.0 - 1e-9):
-            watch.outcome = STALLED if duration is None else COMPLETED
+        if watch.outcome == RUNNING and reached >= end * (1.0 - 1e-9):
+            watch.end(at_end, watch.words.late)
         if watch.outcome == RUNNING and not (math.isfinite(reached) and reached > moment):
             watch.outcome, watch.message = SOLVER_FAILED, f"the solver stopped at t = {reached:.6g} s without a word"
         moment = reached
-    trajectory = _trajectory(segments, watch, state, assembly.exact_acceleration)
-    if not np.all(np.isfinite(segments[-1]["position"])):
+    if not (np.isfinite(segments[-1]["position"]).all() and np.isfinite(segments[-1]["velocity"]).all()):
         watch.outcome = DIVERGED
-    steps = len(trajectory.time) - 1
-    evaluations = (EVALUATIONS if explicit else 1) * steps + further
-    return Run(watch.outcome, watch.message, trajectory, watch.heel_strikes, steps, evaluations, drift)
+    rows = _joined(segments, assembly.exact_acceleration)
+    steps = len(rows["time"]) - 1
+    return Solved(rows, (EVALUATIONS if explicit else 1) * steps + further, drift)
 
 
 def further_evaluations(mbs: Any, explicit: bool = True) -> int:
@@ -101,20 +97,34 @@ def further_evaluations(mbs: Any, explicit: bool = True) -> int:
     return 1 + int(solver.it.newtonStepsCount) + JACOBIAN * int(solver.it.newtonJacobiCount)
 
 
-def _impact_is_near(watch: Watch, now: float, settings: Settings) -> bool:
-    soon = watch.approach < 3.0 * DESCENT * settings.rolling_step
-    recent = watch.heel_strikes > 0 and now - watch.last_heel_strike < settings.impact_window
-    return soon or recent
+def stepped_plan(settings: Settings, watch: Watch, end: float) -> Plan:
+    """Implicit steps to the end [s]: fine ones around heel strikes, for which the watch pauses the solver."""
+    fine = False
+
+    def impact_is_near(now: float) -> bool:
+        recent = watch.heel_strikes > 0 and now - watch.last_heel_strike < settings.impact_window
+        return recent or watch.approach < 3.0 * DESCENT * settings.rolling_step
+
+    def plan(moment: float) -> tuple[Any, Any]:
+        nonlocal fine
+        fine = impact_is_near(moment)
+        wanted = _silent_settings(settings.impact_step if fine else settings.rolling_step, end, moment)
+        wanted.timeIntegration.adaptiveStep = False
+        wanted.timeIntegration.newton.useModifiedNewton = True
+        trapezoidal = settings.implicit_solver == "trapezoidal"
+        return wanted, SOLVER.TrapezoidalIndex2 if trapezoidal else SOLVER.GeneralizedAlpha
+
+    watch.refine = lambda now: fine == impact_is_near(now)
+    return plan
 
 
-def _simulation_settings(settings: Settings, start: float, end: float, fine: bool) -> tuple[Any, Any]:
-    if settings.assembly == "tree":
-        return explicit_settings(settings.tolerance, settings.largest_step, end, start), SOLVER.DOPRI5
-    wanted = _silent_settings(settings.impact_step if fine else settings.rolling_step, end, start)
-    wanted.timeIntegration.adaptiveStep = False
-    wanted.timeIntegration.newton.useModifiedNewton = True
-    trapezoidal = settings.implicit_solver == "trapezoidal"
-    return wanted, SOLVER.TrapezoidalIndex2 if trapezoidal else SOLVER.GeneralizedAlpha
+def explicit_plan(tolerance: float, largest_step: float, end: float) -> Plan:
+    """Explicit steps to the end [s], see `explicit_settings`."""
+
+    def plan(moment: float) -> tuple[Any, Any]:
+        return explicit_settings(tolerance, largest_step, end, moment), SOLVER.DOPRI5
+
+    return plan
 
 
 def explicit_settings(tolerance: float, largest_step: float, end: float, start: float = 0.0) -> Any:
@@ -144,22 +154,16 @@ def _silent_settings(step: float, end: float, start: float) -> Any:
     return wanted
 
 
-def _trajectory(segments: list[dict[str, np.ndarray]], watch: Watch, state: PlanarState, exact: bool) -> Trajectory:
+def _joined(segments: list[dict[str, np.ndarray]], exact: bool) -> dict[str, np.ndarray]:
     """Join the segments, each from where the last ended; stop before the first value that is not finite."""
     joined = {name: np.concatenate([segment[name] for segment in segments]) for name in segments[0]}
-    keep = valid_rows(joined["time"], joined["position"], joined["velocity"])
-    kept = {name: values[keep] for name, values in joined.items()}
-    if exact and len(kept["time"]) > 1:
-        for name in ("acceleration", "foot_acceleration"):
-            kept[name][0] = kept[name][1]
-    return Trajectory(**kept, in_play_at_start=state.in_play, switches=tuple(watch.switches), exact_acceleration=exact)
-
-
-def valid_rows(time: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Which rows (n,) of a record go on in time, before the first value that is not finite."""
+    time, motion = joined["time"], np.column_stack([joined["position"], joined["velocity"]])
     later = np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0])
-    finite = np.isfinite(position).all(axis=1) & np.isfinite(velocity).all(axis=1)
-    return np.asarray(later & np.logical_and.accumulate(finite))
+    keep = later & np.logical_and.accumulate(np.isfinite(motion).all(axis=1))
+    kept = {name: values[keep] for name, values in joined.items()}
+    for name in {"acceleration", "foot_acceleration"} & kept.keys() if exact and keep.sum() > 1 else ():
+        kept[name][0] = kept[name][1]
+    return kept
 
 
 def first_sentence(error: Exception) -> str:

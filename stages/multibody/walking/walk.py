@@ -6,17 +6,17 @@ import dataclasses
 import math
 import sys
 from collections.abc import Collection
+from functools import partial
 
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import SCALARS, Lane
 from stages.ground.slope import Slope
-from stages.multibody.assembly.solver import Assembly, integrate
+from stages.multibody.assembly.planar import Planar
+from stages.multibody.assembly.solver import explicit_plan, solve, stepped_plan
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.scuffing import Watch
-from stages.planar.run import Run, patience
-from stages.planar.signals import SIGNALS
-from stages.planar.state import PlanarState
+from stages.multibody.walking.watch import BlocksWatch, Watch
+from stages.planar.run import COMPLETED, FALLEN, SIGNALS, STALLED, PlanarState, Run, Trajectory, patience
 
 
 def build(
@@ -28,8 +28,8 @@ def build(
     *,
     compiled: bool = True,
     signals: Collection[str] = SIGNALS,
-) -> Assembly:
-    """The assembly that the settings choose, with sensors for `signals`, see `stages.planar.signals`.
+) -> Planar:
+    """The assembly that the settings choose, with sensors for `signals`, see `stages.planar.run`.
 
     `compiled=False` evaluates the contact in Python, for benchmarks.
     """
@@ -52,32 +52,43 @@ def simulate(
     steps: int | None = None,
     duration: float | None = None,
     lanes: tuple[Lane, Lane] | None = None,
-    assembly: Assembly | None = None,
+    assembly: Planar | None = None,
 ) -> Run:
     """Walk from `state` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
 
     The walk ends in the solver step in which the hip passes over the foot that landed last, or after `duration` [s] if
     that is given. A fall, a standstill or a failure of the solver ends it earlier and is told by the run's outcome.
-    With `lanes` the feet stand on stepping blocks instead of the ideal ground, see `stages.multibody.walking.scuffing`.
+    With `lanes` the feet stand on stepping blocks instead of the ideal ground, see `stages.multibody.walking.watch`.
     Pass a built `assembly` of the same design (and the same lanes) to save building it again.
     """
     machine = assembly or build(biped, slope, contact, settings, lanes)
     if lanes:
         state = dataclasses.replace(state, in_play=_over_blocks(state, biped.foot_radii, lanes))
     standing = _standing(state, biped.foot_radii)
-    watch = Watch(
+    made = partial(BlocksWatch, lanes=lanes) if lanes else Watch
+    watch = made(
         walker=machine,
-        radii=biped.foot_radii,
-        natural_length=biped.leg_length,
+        fallen=FALLEN * biped.leg_length,
         longest_step=patience(settings.longest_step, biped.leg_length, slope),
-        heel_strikes_wanted=(settings.steps if steps is None else steps) if duration is None else sys.maxsize,
+        steps_wanted=(settings.steps if steps is None else steps) if duration is None else sys.maxsize,
         in_play=list(state.in_play),
         landed=standing,
-        lanes=lanes,
         last_landed=1 if standing == [False, True] else 0,
         most_calls=settings.most_solver_steps,
     )
-    return integrate(machine, state, watch, settings, duration)
+    machine.start(state)
+    for leg in (0, 1) if lanes else ():  # the ground itself ends between blocks
+        machine.set_in_play(leg, True)
+    end = watch.limit if duration is None else duration
+    explicit = settings.assembly == "tree"
+    plan = (explicit_plan(settings.tolerance, settings.largest_step, end) if explicit
+            else stepped_plan(settings, watch, end))  # fmt: skip
+    solved = solve(machine, watch, plan, end, STALLED if duration is None else COMPLETED)
+    trajectory = Trajectory(**solved.rows, in_play_at_start=state.in_play, switches=tuple(watch.switches),
+                            exact_acceleration=machine.exact_acceleration)  # fmt: skip
+    count = len(trajectory.time) - 1
+    return Run(
+        watch.outcome, watch.message, trajectory, watch.heel_strikes, count, solved.evaluations, solved.drift)
 
 
 def _standing(state: PlanarState, radii: tuple[float, float]) -> list[bool]:

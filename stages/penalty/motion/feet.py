@@ -1,6 +1,6 @@
 """On which feet the ground acts, when that changes, and what else is awaited of a step.
 
-The rule is that of `stages.multibody.walking.scuffing`, with its moments located instead of seen at the next solver
+The rule is that of `stages.multibody.walking.watch`, with its moments located instead of seen at the next solver
 step: the ground ceases to act on a foot once it is in the air behind the other foot and swings forward, and acts again
 once the foot is in the air ahead of the other. Both happen in the air, so no force jumps. A foot on which the ground
 acts is awaited until it touches it, its heel strike.

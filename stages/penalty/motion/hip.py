@@ -12,7 +12,7 @@ import numpy as np
 from stages.analytic.compiled import ByKind
 from stages.penalty.compiled import compiled
 from stages.penalty.model.walker import DetailedPenalty, LegNumbers, Penalty
-from stages.planar.state import HIP_CREEP
+from stages.planar.run import HIP_CREEP
 
 Vector = np.ndarray
 #: Places of the hip's numbers among those of a walker, as `changes.flat` has them: mass and gravity; of a detailed one

@@ -19,11 +19,9 @@ from stages.analytic.gait.gait_search import describe, find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.twin.exports.seen import shown_parts
-from stages.twin.exports.solids import BLOCK_HEIGHT, piece_place
-from stages.twin.machine.bill import Body, join
+from stages.twin.exports.solids import BLOCK_HEIGHT, piece_place, shown_parts
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
-from stages.twin.machine.machine import LEGS, Machine, build
+from stages.twin.machine.machine import LEGS, Body, Machine, build, join
 from stages.twin.machine.parts import FEET, FRAMES, Part
 from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import Ramp, laid

@@ -15,83 +15,55 @@ import numpy as np
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.quiet_exudyn import exudyn, items
-from stages.twin.machine.bill import join
-from stages.twin.machine.contact import COUNT, HINGE, PITCH, RIGID_ROWS, SLIDE, point_law, solver_force
-from stages.twin.machine.machine import Machine
+from stages.multibody.assembly.quiet_exudyn import exudyn
+from stages.multibody.assembly.system import System
+from stages.multibody.walking.watch import Look
+from stages.twin.machine.contact import (
+    COUNT,
+    HINGE,
+    PITCH,
+    RIGID_ROWS,
+    ROLL,
+    SLIDE,
+    YAW,
+    Y,
+    clearances,
+    point_law,
+    solver_force,
+)
+from stages.twin.machine.machine import Machine, join
 
 JOINT = exudyn.JointType
-OUTPUT = exudyn.OutputVariableType
 
 JOINTS = (
     JOINT.PrismaticX, JOINT.PrismaticY, JOINT.PrismaticZ, JOINT.RevoluteY, JOINT.RevoluteX, JOINT.RevoluteZ,
     JOINT.PrismaticY, JOINT.PrismaticY, JOINT.RevoluteZ, JOINT.PrismaticY, JOINT.PrismaticY,
 )  # fmt: skip
 PARENTS = (-1, 0, 1, 2, 3, 4, 5, 5, 5, 8, 8)
+#: Roll or yaw [rad] beyond which the machine has toppled or turned away.
+TOPPLED = 0.5
 
 
-class SpatialTree:
+class SpatialTree(System):
     """Assembled system. `in_play` (2,) tells the ground on which pair of feet it acts: 1 or 0.
 
     Coordinates and rates are given and taken as (11,) for either kind of legs; the slides of rigid legs are zero.
     """
 
     def __init__(self, machine: Machine, slope: Slope, contact: ContactLaw) -> None:
-        self.machine = machine
-        self.feet = machine.feet
-        self.contact = contact
-        self.rows = list(RIGID_ROWS) if machine.rigid else list(range(COUNT))  # coordinates of the tree
-        self.in_play = np.ones(2)
-        self.container = exudyn.SystemContainer()
-        self.mbs = self.container.AddSystem()
-        nothing = np.zeros(len(self.rows))
-        self.node = self.mbs.AddNode(
-            items.NodeGenericODE2(
-                referenceCoordinates=nothing,
-                initialCoordinates=nothing,
-                initialCoordinates_t=nothing,
-                numberOfODE2Coordinates=len(self.rows),
-            )
-        )
-        self.tree = self.mbs.AddObject(self._links(slope))
-        kept = {"storeInternal": True, "writeToFile": False}
-        self.sensors = [
-            self.mbs.AddSensor(items.SensorNode(nodeNumber=self.node, outputVariableType=kind, **kept))
-            for kind in (OUTPUT.Coordinates, OUTPUT.Coordinates_t, OUTPUT.Coordinates_tt)
-        ]
-        self.add_ground()
-        self.mbs.Assemble()
-        system = self.mbs.systemData  # asked for once: to look it up takes longer than to answer
-        self._coordinates, self._rates = system.GetODE2Coordinates, system.GetODE2Coordinates_t
-
-    def _links(self, slope: Slope) -> items.ObjectKinematicTree:
-        machine, rows = self.machine, self.rows
-        bodies = machine.bodies
-        if machine.rigid:
-            bodies = join(bodies[:3]), join(bodies[3:])
-        size = len(rows)
-        mass, centre, inertia = np.zeros(size), np.zeros((size, 3)), np.zeros((size, 3, 3))
-        for link, body in enumerate(bodies, start=PITCH):
-            mass[link], centre[link], inertia[link] = body.mass, body.centre, body.inertia
+        super().__init__()
+        self.machine, self.feet, self.contact, self.in_play = machine, machine.feet, contact, np.ones(2)
+        self.rows = rows = list(RIGID_ROWS) if machine.rigid else list(range(COUNT))  # coordinates of the tree
+        bodies = (join(machine.bodies[:3]), join(machine.bodies[3:])) if machine.rigid else machine.bodies
         spring, damper = np.zeros(COUNT), np.zeros(COUNT)
         spring[list(SLIDE)], damper[list(SLIDE)] = machine.stiffness, machine.damping
         damper[HINGE] = machine.bearing_friction
-        nothing = np.zeros(size)
-        return items.ObjectKinematicTree(
-            nodeNumber=self.node,
-            jointTypes=[JOINTS[row] for row in rows],
-            linkParents=[rows.index(PARENTS[row]) if PARENTS[row] >= 0 else -1 for row in rows],
-            jointTransformations=exudyn.Matrix3DList([np.eye(3)] * size),
-            jointOffsets=exudyn.Vector3DList([np.zeros(3)] * size),
-            linkInertiasCOM=exudyn.Matrix3DList(list(inertia)),
-            linkCOMs=exudyn.Vector3DList(list(centre)),
-            linkMasses=mass,
-            gravity=[*slope.gravity_vector, 0.0],
-            jointPControlVector=spring[rows],
-            jointDControlVector=damper[rows],
-            jointPositionOffsetVector=nothing,  # must be given in full length with the control vectors
-            jointVelocityOffsetVector=nothing,
-        )
+        links = {link: (body.mass, body.centre, body.inertia) for link, body in enumerate(bodies, start=PITCH)}
+        parents = [rows.index(PARENTS[row]) if PARENTS[row] >= 0 else -1 for row in rows]
+        self.add_tree(slope, [JOINTS[row] for row in rows], parents, links, np.zeros((len(rows), 3)), spring[rows],
+                      damper[rows])  # fmt: skip
+        self.add_ground()
+        self.assemble()
 
     def foot_link(self, leg: int) -> int:
         """The link that carries a leg's foot."""
@@ -114,24 +86,36 @@ class SpatialTree:
 
     def start(self, position: np.ndarray, velocity: np.ndarray, in_play: tuple[bool, bool]) -> None:
         """Make a state the initial one."""
-        initial = exudyn.ConfigurationType.Initial
-        self.mbs.systemData.SetODE2Coordinates(np.asarray(position, dtype=float)[self.rows], configuration=initial)
-        self.mbs.systemData.SetODE2Coordinates_t(np.asarray(velocity, dtype=float)[self.rows], configuration=initial)
+        self.begin(*(np.asarray(values, dtype=float)[self.rows] for values in (position, velocity)))
         for pair in (0, 1):
             self.set_in_play(pair, in_play[pair])
 
     def position(self) -> np.ndarray:
         """Coordinates at the current step, (11,)."""
-        return self._wide(np.asarray(self._coordinates()))
+        return self._wide(np.asarray(self.coordinates()))
 
     def velocity(self) -> np.ndarray:
         """Rates of the coordinates at the current step, (11,)."""
-        return self._wide(np.asarray(self._rates()))
+        return self._wide(np.asarray(self.rates()))
 
-    def recording(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Time (n,), coordinates, rates and accelerations (n, 11) at the solver's own steps."""
-        rows = [self.mbs.GetSensorStoredData(sensor) for sensor in self.sensors]
-        return rows[0][:, 0], *(self._wide(row[:, 1:]) for row in rows)
+    def look(self) -> Look:
+        """Where its pairs of legs are at the current step."""
+        place = self.position()
+        clearance, along = clearances(place, self.feet)
+        q = place.tolist()
+        fell = "turned away from the walking direction in step {step}" if abs(q[YAW]) > TOPPLED else ""
+        fell = "toppled sideways in step {step}" if abs(q[ROLL]) > TOPPLED else fell
+        return Look(q[Y], (q[PITCH], q[PITCH] + q[HINGE]), clearance, along, sum(q), fell)
+
+    def leg_rate(self, leg: int) -> float:
+        """Rate of a pair's angle at the current step [rad/s]."""
+        v = self.velocity()
+        return float(v[PITCH] + (v[HINGE] if leg else 0.0))
+
+    def recording(self) -> dict[str, np.ndarray]:
+        """Time (n,), coordinates, rates and accelerations (n, 11) at the solver's own steps, named as in `Record`."""
+        rows = self.kept()
+        return {"time": rows["position"][:, 0]} | {name: self._wide(row[:, 1:]) for name, row in rows.items()}
 
     def _wide(self, values: np.ndarray) -> np.ndarray:
         """Values of the tree's coordinates (..., 7 or 11) as those of all eleven."""

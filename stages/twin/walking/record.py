@@ -1,41 +1,31 @@
-"""What the solver left behind, and its values between the steps."""
+"""What the solver left behind, its values between the steps, and the heel strikes and toe-offs in it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.between_steps import acting, hermite, hermite_from
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.planar.run import COMPLETED
-from stages.twin.machine.contact import SLIDE
+from stages.planar.run import COMPLETED, Recorded
+from stages.planar.sampling import Events, located
+from stages.twin.machine.contact import SLIDE, clearances, clearances_along
 from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import Machine
 from stages.twin.result import Snapshots
 
 
 @dataclass(frozen=True)
-class Record:
-    """A machine's run on its ground, at the solver's own steps.
+class Record(Recorded):
+    """A machine's run on its ground: coordinates, rates and accelerations (n, 11) are those of `SpatialTree`.
 
-    Time (n,), coordinates, rates and accelerations (n, 11) are those of `SpatialTree`.
-
-    `switches` lists (time, pair, whether the ground acts from then on); `outcome` and `reason` tell how it ended;
-    `evaluations` of the rates count rejected steps too.
+    `outcome` and `reason` tell how it ended; `evaluations` of the rates count rejected steps too.
     """
 
     machine: Machine
     slope: Slope
     contact: ContactLaw
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    in_play_at_start: tuple[bool, bool]
-    switches: tuple[tuple[float, int, bool], ...]
     outcome: str
     reason: str
     heel_strikes: int
@@ -54,15 +44,7 @@ class Record:
 
     def in_play(self, time: np.ndarray) -> np.ndarray:
         """1 where the ground acts on a pair, else 0, shape (n, 2)."""
-        return acting(self.in_play_at_start, self.switches, time).astype(float)
-
-    def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates and rates at given times, each (m, 11), by quintic Hermite interpolation between the steps."""
-        return hermite(self.time, self.position, self.velocity, self.acceleration, time)
-
-    def after(self, row: int) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
-        """The same at one time after another between a row and the next, each (11,)."""
-        return hermite_from(row, self.time, self.position, self.velocity, self.acceleration)
+        return super().in_play(time).astype(float)
 
 
 def snapshots(record: Record, times: np.ndarray) -> Snapshots:
@@ -88,3 +70,16 @@ def snapshots(record: Record, times: np.ndarray) -> Snapshots:
         foot_radius=machine.radius.copy(),
         foot_width=2.0 * machine.half_width,
     )
+
+
+def find_events(record: Record) -> Events:
+    """First touch-down and last lift-off of each pair's lowest point while the ground acts on the pair.
+
+    A pair that bounces at heel strike counts once. A pair still on the ground at the end has no toe-off yet.
+    """
+    feet = record.machine.feet
+
+    def depth_at(position: np.ndarray, velocity: np.ndarray, leg: int) -> float:
+        return -float(clearances(position, feet)[0][leg])
+
+    return located(record, -clearances_along(record.position, feet), depth_at, within=1e-14)

@@ -13,13 +13,12 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from stages.biped.walk import Walk
-from stages.planar.signals import GROUND_REACTION, IMU
+from stages.planar.run import GROUND_REACTION, IMU
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, point_law
 from stages.twin.machine.kinematics import Axes, pair_axes, point_motion
 from stages.twin.parameters import ATTITUDE, COORDINATES, FOOT_FORCE, IMU_IN_SPACE, Settings
 from stages.twin.result import Signals
-from stages.twin.walking.events import find_events
-from stages.twin.walking.record import Record
+from stages.twin.walking.record import Record, find_events
 
 #: Legs of each pair, and their slides among `SLIDE`.
 PAIRS = (slice(0, 2), slice(2, 4))

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import time as clock
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -18,62 +19,72 @@ from stages.biped.gait import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import static_penetration
 from stages.ground.slope import Slope
-from stages.multibody.assembly.quiet_exudyn import SOLVER_ERRORS
-from stages.multibody.assembly.solver import (
-    EVALUATIONS,
-    LAST_SOLVER,
-    SOLVER,
-    explicit_settings,
-    first_sentence,
-    further_evaluations,
-    valid_rows,
-)
-from stages.planar.run import DIVERGED, RUNNING, SOLVER_FAILED, STALLED, patience
+from stages.multibody.assembly.solver import explicit_plan, solve
+from stages.multibody.walking.watch import Look, Watch, Words
+from stages.planar.run import DIVERGED, FALLEN, patience
 from stages.twin.machine.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z, feet_places
 from stages.twin.machine.machine import LEGS, Machine
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings
 from stages.twin.ramp import Ramp
 from stages.twin.walking.record import Record
-from stages.twin.walking.watch import Watch
 
 MISSED = "missed a block"
 
 
+WORDS = Words(
+    stuck="the solver's step became too small",
+    endless="the solver took {calls} steps without a heel strike",
+    diverged="the state is not finite",
+    fell="fell in step {step}",
+    stalled="no heel strike for {longest:g} s after step {done}",
+    late="{wanted} steps not done in {limit:g} s",
+)
+
+
 @dataclass
 class RampWatch(Watch):
-    """`Watch` with the ground of a `ramp`; `risen` tells which pairs are in the air ahead of the other pair."""
+    """`Watch` of a `tree` with the ground of a `ramp`; `risen` tells which pairs are in the air ahead of the other."""
 
+    tree: SpatialTree = field(kw_only=True)
     ramp: Ramp = field(kw_only=True)
     risen: list[bool] = field(default_factory=lambda: [False, False])
 
-    def _switch(self, time: float, q: np.ndarray) -> None:
-        places = feet_places(q, self.tree.feet)
+    def switch(self, time: float, look: Look) -> None:
+        """Let the ground act on pairs that are over their blocks; end the run where a foot misses one."""
+        places = feet_places(self.tree.position(), self.tree.feet)
         middle = places[::2, 0] + places[1::2, 0]
         for pair in (0, 1):
             feet = (2 * pair, 2 * pair + 1)
-            carried = [self._carried(foot, places[foot]) for foot in feet]
+            carried = {foot: self._carried(foot, places[foot]) for foot in feet}
             low = [foot for foot in feet if places[foot, 1] <= 0.0]
-            if self.in_play[pair] and not all(carried):
-                lost = [foot for foot, there in zip(feet, carried, strict=True) if not there and foot in low]
-                if lost:
-                    self._end(MISSED, self._departure(lost[0], places[lost[0]]))
-                    return
-                self._set(time, pair, False)
-            elif not self.in_play[pair] and any(carried):
-                struck = [foot for foot, there in zip(feet, carried, strict=True) if there and foot in low]
-                if struck:
-                    self._end(MISSED, f"{self._foot(struck[0])} struck the side of {self._set_name(struck[0], places)}")
-                    return
-                if all(carried):
-                    self._set(time, pair, True)
-            ahead = middle[pair] > middle[1 - pair]
-            if low and not self.in_play[pair] and self.risen[pair] and ahead:
-                self._end(MISSED, self._landing(low[0], places[low[0]]))
+            ahead = bool(middle[pair] > middle[1 - pair])
+            missed = self._cross_edge(time, pair, carried, low, places)
+            if not missed and low and not self.in_play[pair] and self.risen[pair] and ahead:
+                missed = self._landing(low[0], places[low[0]])
+            if missed:
+                self.end(MISSED, missed)
                 return
-            self.risen[pair] = bool(ahead and not low)
-            if low and self.in_play[pair] and not self.landed[pair]:
-                self._land(time, pair)
+            self.risen[pair] = ahead and not low
+            if low:
+                self.touch(time, pair)
+
+    def _cross_edge(
+        self, time: float, pair: int, carried: dict[int, bool], low: list[int], places: np.ndarray
+    ) -> str:
+        """A pair passes the edge of its blocks: fine in the air, else what went wrong."""
+        lost, struck = ([foot for foot in low if carried[foot] == there] for there in (False, True))
+        if self.in_play[pair] and not all(carried.values()):
+            if lost:
+                return self._departure(lost[0], places[lost[0]])
+            self.set(time, pair, False)
+        elif not self.in_play[pair] and any(carried.values()):
+            if struck:
+                number = self.ramp.number(pair, float(places[struck[0], 0]))
+                return f"{self._foot(struck[0])} struck the side of block set {number}"
+            if all(carried.values()):
+                self.set(time, pair, True)
+        return ""
 
     def _carried(self, foot: int, place: np.ndarray) -> bool:
         half_width = self.tree.machine.half_width
@@ -81,9 +92,6 @@ class RampWatch(Watch):
 
     def _foot(self, foot: int) -> str:
         return f"in step {self.heel_strikes + 1} the {LEGS[foot]} foot"
-
-    def _set_name(self, foot: int, places: np.ndarray) -> str:
-        return f"block set {self.ramp.number(foot // 2, float(places[foot, 0]))}"
 
     def _departure(self, foot: int, place: np.ndarray) -> str:
         aside = self.ramp.beside(foot // 2, float(place[2]), self.tree.machine.half_width)
@@ -172,38 +180,22 @@ def simulate_twin(
     machine_tree = tree or SpatialTree(machine, slope, contact)
     machine_tree.start(start.position, start.velocity, start.in_play)
     standing = list(start.in_play)
-    longest_step = patience(settings.longest_step, machine.drawn_length, slope)
-    common = machine_tree, wanted_steps, longest_step, standing, standing.copy(), int(not standing[0])
-    watch = Watch(*common) if ramp is None else RampWatch(*common, ramp=ramp)
-    watch.most_calls = settings.most_solver_steps
-    machine_tree.mbs.SetPreStepUserFunction(watch)
-    limit = longest_step * (wanted_steps + 2)
-    machine_tree.mbs.sys.pop(LAST_SOLVER, None)
+    made = Watch if ramp is None else partial(RampWatch, tree=machine_tree, ramp=ramp)
+    watch = made(
+        walker=machine_tree,
+        fallen=FALLEN * float(machine.length[0]),
+        longest_step=patience(settings.longest_step, machine.drawn_length, slope),
+        steps_wanted=wanted_steps,
+        in_play=standing,
+        landed=standing.copy(),
+        last_landed=int(not standing[0]),
+        most_calls=settings.most_solver_steps,
+        words=WORDS,
+    )
     began = clock.perf_counter()
-    try:
-        wanted = explicit_settings(settings.tolerance, settings.largest_step, limit)
-        machine_tree.mbs.SolveDynamic(wanted, solverType=SOLVER.DOPRI5)
-    except SOLVER_ERRORS as error:
-        if watch.outcome == RUNNING:
-            watch.outcome = SOLVER_FAILED
-            watch.reason = first_sentence(error)
-    if watch.outcome == RUNNING:
-        watch.outcome, watch.reason = STALLED, f"{wanted_steps} steps not done in {limit:g} s"
-    rows = _recording(machine_tree, watch)
-    evaluations = EVALUATIONS * (len(rows[0]) - 1) + further_evaluations(machine_tree.mbs)
+    plan = explicit_plan(settings.tolerance, settings.largest_step, watch.limit)
+    solved = solve(machine_tree, watch, plan, watch.limit)
     return Record(
-        machine, slope, contact, *rows, start.in_play, tuple(watch.switches), watch.outcome,
-        watch.reason, watch.heel_strikes, evaluations, clock.perf_counter() - began,
-    )  # fmt: skip
-
-
-def _recording(tree: SpatialTree, watch: Watch) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What the tree recorded, up to the first value that is not finite; then the watch is told."""
-    time, position, velocity, acceleration = tree.recording()
-    keep = valid_rows(time, position, velocity)
-    if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
-        watch.outcome, watch.reason = DIVERGED, "the state is not finite"
-    time, position, velocity, acceleration = time[keep], position[keep], velocity[keep], acceleration[keep]
-    if len(time) > 1:
-        acceleration[0] = acceleration[1]
-    return time, position, velocity, acceleration
+        **solved.rows, in_play_at_start=start.in_play, switches=tuple(watch.switches), machine=machine, slope=slope,
+        contact=contact, outcome=watch.outcome, reason=WORDS.diverged if watch.outcome == DIVERGED else watch.message,
+        heel_strikes=watch.heel_strikes, evaluations=solved.evaluations, wall_time=clock.perf_counter() - began)

@@ -1,0 +1,86 @@
+"""An Exudyn system with what all of ours share: signals kept at every step, a start, a kinematic tree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stages.ground.slope import Slope
+from stages.multibody.assembly.quiet_exudyn import exudyn, items
+
+OUTPUT = exudyn.OutputVariableType
+#: Signals of a node by which the motion is known.
+COORDINATES = (
+    ("position", OUTPUT.Coordinates),
+    ("velocity", OUTPUT.Coordinates_t),
+    ("acceleration", OUTPUT.Coordinates_tt),
+)
+
+
+class System:
+    """A system to be filled; `drift` is the largest violation of a joint in the last solver call [m]."""
+
+    exact_acceleration = True
+    drift = 0.0
+
+    def __init__(self) -> None:
+        self.container = exudyn.SystemContainer()
+        self.mbs = self.container.AddSystem()
+        self.sensors: dict[str, Any] = {}
+
+    def keep(self, name: str, sensor: Any, **of: Any) -> None:
+        """Keep a signal at every step under a name."""
+        self.sensors[name] = self.mbs.AddSensor(sensor(**of, storeInternal=True, writeToFile=False))
+
+    def add_tree(
+        self, slope: Slope, joints: Sequence[Any], parents: Sequence[int], bodies: dict[int, tuple[float, Any, Any]],
+        offsets: np.ndarray, spring: np.ndarray, damper: np.ndarray
+    ) -> None:
+        """Add a kinematic tree, whose motion is kept. Each joint is a coordinate and a link.
+
+        `bodies`: mass [kg], mass centre (3,) [m] and tensor of inertia about it (3, 3) [kg m^2] of links.
+        `offsets` (n, 3) [m] of links from their parents; `spring` [N/m] and `damper` [N s/m] of joints, (n,).
+        """
+        count = len(joints)
+        nothing = np.zeros(count)
+        mass, centre, inertia = np.zeros(count), np.zeros((count, 3)), np.zeros((count, 3, 3))
+        for link, body in bodies.items():
+            mass[link], centre[link], inertia[link] = body
+        start = dict.fromkeys(("referenceCoordinates", "initialCoordinates", "initialCoordinates_t"), nothing)
+        self.node = self.mbs.AddNode(items.NodeGenericODE2(**start, numberOfODE2Coordinates=count))
+        self.tree = self.mbs.AddObject(items.ObjectKinematicTree(
+            nodeNumber=self.node,
+            jointTypes=list(joints),
+            linkParents=list(parents),
+            jointTransformations=exudyn.Matrix3DList([np.eye(3)] * count),
+            jointOffsets=exudyn.Vector3DList(list(offsets)),
+            linkInertiasCOM=exudyn.Matrix3DList(list(inertia)),
+            linkCOMs=exudyn.Vector3DList(list(centre)),
+            linkMasses=mass,
+            gravity=[*slope.gravity_vector, 0.0],
+            jointPControlVector=spring,
+            jointDControlVector=damper,
+            jointPositionOffsetVector=nothing,  # must be given in full length with the control vectors
+            jointVelocityOffsetVector=nothing,
+        ))  # fmt: skip
+        for name, kind in COORDINATES:
+            self.keep(name, items.SensorNode, nodeNumber=self.node, outputVariableType=kind)
+
+    def assemble(self) -> None:
+        """Nothing more is added."""
+        self.mbs.Assemble()
+        system = self.mbs.systemData  # asked for once: to look it up takes longer than to answer
+        self.coordinates, self.rates = system.GetODE2Coordinates, system.GetODE2Coordinates_t
+
+    def begin(self, place: Sequence[float] | np.ndarray, motion: Sequence[float] | np.ndarray) -> None:
+        """Make coordinates and rates the initial ones."""
+        initial = exudyn.ConfigurationType.Initial
+        self.mbs.systemData.SetODE2Coordinates(place, configuration=initial)
+        self.mbs.systemData.SetODE2Coordinates_t(motion, configuration=initial)
+
+    def kept(self) -> dict[str, np.ndarray]:
+        """Rows of the last solver call by signal, the first column time [s]."""
+        return {name: np.asarray(self.mbs.GetSensorStoredData(number), dtype=float)
+                for name, number in self.sensors.items()}  # fmt: skip
