@@ -24,9 +24,7 @@ from pipeline.cache.artefact import load
 from pipeline.parameters import loading
 from stages.drawing import style
 from stages.extremes import warnings as warned
-from stages.extremes.parameters import Parameters
-from stages.extremes.points import points
-from stages.extremes.result import (
+from stages.extremes.engines import (
     COMPILED,
     COULOMB,
     CRASHED,
@@ -41,9 +39,10 @@ from stages.extremes.result import (
     TWIN,
     USUAL,
     WRONG,
-    Finding,
-    Result,
 )
+from stages.extremes.parameters import Parameters
+from stages.extremes.points import points
+from stages.extremes.result import Finding, Result
 from stages.extremes.run import as_result, compile_once, evaluate, in_words
 from stages.extremes.warnings import REACH, place_of
 from stages.extremes.watchdog import compute

@@ -27,9 +27,10 @@ from stages.analytic.walk.error_estimate import estimate_errors
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.design import Biped
+from stages.extremes.engines import COULOMB, DETAILED, FAILED, REFUSED, RIGHT, UNCONFIRMED, WRONG
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point
-from stages.extremes.result import COULOMB, DETAILED, FAILED, REFUSED, RIGHT, UNCONFIRMED, WRONG, Finding, judged
+from stages.extremes.result import Finding, judged
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 

@@ -14,9 +14,10 @@ from stages.biped.design import Biped, require_own_strikes
 from stages.biped.gait import StanceState
 from stages.biped.walk import Walk
 from stages.extremes.constraint_points import usual_gait
+from stages.extremes.engines import COMPILED, FAILED, INACCURATE, JOINTS, TREE, TWIN, UNCONFIRMED, WRONG
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import Point
-from stages.extremes.result import COMPILED, FAILED, INACCURATE, JOINTS, TREE, TWIN, UNCONFIRMED, WRONG, Finding, judged
+from stages.extremes.result import Finding, judged
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope

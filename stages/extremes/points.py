@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.extremes.parameters import Parameters
-from stages.extremes.result import (
+from stages.extremes.engines import (
     COMPILED,
     COULOMB,
     DERIVATIVES,
@@ -33,6 +32,7 @@ from stages.extremes.result import (
     TWIN,
     USUAL,
 )
+from stages.extremes.parameters import Parameters
 
 #: Parameters that a point changes, by their names in the parameter files.
 Changes = tuple[tuple[str, Any], ...]

@@ -11,9 +11,7 @@ from stages.analytic.errors import NoGait
 from stages.biped.design import BeyondModel
 from stages.biped.processes import Progress, ignore
 from stages.extremes import constraint_points, penalty_points
-from stages.extremes.parameters import Parameters
-from stages.extremes.points import BLOCK, KINDS, Point, detailed_draw, points
-from stages.extremes.result import (
+from stages.extremes.engines import (
     COMPILED,
     COULOMB,
     CRASHED,
@@ -30,9 +28,10 @@ from stages.extremes.result import (
     TREE,
     TWIN,
     UNCONFIRMED,
-    Finding,
-    Result,
 )
+from stages.extremes.parameters import Parameters
+from stages.extremes.points import BLOCK, KINDS, Point, detailed_draw, points
+from stages.extremes.result import Finding, Result
 from stages.extremes.watchdog import compute
 from stages.studies.result import as_columns
 

@@ -9,7 +9,8 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from stages.biped.processes import context
-from stages.extremes.result import CRASHED, HUNG, Finding
+from stages.extremes.engines import CRASHED, HUNG
+from stages.extremes.result import Finding
 
 Evaluate = Callable[[Any, Any], Finding]
 POLL_S = 1.0

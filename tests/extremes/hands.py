@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import time
 
-from stages.extremes.result import RIGHT, Finding
+from stages.extremes.engines import RIGHT
+from stages.extremes.result import Finding
 
 
 def behave(common: float, point: str) -> Finding:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 
-from stages.extremes.result import RIGHT, Finding
+from stages.extremes.engines import RIGHT
+from stages.extremes.result import Finding
 
 if os.environ["FIRST"] != str(os.getpid()):
     raise ImportError("another process")

@@ -13,9 +13,9 @@ from pipeline.cli import cli
 from pipeline.study import locate
 from stages.biped.design import Biped
 from stages.extremes import warnings as warned
+from stages.extremes.engines import COULOMB, GAIT, INACCURATE, JOINTS, REFUSED, RIGHT, STEP, TREE, TWIN, USUAL
 from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
-from stages.extremes.result import COULOMB, GAIT, INACCURATE, JOINTS, REFUSED, RIGHT, STEP, TREE, TWIN, USUAL
 from stages.extremes.run import evaluate, in_words
 
 STAGES = ("analytic", "multibody", "twin")

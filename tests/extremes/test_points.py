@@ -10,9 +10,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.extremes import constraint_points, penalty_points
-from stages.extremes.parameters import Parameters
-from stages.extremes.points import AXES, BLOCK, KINDS, SIZE, Point, changes, detailed_draw, points
-from stages.extremes.result import (
+from stages.extremes.engines import (
     COMPILED,
     COULOMB,
     CRASHED,
@@ -35,9 +33,10 @@ from stages.extremes.result import (
     TWIN,
     UNCONFIRMED,
     WRONG,
-    Finding,
-    judged,
 )
+from stages.extremes.parameters import Parameters
+from stages.extremes.points import AXES, BLOCK, KINDS, SIZE, Point, changes, detailed_draw, points
+from stages.extremes.result import Finding, judged
 from stages.extremes.run import as_result, evaluate
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 

@@ -6,7 +6,8 @@ import pytest
 
 from pipeline.study import locate
 from stages.extremes import run as stage
-from stages.extremes.result import LIMIT, RIGHT, Finding
+from stages.extremes.engines import LIMIT, RIGHT
+from stages.extremes.result import Finding
 
 
 @pytest.mark.parametrize("resolution", ["few", "coarse", "full"])

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from stages.analytic.parameters import Settings as Analytic
 from stages.biped.design import Biped
 from stages.drawing import style
-from stages.extremes.result import (
+from stages.extremes.engines import (
     CRASHED,
     FAILED,
     HUNG,
