@@ -26,7 +26,7 @@ import numpy as np
 
 from pipeline.cache import artefact
 from pipeline.study import Study
-from stages.planar.run import SIGNALS as PLANAR_SIGNALS
+from stages.planar.signals import SIGNALS as PLANAR_SIGNALS
 from stages.twin.parameters import SIGNALS as SPATIAL_SIGNALS
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -27,8 +27,9 @@ from stages.extremes.penalty_points import mid_stance
 from stages.ground.friction import lanes
 from stages.multibody.assembly.inventory import Inventory, take_inventory
 from stages.multibody.walking.walk import build, simulate
-from stages.planar.run import GROUND_REACTION, IMU, SIGNALS, rolling_state
+from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
+from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
 from stages.twin.machine.machine import build as build_machine
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.record import find_events as find_spatial_events

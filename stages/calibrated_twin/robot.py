@@ -30,7 +30,7 @@ from stages.calibration.parameters import Settings
 from stages.campaign.virtual_sensor import low_pass
 from stages.ground.contact_law import ContactLaw
 from stages.imu.trial.body import FORWARD, LATERAL, UP
-from stages.planar.run import IMU
+from stages.planar.signals import IMU
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import with_numbers_of
 from stages.twin.parameters import IMU_IN_SPACE

@@ -33,7 +33,7 @@ from stages.campaign.virtual_sensor import (
 from stages.ground.contact_law import family_member
 from stages.imu.sources.schema import DatabaseWriter, Device, Experiment, Row
 from stages.imu.trial.sensor import filter_delay
-from stages.planar.run import IMU
+from stages.planar.signals import IMU
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import project
 from stages.twin.result import Result as Twin

@@ -29,8 +29,9 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.penalty.settings import Settings
-from stages.planar.run import COMPLETED, GROUND_REACTION, SIGNALS, Run, foot_kinematics
+from stages.planar.run import COMPLETED, Run, foot_kinematics
 from stages.planar.sampling import find_events, ground_reaction, peaks
+from stages.planar.signals import GROUND_REACTION, SIGNALS
 from stages.studies.walks import Upright
 
 NO_HEEL_STRIKE = "no heel strike"

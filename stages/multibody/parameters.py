@@ -12,7 +12,7 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.planar.run import READ_LATER, SIGNALS
+from stages.planar.signals import READ_LATER, SIGNALS
 
 
 @dataclass(frozen=True)

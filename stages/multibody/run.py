@@ -21,8 +21,9 @@ from stages.multibody.result import Facts, Result
 from stages.multibody.walking.cycle import Model, solve
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.energy import EnergyBalance, energy_balance
-from stages.planar.run import PENETRATION, SLIP, PlanarState, Run, foot_kinematics, rolling_state
+from stages.planar.run import PlanarState, Run, foot_kinematics, rolling_state
 from stages.planar.sampling import sample
+from stages.planar.signals import PENETRATION, SLIP
 
 
 @dataclass(frozen=True)

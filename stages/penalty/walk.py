@@ -36,17 +36,15 @@ from stages.planar.run import (
     DIVERGED,
     FALLEN,
     FELL,
-    GROUND_REACTION,
-    IMU,
     PATIENCE,
     RUNNING,
-    SIGNALS,
     STALLED,
     STEP_FLOOR,
     PlanarState,
     Run,
     Trajectory,
 )
+from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
 
 #: First step of all, in the walker's scales: the error estimate corrects it either way.
 FIRST_STEP = 5e-5

@@ -21,11 +21,6 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import static_penetration
 from stages.ground.slope import Slope
 
-#: Force of the ground on each foot; specific force and angular velocity of both sensors; of each foot in contact its
-#: slip velocity and its penetration.
-GROUND_REACTION, IMU, SLIP, PENETRATION = SIGNALS = ("ground_reaction", "imu", "slip", "penetration")
-#: Those that later stages and figures read.
-READ_LATER = (GROUND_REACTION, IMU, SLIP)
 #: Coulomb's friction at the hip is proportional to the hip's rate below this rate, in the design's scales, or it
 #: would jump: a hip that should stick creeps, at this rate at most.
 HIP_CREEP = 2e-4

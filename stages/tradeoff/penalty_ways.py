@@ -20,9 +20,10 @@ from stages.multibody.walking.cycle import limit_cycle
 from stages.multibody.walking.walk import build, simulate
 from stages.penalty.settings import Settings as CompiledSettings
 from stages.planar.limit_cycle import gait_near
-from stages.planar.run import GROUND_REACTION, LimitCycle, PlanarState, Run
+from stages.planar.run import LimitCycle, PlanarState, Run
 from stages.planar.sampling import find_events, peaks
 from stages.planar.section import mid_stance_after, section_scales, section_state
+from stages.planar.signals import GROUND_REACTION
 from stages.studies.walks import Upright
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 from stages.twin.machine import machine as spatial

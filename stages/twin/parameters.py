@@ -12,7 +12,7 @@ from stages.biped.quantity import Bound, Broken, parameter
 from stages.biped.rubber import Rubber
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.planar.run import GROUND_REACTION, IMU
+from stages.planar.signals import GROUND_REACTION, IMU
 from stages.twin.machine.bill import DRAWN, faults, fitted, rule
 from stages.twin.machine.parts import Material, Part
 

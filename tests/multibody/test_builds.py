@@ -20,7 +20,7 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
 from stages.multibody.assembly.quiet_exudyn import VERSION
-from stages.planar.run import rolling_state
+from stages.planar.run import (rolling_state)
 from stages.multibody.walking.walk import simulate
 biped = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
 contact = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)

@@ -12,8 +12,8 @@ from stages.multibody.parameters import Parameters
 from stages.multibody.run import Inputs, run
 from stages.multibody.walking.cycle import walked_cycle
 from stages.multibody.walking.walk import build, simulate
-from stages.planar.run import SIGNALS
 from stages.planar.sampling import sample
+from stages.planar.signals import SIGNALS
 
 #: Signal -> (attribute of the result, attribute of its walk).
 WHERE = {"ground_reaction": (None, "ground_reaction"), "imu": (None, "foot_specific_force"),

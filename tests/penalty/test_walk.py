@@ -18,8 +18,9 @@ from stages.penalty.motion import feet
 from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
 from stages.planar.energy import energy_balance
-from stages.planar.run import FELL, GROUND_REACTION, STALLED, STEP_FLOOR, rolling_state
+from stages.planar.run import FELL, STALLED, STEP_FLOOR, rolling_state
 from stages.planar.sampling import find_events
+from stages.planar.signals import GROUND_REACTION
 
 #: Coefficient of friction where contact hardens.
 FRICTION = 3.0

@@ -19,7 +19,8 @@ from stages.ground.slope import Slope
 from stages.multibody.assembly.planar import Planar, PlanarBody, Pose, above_spring, reactions
 from stages.multibody.assembly.quiet_exudyn import items
 from stages.multibody.assembly.system import COORDINATES
-from stages.planar.run import IMU, PlanarState
+from stages.planar.run import PlanarState
+from stages.planar.signals import IMU
 
 IDLE_INERTIA = 1e-3
 

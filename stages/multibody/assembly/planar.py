@@ -19,7 +19,8 @@ from stages.multibody.assembly.contact import Lanes, add_ground
 from stages.multibody.assembly.quiet_exudyn import items
 from stages.multibody.assembly.system import OUTPUT, System
 from stages.multibody.walking.watch import Look
-from stages.planar.run import GROUND_REACTION, SIGNALS, PlanarState, hip_creep
+from stages.planar.run import PlanarState, hip_creep
+from stages.planar.signals import GROUND_REACTION, SIGNALS
 
 #: Hip x, hip y, leg angles, leg lengths.
 Pose = tuple[float, float, tuple[float, float], tuple[float, float]]

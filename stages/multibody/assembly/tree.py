@@ -14,7 +14,8 @@ from stages.ground.slope import Slope
 from stages.multibody.assembly.planar import Planar, PlanarBody, Pose, above_spring, below_spring, joined, reactions
 from stages.multibody.assembly.quiet_exudyn import exudyn, items
 from stages.multibody.assembly.system import OUTPUT
-from stages.planar.run import IMU, PlanarState
+from stages.planar.run import PlanarState
+from stages.planar.signals import IMU
 
 JOINT = exudyn.JointType
 

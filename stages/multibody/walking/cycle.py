@@ -20,9 +20,10 @@ from stages.multibody.parameters import Settings
 from stages.multibody.result import Cycle
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.limit_cycle import by_differences, fixed_point, gait_near
-from stages.planar.run import GROUND_REACTION, LimitCycle, PlanarState, Run
+from stages.planar.run import LimitCycle, PlanarState, Run
 from stages.planar.sampling import find_events, peaks
 from stages.planar.section import NoLimitCycle, SectionStep, mid_stance_after, section_scales, section_state
+from stages.planar.signals import GROUND_REACTION
 
 DIFFERENCE = 1e-4
 #: Numbers that lift the standing foot, hip y and its leg's length, and the share of its depth that they may change by.

@@ -16,7 +16,8 @@ from stages.multibody.assembly.planar import Planar
 from stages.multibody.assembly.solver import explicit_plan, solve, stepped_plan
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.watch import BlocksWatch, Watch
-from stages.planar.run import COMPLETED, FALLEN, SIGNALS, STALLED, PlanarState, Run, Trajectory, patience
+from stages.planar.run import COMPLETED, FALLEN, STALLED, PlanarState, Run, Trajectory, patience
+from stages.planar.signals import SIGNALS
 
 
 def build(

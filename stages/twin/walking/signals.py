@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from stages.biped.walk import Walk
-from stages.planar.run import GROUND_REACTION, IMU
+from stages.planar.signals import GROUND_REACTION, IMU
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, point_law
 from stages.twin.machine.kinematics import Axes, pair_axes, point_motion
 from stages.twin.parameters import ATTITUDE, COORDINATES, FOOT_FORCE, IMU_IN_SPACE, Settings
