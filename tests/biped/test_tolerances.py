@@ -31,9 +31,9 @@ def test_what_is_compared_is_as_accurate_as_what_it_is_compared_with(level):
     for each in (contact, budget):
         assert CHECKED_FINEST <= each.checked_tolerance <= each.penalty_tolerance
     twin, pushes, campaign = found["twin"].settings, found["twin_pushes"], found["campaign"]
-    walked = [campaign.twin.with_tolerance(campaign.runs.solver_tolerance),
-              pushes.twin.with_tolerance(pushes.settings.tolerance)]  # fmt: skip
-    assert [one.tolerance for one in walked] == [scaled(twin.tolerance, 10)] * 2
+    assert pushes.twin.with_tolerance(pushes.settings.tolerance).tolerance == scaled(twin.tolerance, 10)
+    sensed = campaign.twin.with_tolerance(campaign.runs.solver_tolerance).tolerance
+    assert sensed == min(scaled(twin.tolerance, 10), 1e-5)  # coarser, an accelerometer is off by gravity's degree
     assert campaign.bare_runs == found["calibration"].settings.corrected == found["calibration"].settings.fitted_runs
 
 
