@@ -1,16 +1,19 @@
 """Least squares rest where what is left to gain is a small part of what the residuals say that they do not know."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from stages.analytic.errors import StepFailed
 from stages.calibration.estimation import run_fit
-from stages.calibration.estimation.least_squares import ENOUGH, Point, Rule, least_squares
+from stages.calibration.estimation.campaign import JOINT
+from stages.calibration.estimation.least_squares import ENOUGH, WHOLE_RUN, Point, Rule, least_squares
 from stages.calibration.estimation.run_fit import horizons
 from tests.calibration.runs import drawn, fitted
 
 
-def valley(spread):
+def valley(spread, rule=WHOLE_RUN):
     """Half the squares of Rosenbrock's residuals, `spread` times a noise of which each is one."""
 
     def evaluate(x, *_):
@@ -19,7 +22,7 @@ def valley(spread):
         cost, matrix, right = 0.5 * float(residuals @ residuals), jacobian.T @ jacobian, -jacobian.T @ residuals
         return Point(x, cost, matrix, right, None, spread)
 
-    return least_squares(evaluate, np.array([-1.2, 1.0]), np.ones(2), np.full(2, -np.inf))
+    return least_squares(evaluate, np.array([-1.2, 1.0]), np.ones(2), np.full(2, -np.inf), rule)
 
 
 def test_a_fit_whose_residuals_are_larger_rests_where_as_small_a_part_is_left():
@@ -28,6 +31,15 @@ def test_a_fit_whose_residuals_are_larger_rests_where_as_small_a_part_is_left():
     assert coarse.converged and coarse.evaluations < exact.evaluations
     assert exact.point.cost < coarse.point.cost
     assert valley(0.01).evaluations == exact.evaluations  # no more is asked of residuals that are small
+
+
+def test_of_halved_steps_those_that_do_not_help_do_not_count():
+    free = valley(1.0, dataclasses.replace(JOINT, rests=1e-9))
+    assert free.converged and free.point.cost < 1e-9
+    bound = valley(1.0, dataclasses.replace(JOINT, rests=1e-9, most=free.evaluations // 2))
+    assert bound.converged and bound.evaluations == free.evaluations
+    few = valley(1.0, dataclasses.replace(JOINT, rests=1e-9, most=2))
+    assert (few.converged, few.why) == (False, "2 joint steps were not enough")
 
 
 def bowl(lowest, low):

@@ -105,6 +105,7 @@ class Rule:
     in the point's own unit; and where no step helps but less than `at_rest` is foreseen. No step is longer than
     `longest` usual changes. Steps are damped, or `halved`: `caution` is the damping, or one over the share of a step,
     at first, at least, and from where a step is hopeless; with its factors after steps that help and that do not.
+    `most` counts evaluations; of halved steps those that help, each of which begins as a whole one.
     """
 
     most: int = 60
@@ -143,8 +144,8 @@ def least_squares(
         raise ValueError("no value at the start")
     first, least, hopeless = rule.caution
     eased, hardened = rule.factors
-    caution, evaluations = first, 1
-    while evaluations < rule.most:
+    caution, evaluations, helped = first, 1, 0
+    while (helped if rule.halved else evaluations) < rule.most:
         newton, unit = _step(at, sizes, low, 0.0), max(at.spread, 1.0)
         if newton[1] < rule.enough * unit:
             return Ended(at, evaluations, True, "")
@@ -154,10 +155,10 @@ def least_squares(
         tried = evaluate(np.maximum(at.x + share * step / whole, low), at, share)
         evaluations += 1
         if tried is not None and tried.cost < at.cost + 1e-9 * abs(at.cost):
-            gain, at = at.cost - tried.cost, tried
+            gain, at, helped = at.cost - tried.cost, tried, helped + 1
             if max(gain, 0.0 if caution <= first else newton[1]) < rule.rests * unit:
                 return Ended(at, evaluations, True, "")
-            if gain / max(share * (2.0 - share) * foreseen, 1e-300) > 0.25:
+            if rule.halved or gain / max(foreseen, 1e-300) > 0.25:
                 caution = max(caution * eased, least)
             continue
         caution *= hardened
