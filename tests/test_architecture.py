@@ -17,7 +17,6 @@ from pipeline.cache.closure import Sources
 from pipeline.cache.syntax import beside
 from pipeline.execution.fork_server import foreign
 from pipeline.execution.inputs import disagreements
-from pipeline.execution.observed_import import Compiled
 from pipeline.parameters import loading, yaml_text
 from pipeline.parameters.value import declared
 from pipeline.stage_modules import stage_module
@@ -52,8 +51,8 @@ def _covers(dep, file):
 
 @pytest.mark.parametrize("name", STAGES)
 def test_who_reads_a_result_loads_nothing_that_computes(name):
-    compiled, files = Compiled(SOURCES.memo), SOURCES.closure([f"stages.{name}.result"]).files
-    heads = {file: compiled.take(ROOT / file, (ROOT / file).read_bytes()) for file in files if file.endswith(".py")}
+    files = SOURCES.closure([f"stages.{name}.result"]).files
+    heads = {file: SOURCES.memo.meaning((ROOT / file).read_bytes()).heads for file in files if file.endswith(".py")}
     loaded = {module.partition(".")[0] for module, _ in foreign("stages", [f"stages.{name}.result"], heads)}
     assert "dataclasses" in loaded
     assert not loaded & {"exudyn", "matplotlib", "numba", "scipy", "sympy"}

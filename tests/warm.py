@@ -119,9 +119,9 @@ def _run(code: str, arguments: tuple[str, ...], cwd: Path, env: dict[str, str], 
 
 def _fork_servers() -> None:
     """Let the server of workers be forked from this process."""
-    from pipeline.execution import forked
+    from pipeline.execution import process
 
-    forked.subprocess = types.SimpleNamespace(**{**vars(subprocess), "Popen": _Server})
+    process.subprocess = types.SimpleNamespace(**{**vars(subprocess), "Popen": _Server})
 
 
 class _Server:

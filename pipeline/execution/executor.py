@@ -88,7 +88,7 @@ class _Run:
         self.running: dict[str, _Running] = {}
         self.failures: list[tuple[int, str]] = []
         self.lacking: list[str] = []
-        self.broken, self.prepared = set[str](), set[str]()
+        self.broken = set[str]()
         self.events: queue.SimpleQueue[tuple[str, Message]] = queue.SimpleQueue()
         self.log = Log(study.results / "log.jsonl")
 
@@ -96,7 +96,6 @@ class _Run:
         """Go through the graph: start what is ready, in the order given, and take in what has finished."""
         self._begin_ready(pending)
         while self.running:
-            self._prepare(pending[:1])
             self._take_event()
             self._begin_ready(pending)
         if self.lacking:
@@ -111,17 +110,6 @@ class _Run:
                     return
                 pending.remove(name)
                 self._guarded(name, self._begin)
-
-    def _prepare(self, waiting: list[str]) -> None:
-        """Where a stage waits for others and a processor for it, load what it will need, once."""
-        from pipeline.execution import forked
-
-        if forked.HERE and len(self.running) < self.jobs and not self.prepared.issuperset(waiting):
-            self.prepared.update(waiting)
-            modules = fingerprint.entry_modules(self.study.graph.stages[waiting[0]], self.study.package)
-            code = self.study.sources.closure(modules).files
-            self.study.sources.memo.save()
-            forked.prepare(self.study.package, str(self.study.code_root), code, modules)
 
     def close(self) -> None:
         """End what still runs and forget its unfinished files."""
@@ -187,12 +175,12 @@ class _Run:
         if "began" in message or "progress" in message or name not in self.running:
             return
         running = self.running.pop(name)
-        how = running.worker.end(dying=not message)
+        running.worker.end()
         seconds = time.monotonic() - running.began
         if "done" in message:
             self._guarded(name, self._keep, running, message, seconds)
         else:
-            failure = message.get("failed", {"kind": "crash", "text": how})
+            failure = message["failed"]
             if failure["kind"] in ("answer", "lacking"):
                 self._guarded(name, self._refuse, running, failure, seconds)
             else:

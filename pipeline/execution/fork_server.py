@@ -1,10 +1,9 @@
 """A process that loads what stages import from other packages, once, and forks their workers, which then have it.
 
-It is asked by `forked` over the socket that is its standard input, by files alone: the first has JSON with the package
-of stages, its folder, and the source files that the worker's key was made from with what they mean; then come the
-worker's standard input, output and error, and a pipe on which its process id and, at its end, its exit code are told.
-Without these it only loads what a worker will need. Whoever asked is gone when the socket ends; then this process ends
-as well.
+It is asked by `process` over the socket that is its standard input, by four files: the worker's job, and its standard
+input, output and error. When the socket ends, nobody can ask any more, and it ends as well. Each worker has a process
+of its own above it, which waits for it; on the worker's output that one tells the process id and, at last, the exit
+code.
 
 It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
 Sources are only compiled here. It computes nothing and starts no thread, as a forked process has none of its parent's;
@@ -17,14 +16,11 @@ import contextlib
 import gc
 import json
 import os
-import select
 import signal
 import socket
-import subprocess
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -32,11 +28,11 @@ import numpy as np
 
 from pipeline.cache import durable
 from pipeline.cache.closure import with_parents
-from pipeline.cache.syntax import Imports, SyntaxMemo, beside
+from pipeline.cache.syntax import Imports, beside
 from pipeline.errors import StudyError
 from pipeline.execution import worker
-from pipeline.execution.observed_import import Compiled
-from pipeline.execution.process import continue_when_parent_ends
+from pipeline.execution.job import Job
+from pipeline.execution.observed_import import code_of
 from pipeline.stage_modules import home_of
 
 _THREADS = Path("/proc/self/task")
@@ -44,121 +40,53 @@ _THREADS = Path("/proc/self/task")
 
 def main() -> NoReturn:
     """Entry of `python -m pipeline.execution.fork_server`."""
-    continue_when_parent_ends()
+    worker.when_parent_ends(signal.SIGCONT)
     gc.set_threshold(worker.OBJECTS)
-    server = _Server()
     os.register_at_fork(after_in_child=np.random.seed)  # or numbers drawn without a seed would be the same in all
-    while server.serve():
-        pass
+    line = socket.socket(fileno=os.dup(0))
+    nothing = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nothing, 0)
+    while files := socket.recv_fds(line, 1, 4)[1]:
+        request, stdin, stdout, errors = files
+        os.dup2(errors, 2)  # what packages say while they are loaded
+        with open(request, "rb") as text:
+            text.seek(0)
+            load(Job.of(text.read().decode()))
+        gc.freeze()  # what is loaded here is never looked through for garbage again, and so stays shared
+        alone = len([*_THREADS.iterdir()]) == 1
+        try:
+            if not os.fork():
+                line.close()
+                _keep(stdin, stdout, alone)
+        except OSError:  # no room for another process
+            traceback.print_exc()
+            _tell(stdout, ended=1)
+        for number in (stdin, stdout, errors):
+            os.close(number)
+        os.dup2(nothing, 2)
+        with contextlib.suppress(ChildProcessError):
+            while os.waitpid(-1, os.WNOHANG)[0]:
+                pass
     os._exit(0)
 
 
-class _Server:
-    """The socket, what is loaded, and the pipe of each worker that has not ended, by process id."""
-
-    def __init__(self) -> None:
-        self.line = socket.socket(fileno=os.dup(0))
-        self.nothing = os.open(os.devnull, os.O_RDWR)
-        os.dup2(self.nothing, 0)
-        self.woken, wake = os.pipe()
-        for end in (self.woken, wake):
-            os.set_blocking(end, False)
-        signal.signal(signal.SIGCHLD, lambda number, frame: None)
-        signal.set_wakeup_fd(wake)
-        self.own = (self.line.fileno(), self.nothing, self.woken, wake)
-        self.compiled = Compiled(SyntaxMemo(None))
-        self.heads: dict[str, dict[str, tuple[str, Imports]]] = {}
-        self.seen: set[tuple[str, tuple[str, ...]]] = set()
-        self.workers: dict[int, int] = {}
-
-    def serve(self) -> bool:
-        """Wait for a request, or the end of a worker. False if nobody can ask any more."""
-        ready, _, _ = select.select([self.woken, self.line.fileno()], [], [])
-        if self.woken in ready:
-            os.read(self.woken, 4096)
-            self._take_leave()
-        if self.line.fileno() not in ready:
-            return True
-        said, ends, _, _ = socket.recv_fds(self.line, 1, 5)
-        if not said:
-            return False
-        with open(ends.pop(0), "rb") as request:
-            request.seek(0)
-            wanted = json.load(request)
-        if ends:
-            os.dup2(ends[2], 2)  # what packages say while they are loaded
-        self._load(**wanted)
-        if ends:
-            self._begin(ends)
-        return True
-
-    def _load(self, package: str, code_root: str, code: dict[str, str], modules: list[str]) -> None:
-        """Compile the files of `code`, and import what the import of `modules` will, but what was before; the worker
-        says what is wrong with them.
-        """
-        with contextlib.suppress(StudyError):
-            home = home_of(package, Path(code_root))
-            heads = self.heads.setdefault(str(home), {})
-            self.compiled.memo = beside(home / package)  # with what whoever asked has just found in the sources
-            for file, meaning in code.items():
-                if file.endswith(".py") and heads.get(file, ("", ()))[0] != meaning:
-                    source = durable.read(home / file)
-                    heads[file] = meaning, self.compiled.take(home / file, source) if source else ()
-            for module, names in foreign(package, modules, {file: found for file, (_, found) in heads.items()}):
-                if (module, names) not in self.seen:
-                    self.seen.add((module, names))
-                    with contextlib.suppress(BaseException):
-                        __import__(module, fromlist=names)
-            with contextlib.suppress(Exception):
-                ready_numba(sys.modules.get("numba"))
-
-    def _begin(self, ends: list[int]) -> None:
-        """Start a worker with the four files that came for it."""
-        try:
-            pid = self._forked(ends) if len([*_THREADS.iterdir()]) == 1 else self._afresh(ends)
-            self.workers[pid] = ends.pop()
-        except OSError:  # no room for another process: that its pipe ends untold says so
-            traceback.print_exc()
-        os.dup2(self.nothing, 2)
-        for end in ends:
-            os.close(end)
-
-    def _forked(self, ends: list[int]) -> int:
-        gc.freeze()  # what is loaded here is never looked through for garbage again, and so stays shared
-        pid = os.fork()
-        if pid:
-            return pid
-        try:
-            os.setsid()
-            signal.set_wakeup_fd(-1)
-            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-            for number, end in enumerate(ends[:3]):
-                os.dup2(end, number)
-            _tell(ends[3], os.getpid())
-            for end in (*self.own, *ends, *self.workers.values()):
-                os.close(end)
-            worker.main(self.compiled)
-        except BaseException as error:
-            traceback.print_exception(error)
-        os._exit(1)
-
-    def _afresh(self, ends: list[int]) -> int:
-        process = subprocess.Popen([sys.executable, "-m", worker.__name__], stdin=ends[0], stdout=ends[1],
-                                   stderr=ends[2], start_new_session=True)  # fmt: skip
-        process.returncode = 0  # it is waited for here, like the others
-        _tell(ends[3], process.pid)
-        return process.pid
-
-    def _take_leave(self) -> None:
-        """Tell the exit codes of the workers that have ended."""
-        with contextlib.suppress(ChildProcessError):
-            while True:
-                pid, status = os.waitpid(-1, os.WNOHANG)
-                if not pid:
-                    return
-                end = self.workers.pop(pid)
-                _tell(end, os.waitstatus_to_exitcode(status))
-                os.close(end)
+def load(job: Job) -> None:
+    """Compile the job's sources, and import what the import of its modules will from other packages; the worker says
+    what is wrong with them.
+    """
+    with contextlib.suppress(StudyError):
+        home = home_of(job.package, Path(job.code_root))
+        memo = beside(home / job.package)  # with what whoever asked has just found in the sources
+        heads: dict[str, Imports] = {}
+        for file in job.code:
+            if file.endswith(".py"):
+                source = durable.read(home / file) or b""
+                heads[file] = memo.meaning(source).heads
+                with contextlib.suppress(SyntaxError, ValueError):
+                    code_of(str(home / file), source)
+        for module, names in foreign(job.package, job.modules, heads):
+            with contextlib.suppress(BaseException):
+                __import__(module, fromlist=names)
 
 
 def foreign(
@@ -182,20 +110,40 @@ def foreign(
                     yield target, names
 
 
-@cache
-def ready_numba(numba: Any) -> None:
-    """Let numba take in what it knows of Python and NumPy, which it leaves to the first function it compiles: .2 s."""
-    if numba is not None:
-        numba.njit("int64()")(_zero)
+def _keep(stdin: int, stdout: int, alone: bool) -> NoReturn:
+    """Be the process above a worker: start it, and tell how it ended."""
+    worker.when_parent_ends(signal.SIGKILL)
+    code = 1
+    try:
+        pid = os.fork()
+        if not pid:
+            _work(stdin, stdout, alone)
+        code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+    except OSError:
+        traceback.print_exc()
+    _tell(stdout, ended=code)
+    os._exit(0)
 
 
-def _zero() -> int:
-    return 0
+def _work(stdin: int, stdout: int, alone: bool) -> NoReturn:
+    try:
+        os.setsid()
+        _tell(stdout, pid=os.getpid())
+        for number, end in enumerate((stdin, stdout)):
+            os.dup2(end, number)
+            os.close(end)
+        if alone:
+            os.environ["STAGE_PROCESSES"] = "fork"  # what a stage may do: no library has threads here
+            worker.main()
+        os.execv(sys.executable, [sys.executable, "-m", worker.__name__])
+    except BaseException as error:
+        traceback.print_exception(error)
+    os._exit(1)
 
 
-def _tell(end: int, number: int) -> None:
+def _tell(stdout: int, **what: Any) -> None:
     with contextlib.suppress(OSError):  # nobody may want to know any more
-        os.write(end, b"%d\n" % number)
+        os.write(stdout, b"\n" + json.dumps(what).encode() + b"\n")
 
 
 if __name__ == "__main__":

@@ -12,45 +12,29 @@ import importlib.machinery
 import importlib.util
 import sys
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from types import CodeType, ModuleType
 
 from pipeline.cache.closure import Sources
-from pipeline.cache.syntax import Imports, SyntaxMemo, beside
+from pipeline.cache.syntax import beside
 
 
-class Compiled:
-    """Code of sources by path and text, for this process and those it forks, and what the sources mean."""
+@cache
+def code_of(path: str, source: bytes) -> CodeType:
+    """The code of the source at `path`, compiled once for this process and those it forks.
 
-    def __init__(self, memo: SyntaxMemo) -> None:
-        self.memo = memo
-        self._code: dict[tuple[str, bytes], CodeType] = {}
-
-    def take(self, path: Path, source: bytes) -> Imports:
-        """Have the code of the source at `path`; what it imports at its head.
-
-        A source that cannot be compiled is left to whoever imports it.
-        """
-        try:
-            self.code(str(path), source)
-        except (SyntaxError, ValueError):
-            return ()
-        return self.memo.meaning(source).heads
-
-    def code(self, path: str, source: bytes) -> CodeType:
-        """The code of the source at `path`. Raises SyntaxError or ValueError where it cannot be compiled."""
-        place = path, source
-        if place not in self._code:
-            self._code[place] = compile(source, path, "exec", dont_inherit=True)
-        return self._code[place]
+    Raises SyntaxError or ValueError where it cannot be compiled.
+    """
+    code: CodeType = compile(source, path, "exec", dont_inherit=True)
+    return code
 
 
 class ObservedSources(importlib.abc.MetaPathFinder):
     """Finder for one package; `loaded` maps each file (from the code root) to the source bytes that were executed."""
 
-    def __init__(self, code_root: Path, package: str, compiled: Compiled | None = None) -> None:
-        self.compiled = compiled or Compiled(beside(code_root / package))
-        self.sources = Sources(code_root, package, self.compiled.memo)
+    def __init__(self, code_root: Path, package: str) -> None:
+        self.sources = Sources(code_root, package, beside(code_root / package))
         self.loaded: dict[str, bytes] = {}
 
     def install(self) -> None:
@@ -87,4 +71,4 @@ class _Loader(importlib.machinery.SourceFileLoader):
         source = self.get_data(path)
         name = Path(path).relative_to(self._observed.sources.code_root).as_posix()
         self._observed.loaded[name] = source
-        return self._observed.compiled.code(path, source)
+        return code_of(path, source)

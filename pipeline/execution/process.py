@@ -1,26 +1,33 @@
-"""Starts worker processes, listens to them, ends them with whatever they started, and says how they ended."""
+"""Starts worker processes, listens to them, ends them with whatever they started, and says how they ended.
+
+On Linux they are forked from a process that has what they import from other packages (`fork_server`). One serves all
+that this process starts, as long as it hands down the same environment and limits. Elsewhere workers are started
+afresh: a system's own libraries need not outlive a fork (NumPy computes with Apple's when it is loaded).
+"""
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from pipeline.cache import processor
-from pipeline.execution import forked
 from pipeline.execution.job import Job, Task
 from pipeline.home import engine
 
 Message = dict[str, Any]
 
-_PR_SET_PDEATHSIG = 1
+#: Whether workers are forked here.
+FORKED = sys.platform == "linux"
 _DYING_S = 10.0  # from the end of its messages to the end of a process
 _KINDS = {"began", "progress", "done", "failed"}
 _SETTINGS = {
@@ -28,12 +35,131 @@ _SETTINGS = {
     "PYTHONHASHSEED": "0",
     "SOURCE_DATE_EPOCH": "0",
 }
+_lock = threading.Lock()
+_server: _Server | None = None
+
+
+class Worker:
+    """A process that computes points of one job. `tell` is given its messages, from another thread.
+
+    The last one is that it `failed` where its process ended by itself. What it writes to standard error goes to the
+    file `log`. It starts in the folder this program lies in: in the study's, a `pipeline.py` of the user's would be
+    taken for this program.
+    """
+
+    def __init__(self, job: Job, folder: Path | str, tell: Callable[[Message], None], log: Path | None = None) -> None:
+        self._pid = 0
+        text = job.text()
+        with open(log or os.devnull, "wb") as errors:
+            if FORKED:
+                self._parent, self._input, output = _forked(text, errors)
+            else:
+                self._parent = process = subprocess.Popen(
+                    [sys.executable, "-m", "pipeline.execution.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                    stderr=errors, cwd=engine(), env=_environment(), start_new_session=os.name == "posix",
+                )  # fmt: skip
+                assert process.stdin is not None and process.stdout is not None
+                self._input, output = process.stdin, process.stdout
+                self._pid = process.pid if os.name == "posix" else 0
+        self._listener = threading.Thread(target=self._listen, args=(output, tell), daemon=True)
+        self._listener.start()
+        self._send(json.dumps([str(folder), text]))
+
+    def compute(self, tasks: Sequence[Task]) -> None:
+        """Hand over points."""
+        self._send(json.dumps(tasks))
+
+    def end(self) -> None:
+        """Kill the process and whatever it started; a server that still loads what it needs with it."""
+        with contextlib.suppress(OSError):
+            if self._pid:
+                os.killpg(self._pid, signal.SIGKILL)
+            elif self._listener.is_alive():
+                self._parent.kill()
+        with contextlib.suppress(OSError):
+            self._input.close()
+        self._listener.join(_DYING_S)
+
+    def _send(self, line: str) -> None:
+        """A worker that is dead already shows when it is listened to."""
+        with contextlib.suppress(OSError, ValueError):
+            self._input.write(line.encode() + b"\n")
+            self._input.flush()
+
+    def _listen(self, output: IO[bytes], tell: Callable[[Message], None]) -> None:
+        """Pass messages on; what something else printed before the worker took over its output is none."""
+        code: int | None = None
+        for line in output:
+            with contextlib.suppress(ValueError):
+                message = json.loads(line)
+                if isinstance(message, dict) and message.keys() & _KINDS:
+                    tell(message)
+                elif isinstance(message, dict) and FORKED:
+                    self._pid, code = self._pid or message.get("pid", 0), message.get("ended")
+            if code is not None:
+                break
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            code = self._parent.wait(_DYING_S) if code is None else code
+        tell({"failed": {"kind": "crash", "text": _how_it_ended(1 if code is None else code), "file": ""}})
+
+
+class _Server:
+    """The process that workers are forked from, of an environment."""
+
+    def __init__(self, environment: Mapping[str, str]) -> None:
+        self.fits = _traits(environment)
+        self._line, other = socket.socketpair()
+        with other:
+            self.process: subprocess.Popen[bytes] = subprocess.Popen(
+                [sys.executable, "-m", "pipeline.execution.fork_server"], stdin=other.fileno(),
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=engine(), env=dict(environment),
+                start_new_session=True,
+            )  # fmt: skip
+        atexit.register(self.close)
+
+    def fork(self, job: str, errors: IO[bytes]) -> tuple[subprocess.Popen[bytes], IO[bytes], IO[bytes]]:
+        """This process, and the standard input and output of a new worker. Raises OSError if the server is gone."""
+        (stdin, send), (listen, stdout) = os.pipe(), os.pipe()
+        whole = os.fdopen(send, "wb"), os.fdopen(listen, "rb")
+        with open(stdin, "rb"), open(stdout, "wb"), open(os.memfd_create("job"), "wb") as request:
+            request.write(job.encode())
+            request.flush()
+            socket.send_fds(self._line, [b"?"], [request.fileno(), stdin, stdout, errors.fileno()])
+        return self.process, *whole
+
+    def close(self) -> None:
+        """Let the server end."""
+        atexit.unregister(self.close)
+        self._line.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(1.0)
+            return
+        self.process.kill()
 
 
 def get_ready() -> None:
     """Start what workers will be forked from, where they are: it takes a while, in which others can be busy."""
-    if forked.HERE:
-        forked.get_ready(_environment())
+    if FORKED:
+        with _lock:
+            _serving()
+
+
+def _forked(job: str, errors: IO[bytes]) -> tuple[subprocess.Popen[bytes], IO[bytes], IO[bytes]]:
+    with _lock:
+        with contextlib.suppress(OSError):
+            return _serving().fork(job, errors)
+        return _serving(anew=True).fork(job, errors)
+
+
+def _serving(anew: bool = False) -> _Server:
+    """The server, another one in its place where it does not fit the environment or shall be `anew`."""
+    global _server
+    environment = _environment()
+    if anew or _server is None or _server.fits != _traits(environment):
+        if _server is not None:
+            _server.close()
+        _server = _Server(environment)
+    return _server
 
 
 def _environment() -> dict[str, str]:
@@ -43,86 +169,17 @@ def _environment() -> dict[str, str]:
     return {**os.environ, **_SETTINGS, **processor.environment(), "PYTHONPATH": path}
 
 
-class Worker:
-    """A process that computes points of one job. `tell` is given its messages, from another thread, and at last {}.
+def _traits(environment: Mapping[str, str]) -> tuple[Any, ...]:
+    """What a process hands down to those that it starts."""
+    import resource
 
-    What it writes to standard error goes to the file `log`. It starts in the folder this program lies in: in the
-    study's, a `pipeline.py` of the user's would be taken for this program.
-    """
-
-    def __init__(self, job: Job, folder: Path | str, tell: Callable[[Message], None], log: Path | None = None) -> None:
-        environment = _environment()
-        self._process: forked.Forked | subprocess.Popen[bytes]
-        with open(log or os.devnull, "wb") as errors:
-            if forked.HERE:
-                self._process = forked.started(environment, errors, job)
-            else:
-                self._process = subprocess.Popen(
-                    [sys.executable, "-m", "pipeline.execution.worker"],
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.PIPE,
-                    stderr=errors,
-                    cwd=engine(),
-                    env=environment,
-                    start_new_session=os.name == "posix",
-                )
-        threading.Thread(target=self._listen, args=(tell,), daemon=True).start()
-        self._send(json.dumps([str(folder), job.text()]))
-
-    def compute(self, tasks: Sequence[Task]) -> None:
-        """Hand over points."""
-        self._send(json.dumps(tasks))
-
-    def end(self, dying: bool = False) -> str:
-        """Kill the process and whatever it started; how it ended, for the end of a sentence.
-
-        One that is `dying` by itself gets some time for that, as it has a reason of its own.
-        """
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(timeout=_DYING_S if dying else 0)
-        with contextlib.suppress(OSError):
-            if os.name == "posix" or not isinstance(self._process, subprocess.Popen):
-                os.killpg(self._process.pid, signal.SIGKILL)
-            else:
-                self._process.kill()
-        code = self._process.wait()
-        if code < 0:
-            with contextlib.suppress(ValueError):
-                return f"its process was ended by the system ({signal.Signals(-code).name})"
-        return f"its process ended by itself with code {code}"
-
-    def _send(self, line: str) -> None:
-        """A worker that is dead already shows when it is listened to."""
-        assert self._process.stdin is not None
-        with contextlib.suppress(OSError, ValueError):
-            self._process.stdin.write(line.encode() + b"\n")
-            self._process.stdin.flush()
-
-    def _listen(self, tell: Callable[[Message], None]) -> None:
-        """Pass messages on; what something else printed before the worker took over its output is none."""
-        assert self._process.stdout is not None
-        for line in self._process.stdout:
-            with contextlib.suppress(ValueError):
-                message = json.loads(line)
-                if isinstance(message, dict) and message.keys() & _KINDS:
-                    tell(message)
-        tell({})
+    names = sorted(name for name in vars(resource) if name.startswith("RLIMIT_"))
+    limits = [resource.getrlimit(getattr(resource, name)) for name in names]
+    return os.getpid(), dict(environment), limits
 
 
-def continue_when_parent_ends() -> None:
-    """Let this process go on when its parent ends, should somebody have stopped it: it could not notice that itself.
-
-    It then finds its input closed. On Linux only; elsewhere a stopped process waits until it is told to go on.
-    """
-    if sys.platform == "linux":
-        import ctypes
-
-        with contextlib.suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGCONT, 0, 0, 0)
-
-
-def end_group() -> None:
-    """End this process, one that is a worker, and whatever it started itself."""
-    if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
-        os.killpg(0, signal.SIGKILL)
-    os._exit(1)
+def _how_it_ended(code: int) -> str:
+    if code < 0:
+        with contextlib.suppress(ValueError):
+            return f"its process was ended by the system ({signal.Signals(-code).name})"
+    return f"its process ended by itself with code {code}"

@@ -13,13 +13,14 @@ import gc
 import json
 import os
 import queue
+import signal
 import sys
 import threading
 import time
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from pipeline.cache import artefact, durable
 from pipeline.cache.distributions import versions
@@ -27,8 +28,7 @@ from pipeline.errors import Lacking, StudyError, is_answer
 from pipeline.execution.columns import columns
 from pipeline.execution.inputs import check_unchanged, given
 from pipeline.execution.job import File, Function, Job, Point, beneath, engine_code
-from pipeline.execution.observed_import import Compiled, ObservedSources
-from pipeline.execution.process import continue_when_parent_ends, end_group
+from pipeline.execution.observed_import import ObservedSources
 from pipeline.graph import Stage, is_inside
 from pipeline.parameters import loading
 from pipeline.stage_modules import home_of, importable, named, stage_module
@@ -37,6 +37,7 @@ from pipeline.stage_modules import home_of, importable, named, stage_module
 #: through it takes time.
 OBJECTS = 50_000
 _REPORT_EVERY_S = 0.1
+_PR_SET_PDEATHSIG = 1
 
 
 class Unfit(StudyError):
@@ -70,12 +71,10 @@ class Messages:
             self.send(progress=[min(1.0, max(0.0, float(fraction))), str(what)])
 
 
-def main(compiled: Compiled | None = None) -> None:
-    """Entry of `python -m pipeline.execution.worker`, and, with what it compiled, of a process that forks workers."""
-    continue_when_parent_ends()
+def main() -> NoReturn:
+    """Entry of `python -m pipeline.execution.worker`, and of a forked worker."""
+    when_parent_ends(signal.SIGCONT)  # should somebody have stopped it, it then finds its input closed
     gc.set_threshold(OBJECTS)
-    if compiled is not None:
-        os.environ["STAGE_PROCESSES"] = "fork"  # what a stage may do: no library has threads here
     messages = Messages()
     lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(lines,), daemon=True).start()
@@ -84,7 +83,7 @@ def main(compiled: Compiled | None = None) -> None:
         folder, text = json.loads(lines.get())
         job = Job.of(text)
         package = job.package
-        computing = Computing(job, Path(folder), messages, compiled)
+        computing = Computing(job, Path(folder), messages)
         while True:
             for index, point in json.loads(lines.get()):
                 messages.send(began=index)
@@ -97,10 +96,10 @@ def main(compiled: Compiled | None = None) -> None:
 class Computing:
     """The chain of stages of one job. What an upstream stage made is kept as long as its parameters stay."""
 
-    def __init__(self, job: Job, folder: Path, messages: Messages, compiled: Compiled | None = None) -> None:
+    def __init__(self, job: Job, folder: Path, messages: Messages) -> None:
         self.job, self.folder, self.messages = job, folder, messages
         home = home_of(job.package, Path(job.code_root))
-        self.observed = ObservedSources(home, job.package, compiled)
+        self.observed = ObservedSources(home, job.package)
         self._check_machine()
         importable(job.package, home)  # for the processes that a stage starts
         self.observed.install()
@@ -253,7 +252,21 @@ def _listen(lines: queue.SimpleQueue[bytes]) -> None:
         *whole, begun = (begun + part).split(b"\n")
         for line in whole:
             lines.put(line)
-    end_group()
+    if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)  # this process, and whatever it started itself
+    os._exit(1)
+
+
+def when_parent_ends(number: int) -> None:
+    """Let this process be sent a signal when its parent ends, should somebody have stopped one of them.
+
+    On Linux only; elsewhere a stopped process waits until it is told to go on.
+    """
+    if sys.platform == "linux":
+        import ctypes
+
+        with contextlib.suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number, 0, 0, 0)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,8 @@ import shutil
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from typing import Any
 
 from pipeline.errors import StageFailed
 from pipeline.execution.job import Job, Task
@@ -17,7 +18,7 @@ from pipeline.sweep.journal import COMPUTED, CRASH, ERROR, NO_ANSWER, TIME_LIMIT
 
 _MOST_DEATHS = 2  # at the same point
 _MOST_FALSE_STARTS = 5
-_NOWHERE = -1  # where a worker is before it begins a point
+_NOWHERE = -1
 
 
 class Bench:
@@ -37,59 +38,56 @@ class Bench:
         A point over its time limit loses its worker, and the others go on in a new one. Raises `StageFailed` if the
         worker cannot compute this job at all.
         """
-        waiting = list(tasks)
+        waiting = dict(tasks)
         deaths = Counter[int]()  # of workers, by the point they were at
         while waiting and not self._closed:
-            lost = None
-            for index, row in self._attempt(waiting):
-                if row is None:
-                    lost = index
-                    break
-                waiting = [task for task in waiting if task[0] != index]
-                deaths[_NOWHERE] = 0
-                yield index, row
-            if lost is not None:
-                deaths[lost] += 1
-                how = self._end(dying=True)
-                if deaths[_NOWHERE] >= _MOST_FALSE_STARTS and not self._closed:
-                    raise StageFailed(f"the sweep's workers cannot start: {how}")
-                if lost != _NOWHERE and deaths[lost] >= _MOST_DEATHS and not self._closed:
-                    waiting = [task for task in waiting if task[0] != lost]
-                    yield lost, Row(CRASH, f"{how}, twice")
+            left = len(waiting)
+            at, how = yield from self._attempt(waiting)
+            deaths[_NOWHERE] *= left == len(waiting)
+            deaths[at] += bool(how)
+            if deaths[_NOWHERE] >= _MOST_FALSE_STARTS and not self._closed:
+                raise StageFailed(f"the sweep's workers cannot start: {how}")
+            if at in waiting and deaths[at] >= _MOST_DEATHS and not self._closed:
+                del waiting[at]
+                yield at, Row(CRASH, f"{how}, twice")
 
     def close(self) -> None:
         """End the worker, also while another thread listens to it."""
         self._closed = True
         self._end()
 
-    def _attempt(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Row | None]]:
-        """Rows as long as the worker lives; at its death the point it was at (or `_NOWHERE`) with None."""
-        self._start().compute(tasks)
+    def _attempt(self, waiting: dict[int, Any]) -> Generator[tuple[int, Row], None, tuple[int, str]]:
+        """Rows as long as the worker lives, of points that then wait no more; at its death the point, and how it ended.
+
+        The point is `_NOWHERE` before it begins one.
+        """
+        self._start().compute([*waiting.items()])
         began, at = time.monotonic(), _NOWHERE
-        left = len(tasks)
-        while left:
+        while waiting:
             limit = self.job.time_limit_s + (self.job.start_limit_s if self._fresh else 0.0)
             try:
                 wait = None if limit == math.inf else max(0.0, began + limit - time.monotonic())
                 message = self._messages.get(timeout=wait)
             except queue.Empty:
                 self._end()
-                late = tasks[0][0] if at == _NOWHERE else at
+                late = next(iter(waiting)) if at == _NOWHERE else at
+                del waiting[late]
                 yield late, Row(TIME_LIMIT, f"took longer than {limit:g} s", {}, limit)
-                return
-            if not message:
-                yield at, None
-                return
+                break
             if "began" in message:
                 at, began = message["began"], began if self._fresh else time.monotonic()
             elif "index" in message:
-                self._fresh, left, began = False, left - 1, time.monotonic()
+                self._fresh, at, began = False, _NOWHERE, time.monotonic()
+                del waiting[message["index"]]
                 yield message["index"], _row(message)
-                at = _NOWHERE
             elif "failed" in message:
                 failed = message["failed"]
+                if failed["kind"] == CRASH:
+                    self._end()
+                    return at, failed["text"]
                 edited = f"{failed['file']} differs from what the sweep was started with"
                 raise StageFailed(edited if failed["file"] else failed["text"])
+        return _NOWHERE, ""
 
     def _start(self) -> Worker:
         if self._worker is None:
@@ -99,12 +97,12 @@ class Bench:
             self._fresh = True
         return self._worker
 
-    def _end(self, dying: bool = False) -> str:
-        """End the worker if there is one; how it ended."""
+    def _end(self) -> None:
+        """End the worker if there is one."""
         gone, self._worker = self._worker, None
-        how = gone.end(dying) if gone else ""
+        if gone is not None:
+            gone.end()
         shutil.rmtree(self._scratch, ignore_errors=True)
-        return how
 
 
 def _row(message: Message) -> Row:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.execution import forked
+from pipeline.execution import process
 from tests.pipeline.toy import Toy, with_commands, written
 
 _serial = itertools.count()
@@ -69,11 +69,11 @@ def done(finished: Toy, tmp_path: Path) -> Toy:
 @pytest.fixture
 def own_server() -> None:
     """A server of workers for this test alone, which gives it another environment; that of the others stays."""
-    kept, forked._server = forked._server, None
+    kept, process._server = process._server, None
     yield
-    if forked._server is not None:
-        forked._server.close()
-    forked._server = kept
+    if process._server is not None:
+        process._server.close()
+    process._server = kept
 
 
 @pytest.fixture(scope="session")

@@ -9,10 +9,10 @@ SERVER = b"pipeline.execution.fork_server"
 
 
 def workers(pid: int) -> list[int]:
-    """Processes of stages that process `pid` has, itself or through the server that forks them."""
+    """Processes of stages that process `pid` has, itself or below the server and what waits for each."""
     found = []
     for child in children(pid):
-        found += children(child) if _is_server(child) else [child]
+        found += [pid for keeper in children(child) for pid in children(keeper)] if _is_server(child) else [child]
     return found
 
 

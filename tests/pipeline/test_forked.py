@@ -5,22 +5,22 @@ from __future__ import annotations
 import errno
 import os
 import py_compile
+import queue
 import re
-import signal
-import subprocess
 import time
 from pathlib import Path
 
 import pytest
 
-from pipeline.cache.syntax import SyntaxMemo, beside
+from pipeline.cache.fingerprint import entry_modules
+from pipeline.cache.syntax import beside
 from pipeline.errors import StageFailed
-from pipeline.execution import forked
 from pipeline.execution.fork_server import foreign
 from pipeline.execution.job import Job
-from pipeline.execution.observed_import import Compiled
+from pipeline.execution.observed_import import code_of
+from pipeline.execution.process import FORKED, Worker
 
-pytestmark = pytest.mark.skipif(not forked.HERE, reason="workers are started afresh on this system")
+pytestmark = pytest.mark.skipif(not FORKED, reason="workers are started afresh on this system")
 FALL, SIDE = "PACKAGE/fall/run.py", "PACKAGE/side/run.py"
 
 
@@ -50,17 +50,6 @@ def test_what_stages_import_is_loaded_once(done, package):
     told = package("")
     assert done.run()["side"] == "computed" and done.run(force=True)["side"] == "computed"
     assert len(told()) == 1
-
-
-def test_what_the_next_stage_imports_is_loaded_while_one_computes(done, package, tmp_path):
-    told = package("")
-    for path in (FALL, SIDE):
-        done.edit(path, "import loud\n", "")
-    done.edit("PACKAGE/bounce/run.py", "from dataclasses", "import loud\nfrom dataclasses")
-    place = str(tmp_path / "foreign" / "told")
-    waits = f"for _ in range(200):\n        time.sleep(0.0 if os.path.getsize({place!r}) else 0.05)"
-    done.edit(FALL, "    t = np", f"    {waits}\n    assert os.path.getsize({place!r})\n    t = np")
-    assert done.run(names=("fall", "bounce")) == {"fall": "computed", "bounce": "computed"} and len(told()) == 1
 
 
 def test_a_worker_runs_the_code_that_is_there_when_it_starts(done, package):
@@ -186,22 +175,30 @@ def test_a_compilation_is_of_its_text_alone(done):
     os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
     for content in (kept.read_bytes(), b"", kept.read_bytes()[:40], b"\0" * 400):
         kept.write_bytes(content)
-        code = Compiled(SyntaxMemo(None)).code(str(path), edited)
+        code = code_of.__wrapped__(str(path), edited)
         assert code == compile(edited, str(path), "exec", dont_inherit=True) and code.co_filename == str(path)
 
 
 def test_what_was_parsed_for_the_key_is_not_parsed_again(done, monkeypatch):
     path = done.path("PACKAGE/fall/run.py")
     monkeypatch.setattr("ast.parse", None)
-    memo = beside(path.parent.parent)
-    assert Compiled(memo).take(path, path.read_bytes()) == done.study().sources.memo.meaning(path.read_bytes()).heads
-    assert memo.meaning(path.read_bytes()).heads
+    assert beside(path.parent.parent).meaning(path.read_bytes()).heads
 
 
-def test_a_worker_that_does_not_end_in_time_is_told_apart(done, own_server):
-    with open(os.devnull, "wb") as errors:
-        started = forked.started(os.environ, errors, Job(done.package, str(done.root), str(done.root), (), {}))
-    with pytest.raises(subprocess.TimeoutExpired):
-        started.wait(0.2)
-    os.killpg(started.pid, signal.SIGKILL)
-    assert started.wait(10.0) == -signal.SIGKILL
+def test_a_worker_is_ended_while_it_waits_and_while_its_packages_load(done, package):
+    """The second one hangs in the server, which ends with it; the next has another."""
+    told = package("if os.path.exists(__file__ + '.hang'):\n    import time\n    time.sleep(600)")
+    study, messages = done.study(), queue.SimpleQueue()
+    side = study.graph.stages["side"]
+    hangs = done.root.parent / "foreign/loud.py.hang"
+    hangs.touch()
+    for stages, code in (((), {}), ((side,), study.sources.closure(entry_modules(side, done.package)).files)):
+        worker = Worker(Job(done.package, str(done.root), str(done.root), stages, code), done.root, messages.put)
+        while not (told() if stages else worker._pid):
+            time.sleep(0.02)
+        began = time.monotonic()
+        worker.end()
+        assert messages.get(timeout=10)["failed"]["text"] == "its process was ended by the system (SIGKILL)"
+        assert time.monotonic() - began < 5
+    hangs.unlink()
+    assert done.run("side.seed=5", names=("side",)) == {"side": "computed"}

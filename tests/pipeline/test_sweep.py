@@ -255,9 +255,17 @@ def test_killed_workers_lose_nothing(toy):
 
 def test_only_deaths_at_the_same_point_are_counted_together(toy, monkeypatch):
     bench = Bench(Sweep(toy.study(), spec_of(toy.root, SLOW), Display())._job())
-    well = Row("computed", "", {})
-    attempts = iter([[(-1, None)], [(0, None)], [(-1, None)], [(0, well), (1, None)], [(1, None)], [(2, well)]])
-    monkeypatch.setattr(bench, "_attempt", lambda waiting: next(attempts))
+    #: Of each worker the points that it computes, and the one that it dies at; -1 before it begins one.
+    attempts = iter([((), -1), ((), 0), ((), -1), ((0,), 1), ((), 1), ((2,), None)])
+
+    def attempt(waiting):
+        done, dies = next(attempts)
+        for index in done:
+            del waiting[index]
+            yield index, Row("computed", "", {})
+        return (-1, "") if dies is None else (dies, "dead")
+
+    monkeypatch.setattr(bench, "_attempt", attempt)
     rows = dict(bench.work([(0, ""), (1, ""), (2, "")]))
     assert [rows[index].outcome for index in range(3)] == ["computed", "crash", "computed"]
 
