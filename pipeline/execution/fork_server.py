@@ -67,6 +67,10 @@ def main() -> NoReturn:
         with contextlib.suppress(ChildProcessError):
             while os.waitpid(-1, os.WNOHANG)[0]:
                 pass
+    signal.alarm(1)  # whoever is stopped, and so does not end, goes on when this process is gone
+    with contextlib.suppress(ChildProcessError):
+        while os.wait():
+            pass
     os._exit(0)
 
 
