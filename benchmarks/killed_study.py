@@ -32,7 +32,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.study import locate
 from tests.pipeline.processes import started
 
@@ -178,7 +178,7 @@ def digests(results: Path) -> dict[str, str]:
     """Digest of every file in a results folder that follows from the study alone."""
     paths = (path for path in sorted(results.rglob("*")) if path.is_file() and not path.name.endswith(".part"))
     named = ((path.relative_to(results), path) for path in paths)
-    return {inner.as_posix(): durable.digest(path.read_bytes()) for inner, path in named
+    return {inner.as_posix(): disk.digest(path.read_bytes()) for inner, path in named
             if inner.parts[0] not in (".cache", *_NOT_RESULTS)}  # fmt: skip
 
 

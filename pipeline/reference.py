@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.cli import cli
 from pipeline.parameters import loading
 from pipeline.parameters.value import allowed, declared
@@ -142,4 +142,4 @@ def _line(cells: Iterable[str]) -> str:
 
 
 if __name__ == "__main__":
-    durable.write(FILE, text(locate(start=FILE.parent)).encode())
+    disk.write(FILE, text(locate(start=FILE.parent)).encode())

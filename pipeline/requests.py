@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from pipeline.cache import durable, regular
+from pipeline.cache import disk
 from pipeline.errors import StudyError
 
 if TYPE_CHECKING:
@@ -56,17 +56,17 @@ def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
     import click
     import yaml
 
-    from pipeline.cache import lock
+    from pipeline.cache import disk
     from pipeline.study import shown
 
-    with lock.held(study.results, shown(study.results), "bipedstudy --verify", True, click.echo):
+    with disk.locked(study.results, shown(study.results), "bipedstudy --verify", True, click.echo):
         for request, stage, decision in chosen:
             key, result = stored(study, stage)
             found = {"stage": stage, "artefact_key": key, **request.verified(decision, result)}
             place = record_of(study, request, stage)
-            regular.inside(study.results, place, shown(place))
+            disk.inside(study.results, place, shown(place))
             text = yaml.safe_dump(found, sort_keys=False)
-            durable.write(place, f"{text}{_SEAL}{durable.digest(text.encode())}\n".encode())
+            disk.write(place, f"{text}{_SEAL}{disk.digest(text.encode())}\n".encode())
             if told:
                 click.echo(f"{request.line(found)}; {shown(place)}")
 
@@ -78,7 +78,7 @@ def stored(study: Study, stage: str) -> tuple[str, Any]:
     from pipeline.study import shown
 
     path = study.graph.stages[stage].artefact
-    content = regular.content(study.store.place(path), shown(study.store.place(path)))
+    content = disk.content(study.store.place(path), shown(study.store.place(path)))
     about = artefact.provenance(content, path)
     return about["key"], artefact.decode(content, result_class(study.package, stage), path)
 
@@ -98,8 +98,8 @@ def kept(study: Study, about: Mapping[str, str]) -> Iterator[str]:
         line = f"{request.NAME} {about[request.NAME]}"
         with contextlib.suppress(yaml.YAMLError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             record = record_of(study, request, about.get("stage", ""))
-            text, _, seal = (durable.read(record, regular.TEXT) or b"").decode().rpartition(_SEAL)
+            text, _, seal = (disk.read(record, disk.TEXT) or b"").decode().rpartition(_SEAL)
             found = yaml.safe_load(text)
-            if seal.strip() == durable.digest(text.encode()) and found["artefact_key"] == about.get("key"):
+            if seal.strip() == disk.digest(text.encode()) and found["artefact_key"] == about.get("key"):
                 line = request.line(found)
         yield line

@@ -27,7 +27,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pipeline.cache.distributions import installed
+from pipeline.cache.fingerprint import installed
 from pipeline.errors import StudyError
 from pipeline.home import DISTRIBUTION, engine
 

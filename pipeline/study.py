@@ -13,10 +13,9 @@ from types import ModuleType
 from typing import Any
 
 from pipeline import graph
-from pipeline.cache.closure import Sources
-from pipeline.cache.regular import Digests
+from pipeline.cache.disk import Digests
+from pipeline.cache.sources import Sources, beside
 from pipeline.cache.store import Store
-from pipeline.cache.syntax import beside
 from pipeline.errors import Declined, StudyError
 from pipeline.graph import Graph, Stage
 from pipeline.home import DISTRIBUTION, check_one_program, face, home

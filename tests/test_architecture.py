@@ -13,8 +13,7 @@ import pytest
 
 from pipeline import graph
 from pipeline.cache import fingerprint
-from pipeline.cache.closure import Sources
-from pipeline.cache.syntax import beside
+from pipeline.cache.sources import Sources, beside
 from pipeline.execution.fork_server import foreign
 from pipeline.execution.inputs import disagreements
 from pipeline.parameters import loading, yaml_text

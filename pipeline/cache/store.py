@@ -21,7 +21,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import durable, fingerprint, regular
+from pipeline.cache import disk, fingerprint
 from pipeline.cache.fingerprint import Ingredients
 from pipeline.errors import StudyError
 from pipeline.graph import OWN, is_inside
@@ -90,7 +90,7 @@ class Store:
 
     def entry(self, key: str) -> Entry | None:
         """The entry of this key, or None if there is none, its manifest is damaged, or names what is no out."""
-        return _entry(durable.read(self.folder / key / _MANIFEST, durable.MEMO), key)
+        return _entry(disk.read(self.folder / key / _MANIFEST, disk.MEMO), key)
 
     def new_folder(self, key: str) -> Path:
         """An empty folder in which a worker makes the files of `key`."""
@@ -101,7 +101,7 @@ class Store:
 
     def keep(self, folder: Path, entry: Entry) -> bool:
         """Make a filled folder the entry of its key. Whether an earlier entry held other bytes (it is replaced)."""
-        durable.write(folder / _MANIFEST, _manifest(entry))
+        disk.write(folder / _MANIFEST, _manifest(entry))
         target = self.folder / entry.key
         earlier = self.entry(entry.key)
         if target.exists() or target.is_symlink():
@@ -111,7 +111,7 @@ class Store:
             _remove(aside)
         else:
             folder.rename(target)
-        durable.sync_folder(self.folder)
+        disk.sync_folder(self.folder)
         return earlier is not None and earlier.outs != entry.outs
 
     def drop(self, key: str) -> None:
@@ -131,7 +131,7 @@ class Store:
                     if _is_folder(path) and path.name not in apart]  # fmt: skip
         for folder in folders:
             for path in folder.glob(".*.part"):
-                if durable.is_unfinished(path):
+                if disk.is_unfinished(path):
                     with contextlib.suppress(OSError):
                         path.unlink()
 
@@ -164,10 +164,10 @@ class Store:
         earlier = {*(before["files"] if before else self._left_behind(entry.stage)), *entry.outs}
         own = sorted(path for path in earlier if _beneath(path, self.outs[entry.stage]))
         gone = [path for path in own if path not in entry.outs and not _is_folder(self.place(path))]
-        places = {path: regular.inside(self.results, self.place(path), path) for path in (*fresh, *gone)}
+        places = {path: disk.inside(self.results, self.place(path), path) for path in (*fresh, *gone)}
         self._set_record(entry, False, own)
         for path in fresh:
-            durable.write(places[path], _checked(stored[path], entry.outs[path]))
+            disk.write(places[path], _checked(stored[path], entry.outs[path]))
         for path in gone:
             places[path].unlink(missing_ok=True)
         self._set_record(entry, True, sorted(entry.outs))
@@ -186,12 +186,12 @@ class Store:
 
     def _set_record(self, entry: Entry, complete: bool, files: list[str]) -> None:
         record = {"stage": entry.stage, "key": entry.key, "complete": complete, "files": files}
-        durable.write(self._record(entry.stage), json.dumps({**record, "seal": _seal(record)}).encode())
+        disk.write(self._record(entry.stage), json.dumps({**record, "seal": _seal(record)}).encode())
 
     def _last(self, stage: str) -> dict[str, Any] | None:
         """What was last put into the results folder for this stage; None if that is not known or was tampered with."""
         try:
-            record = json.loads(durable.read(self._record(stage), durable.MEMO) or b"")
+            record = json.loads(disk.read(self._record(stage), disk.MEMO) or b"")
             seal = record.pop("seal")
             whole = seal == _seal(record) and record["stage"] == stage and isinstance(record["key"], str)
             return record if whole and all(is_inside(path) for path in record["files"]) else None
@@ -243,13 +243,13 @@ def _is_as_made(path: Path, out: Out) -> bool | None:
         found = path.stat()
     except OSError:
         return None
-    return stat.S_ISREG(found.st_mode) and found.st_size == out.size and regular.digest(path) == out.sha256
+    return stat.S_ISREG(found.st_mode) and found.st_size == out.size and disk.file_digest(path) == out.sha256
 
 
 def _checked(path: Path, out: Out) -> Iterator[bytes]:
     """The content of a stored file, part by part. Raises OSError at its end if it is not what was made."""
     found = hashlib.sha256()
-    for block in regular.blocks(path):
+    for block in disk.blocks(path):
         found.update(block)
         yield block
     if found.hexdigest() != out.sha256:
@@ -268,4 +268,4 @@ def _remove(path: Path) -> None:
 
 
 def _seal(body: dict[str, Any]) -> str:
-    return durable.digest(json.dumps(body, sort_keys=True).encode())
+    return disk.digest(json.dumps(body, sort_keys=True).encode())

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.graph import FILE_NAME, REPORT
 from pipeline.home import engine
 from pipeline.study import Study
@@ -52,7 +52,7 @@ def look(study: Study) -> Lay | None:
 
 def recall(study: Study) -> dict[str, str]:
     """The summary of each stage if all lies as it did when it was noted to be current; else nothing."""
-    noted: Any = durable.read_sealed(study.store.folder / _NAME) if HERE else None
+    noted: Any = disk.read_sealed(study.store.folder / _NAME) if HERE else None
     with contextlib.suppress(TypeError, KeyError):
         if noted["digest"] == _digest(study, noted["places"]):
             return dict(noted["summaries"])
@@ -63,7 +63,7 @@ def note(study: Study, lay: Lay | None, summaries: dict[str, str]) -> None:
     """Note that all was current as it lay before it was looked into; where nothing can be written that costs time."""
     if HERE and lay is not None:
         with contextlib.suppress(OSError):
-            durable.write_sealed(study.store.folder / _NAME, {**asdict(lay), "summaries": [*summaries.items()]})
+            disk.write_sealed(study.store.folder / _NAME, {**asdict(lay), "summaries": [*summaries.items()]})
 
 
 def _digest(study: Study, places: Iterable[str]) -> str | None:
@@ -79,7 +79,7 @@ def _digest(study: Study, places: Iterable[str]) -> str | None:
         return None
     if max(max(written, changed) for *_, written, changed in stamps) > began - _IN_DOUBT_NS:
         return None
-    return durable.digest(json.dumps([sys.version, study.settings, study.asked, stamps]).encode())
+    return disk.digest(json.dumps([sys.version, study.settings, study.asked, stamps]).encode())
 
 
 def _beneath(folder: str) -> Iterator[_Stamp]:

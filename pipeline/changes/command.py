@@ -45,9 +45,9 @@ def command(
 
     found = between(study, other, tolerance)
     if page is not None:
-        from pipeline.cache import durable
+        from pipeline.cache import disk
 
-        durable.write(page, html(found))
+        disk.write(page, html(found))
     if as_json:
         options.print_json({**plain(found), "changed": found.any})
     elif as_csv:
@@ -120,7 +120,7 @@ def html(found: Changes) -> bytes:
 
 def _data(path: Path) -> str:
     """A picture as an address of data; nothing for a page's fragment or what is not there."""
-    from pipeline.cache import durable
+    from pipeline.cache import disk
 
-    content = durable.read(path) if path.suffix == ".png" else None
+    content = disk.read(path) if path.suffix == ".png" else None
     return "" if content is None else "data:image/png;base64," + base64.b64encode(content).decode()

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import artefact, durable, regular
+from pipeline.cache import artefact, disk
 from pipeline.changes import numbers
 from pipeline.changes.numbers import Change
 from pipeline.commands import claims
@@ -121,7 +121,7 @@ def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str 
              every: list[Change]) -> None:  # fmt: skip
     """Add what differs between two artefacts of a stage. Raises `StudyError`, `ArtefactError` if one is unreadable."""
     names = shown(before), shown(after)
-    old, new = regular.content(before, names[0]), regular.content(after, names[1])
+    old, new = disk.content(before, names[0]), disk.content(after, names[1])
     if old == new:
         return
     for change in numbers.parameters(artefact.provenance(old, names[0]), artefact.provenance(new, names[1])):
@@ -160,7 +160,7 @@ def _figures(before: Path, after: Path) -> list[Picture]:
     there = [{path.name for path in (each / folder).glob("*")} for each in (before, after)]
     for name in sorted(set.union(*there)) if all(there) else ():
         one, other = before / folder / name, after / folder / name
-        bytes_of = [durable.read(path) for path in (one, other)]
+        bytes_of = [disk.read(path) for path in (one, other)]
         if bytes_of[0] == bytes_of[1] or Path(name).suffix not in (".png", ".html"):
             continue
         if None in bytes_of:

@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 
 from pipeline import layout
-from pipeline.cache import lock
+from pipeline.cache import disk
 from pipeline.cache.store import QUESTIONS, SWEEPS, Store
 from pipeline.commands import options
 from pipeline.study import Study, shown
@@ -34,7 +34,7 @@ def command(study: Study, dry_run: bool, journals: bool, wait: bool, as_json: bo
     with contextlib.ExitStack() as locks:
         for folder in (study.results, *([study.results / SWEEPS] if (study.results / SWEEPS).is_dir() else [])):
             said = functools.partial(click.echo, err=True)
-            locks.enter_context(lock.held(folder, shown(folder), "bipedstudy clean", wait, said))
+            locks.enter_context(disk.locked(folder, shown(folder), "bipedstudy clean", wait, said))
         if not dry_run:
             study.store.sweep()
         kept = kept_by_questions(study.store) if journals else ()

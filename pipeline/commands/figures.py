@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from pipeline import completion
-from pipeline.cache import processor, provenance, regular
+from pipeline.cache import disk, fingerprint, processor
 from pipeline.commands import options
 from pipeline.errors import FAILED, Declined, StudyError
 from pipeline.execution import display
@@ -109,8 +109,8 @@ def _strictness(study: Study, exact: bool, tolerance: float | None, against: Pat
     place = study.store.place(stage.artefact)
     if not place.exists():
         return f"{allowed}, as {shown(place)} is not there to tell what made them", False
-    about = artefact.provenance(regular.content(place, shown(place)), shown(place))
-    if provenance.made_as_here(about):
+    about = artefact.provenance(disk.content(place, shown(place)), shown(place))
+    if fingerprint.made_as_here(about):
         return "byte by byte, as they were made by such a processor and such versions as there are here", True
     made, here = about.get("processor", "an unknown processor"), processor.words()
     return f"{allowed}, as they were made by {made if made != here else 'other versions'}, and here is {here}", False

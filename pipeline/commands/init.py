@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.commands import options
 from pipeline.errors import StudyError
 from pipeline.graph import FILE_NAME
@@ -38,10 +38,10 @@ def command(folder: Path, update: bool) -> None:
     unfinished = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         for source in sorted((given / "params").glob("*.yaml")):
-            durable.write(unfinished / "params" / source.name, source.read_bytes())
-        durable.write(unfinished / FILE_NAME, _graph((given / FILE_NAME).read_text(encoding="utf-8")).encode())
-        durable.write(unfinished / "README.md", readme.format(name=target.name).encode())
-        durable.write(unfinished / ".gitignore", b"results/\n")
+            disk.write(unfinished / "params" / source.name, source.read_bytes())
+        disk.write(unfinished / FILE_NAME, _graph((given / FILE_NAME).read_text(encoding="utf-8")).encode())
+        disk.write(unfinished / "README.md", readme.format(name=target.name).encode())
+        disk.write(unfinished / ".gitignore", b"results/\n")
         if target.exists():
             target.rmdir()
         unfinished.rename(target)
@@ -57,15 +57,15 @@ def _update(folder: Path) -> None:
     if study.borrowed or study.code_root == study.root:
         raise StudyError(f"{shown(folder)}: is not a study that `init` laid out")
     given, path = home(), study.root / FILE_NAME
-    new, old = _graph((given / FILE_NAME).read_text(encoding="utf-8")).encode(), durable.read(path) or b""
+    new, old = _graph((given / FILE_NAME).read_text(encoding="utf-8")).encode(), disk.read(path) or b""
     if new != old:
-        durable.write(path.with_suffix(".yaml.old"), old)
-        durable.write(path, new)
+        disk.write(path.with_suffix(".yaml.old"), old)
+        disk.write(path, new)
         click.echo(f"{shown(path)}: written anew; the old one is {path.name}.old")
     for source in sorted((given / "params").glob("*.yaml")):
         target = study.params / source.name
         if not target.exists():
-            durable.write(target, source.read_bytes())
+            disk.write(target, source.read_bytes())
             click.echo(f"{shown(target)}: added")
 
 

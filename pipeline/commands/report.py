@@ -19,7 +19,7 @@ from pipeline.study import Study, shown
 @click.option("--no-times", is_flag=True, help="Leave out how long stages took: the same results give the same bytes.")
 def command(study: Study, into: Path | None, no_times: bool) -> None:
     """Write one self-contained page: claims, figures, animation, parameters, provenance. run-all does this too."""
-    from pipeline.cache import durable
+    from pipeline.cache import disk
     from pipeline.report import page
     from pipeline.report.content import entries
     from pipeline.report.standing import Standing, echo
@@ -30,5 +30,5 @@ def command(study: Study, into: Path | None, no_times: bool) -> None:
     stale = {name: "; ".join(item.reasons) for name, item in found.found.items()}
     echo(f"{found.said(names)}; the page says so" if stale else found.doubt)
     path = into or study.results / REPORT
-    durable.write(path, page.render(study, made, not no_times, stale))
+    disk.write(path, page.render(study, made, not no_times, stale))
     click.echo(f"written: {shown(path)}")

@@ -12,15 +12,14 @@ from typing import Any
 
 import click
 
-from pipeline.cache import lock
+from pipeline.cache import disk
 from pipeline.cache.fingerprint import compact
 from pipeline.commands import clean
 from pipeline.commands.options import print_json
 from pipeline.commands.status import print_survey
 from pipeline.errors import StageFailed, StudyError
 from pipeline.execution import display
-from pipeline.execution.executor import FAILING, Outcome, bring_up_to_date
-from pipeline.execution.planning import Planner, State
+from pipeline.execution.executor import FAILING, Outcome, Planner, State, bring_up_to_date
 from pipeline.parameters import levels, loading
 from pipeline.study import Study, shown
 
@@ -58,7 +57,7 @@ def run_stages(
     command = " ".join(["bipedstudy", *sys.argv[1:]])
     failed: StageFailed | None = None
     try:
-        with lock.held(study.results, shown(study.results), command, wait, shows.note):
+        with disk.locked(study.results, shown(study.results), command, wait, shows.note):
             with contextlib.suppress(OSError):
                 study.store.sweep()
             _say_what_gives_way(study, values, shows)
@@ -77,7 +76,7 @@ def run_stages(
                 click.echo(f"{written.stem:<13} written             {shown(written)}")
             if any(outcome.how == "computed" for outcome in outcomes):
                 _say_if_large(study, shows)
-    except lock.NotWritable:
+    except disk.NotWritable:
         if forced or any(item.state is not State.CURRENT for item in Planner(study, values).survey(names)):
             raise
         outcomes = bring_up_to_date(study, values, shows)  # everything is current, so this writes nothing

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline import completion, layout, requests
-from pipeline.cache import regular
+from pipeline.cache import disk
 from pipeline.commands import options
 from pipeline.errors import ArtefactError, StudyError, nearest
 from pipeline.report import standing
@@ -41,7 +41,7 @@ def command(study: Study, artefact: str, where: str | None, as_json: bool, as_cs
     from pipeline.cache import artefact as artefacts
 
     path = _path(study, artefact)
-    content = regular.content(path, shown(path))
+    content = disk.content(path, shown(path))
     _check_links(content, shown(path))
     about = artefacts.provenance(content, shown(path))
     standing.say(study, *(name for name, stage in study.graph.stages.items()

@@ -8,7 +8,7 @@ import click
 
 from pipeline import layout
 from pipeline.commands import options
-from pipeline.execution.planning import Assessment, State
+from pipeline.execution.executor import Assessment, State
 from pipeline.report.standing import in_short
 from pipeline.study import Study
 
@@ -26,7 +26,7 @@ _WORDS = {
 @options.as_csv
 def command(study: Study, as_json: bool, as_csv: bool) -> None:
     """Say which stages are current, and why the others are not. Runs nothing."""
-    from pipeline.execution.planning import Planner
+    from pipeline.execution.executor import Planner
 
     options.one_form(json=as_json, csv=as_csv)
     names = tuple(study.graph.stages)

@@ -46,7 +46,7 @@ def command(
     docs/sweeps.md shows how a SPEC is written. What was computed before is not computed again, also after an
     interruption. A point without a result is a row with its reason; ends with 3 if no point has one.
     """
-    from pipeline.cache import lock
+    from pipeline.cache import disk
     from pipeline.execution import display
     from pipeline.sweep import spec as specs
     from pipeline.sweep.sweep import Sweep
@@ -62,7 +62,7 @@ def command(
     target = out or sweep.folder / f"{spec.stem}.h5"
     said = " ".join(["bipedstudy", *sys.argv[1:]])
     with (
-        lock.held(sweep.folder, shown(sweep.folder), said, wait, shows.note),
+        disk.locked(sweep.folder, shown(sweep.folder), said, wait, shows.note),
         cluster.client(shows.note) as (client, workers),
     ):
         summary = sweep.run(target, workers or jobs or os.cpu_count() or 1, client)

@@ -26,13 +26,12 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from pipeline.cache import durable
-from pipeline.cache.closure import with_parents
-from pipeline.cache.syntax import Imports, beside
+from pipeline.cache import disk
+from pipeline.cache.sources import Imports, beside, with_parents
 from pipeline.errors import StudyError
 from pipeline.execution import worker
 from pipeline.execution.job import Job
-from pipeline.execution.observed_import import code_of
+from pipeline.execution.worker import code_of
 from pipeline.stage_modules import home_of
 
 _THREADS = Path("/proc/self/task")
@@ -84,7 +83,7 @@ def load(job: Job) -> None:
         heads: dict[str, Imports] = {}
         for file in job.code:
             if file.endswith(".py"):
-                source = durable.read(home / file) or b""
+                source = disk.read(home / file) or b""
                 heads[file] = memo.meaning(source).heads
                 with contextlib.suppress(SyntaxError, ValueError):
                     code_of(str(home / file), source)

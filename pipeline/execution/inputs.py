@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import artefact, durable, regular
+from pipeline.cache import artefact, disk
 from pipeline.errors import Lacking, StudyError, nearest
 from pipeline.execution.job import File, beneath
 from pipeline.graph import Stage
@@ -86,8 +86,8 @@ def _value(path: str, kind: Any, files: Mapping[str, File]) -> Any:
         first, (place, _) = next(iter(files.items()))
         inside = len(Path(first).parts) - len(Path(path).parts)
         return [Path(place), *Path(place).parents][inside]
-    content = durable.read(Path(files[path][0])) or b""
-    if durable.digest(content) != files[path][1]:
+    content = disk.read(Path(files[path][0])) or b""
+    if disk.digest(content) != files[path][1]:
         raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
     return artefact.decode(content, kind, path)
 
@@ -99,7 +99,7 @@ def check_unchanged(
     for name, (file, sha256) in files.items():
         found = ""
         with contextlib.suppress(OSError):  # it is gone
-            found = regular.digest(Path(file))
+            found = disk.file_digest(Path(file))
         if found != sha256:
             raise StudyError(f"its input {name} {said}")
 

@@ -16,9 +16,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pipeline.cache import durable
-from pipeline.cache.fingerprint import entry_modules
-from pipeline.cache.provenance import attributes
+from pipeline.cache import disk
+from pipeline.cache.fingerprint import attributes, entry_modules
 from pipeline.graph import Stage
 from pipeline.home import engine
 from pipeline.parameters import loading
@@ -118,7 +117,7 @@ def engine_code() -> dict[str, str]:
     """What this program is made of: file -> digest, whatever ends its lines."""
     home = engine()
     files = (path for path in sorted((home / "pipeline").rglob("*.py")) if "face" not in path.relative_to(home).parts)
-    return {path.relative_to(home).as_posix(): durable.digest(path.read_bytes().replace(b"\r\n", b"\n"))[:16]
+    return {path.relative_to(home).as_posix(): disk.digest(path.read_bytes().replace(b"\r\n", b"\n"))[:16]
             for path in files}  # fmt: skip
 
 

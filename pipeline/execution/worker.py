@@ -4,12 +4,19 @@ for a question the parts of its answer.
 The first line on standard input is the job with a folder for files, every further line holds points. Messages go back
 as lines of JSON: each point is announced before it begins, so that whoever listens knows which one a crash or a hang
 belongs to, and ends with `done` or `failed`. When standard input closes, the worker ends, and what it started.
+
+The stages' modules are imported from their source, and it is remembered which text was used. A source can be edited
+while a stage runs, and a compiled file beside it can be older than an edit made within the same second. So the worker
+reads the source itself and compiles that text, and checks afterwards that this is what the key says.
 """
 
 from __future__ import annotations
 
 import contextlib
 import gc
+import importlib.abc
+import importlib.machinery
+import importlib.util
 import json
 import os
 import queue
@@ -18,20 +25,77 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
+from types import CodeType, ModuleType
 from typing import Any, NoReturn
 
-from pipeline.cache import artefact, durable
-from pipeline.cache.distributions import versions
+from pipeline.cache import artefact, disk
+from pipeline.cache.fingerprint import versions
+from pipeline.cache.sources import Sources, beside
 from pipeline.errors import Lacking, StudyError, is_answer
 from pipeline.execution.columns import columns
 from pipeline.execution.inputs import check_unchanged, given
 from pipeline.execution.job import File, Function, Job, Point, beneath, engine_code
-from pipeline.execution.observed_import import ObservedSources
 from pipeline.graph import Stage, is_inside
 from pipeline.parameters import loading
 from pipeline.stage_modules import home_of, importable, named, stage_module
+
+
+@cache
+def code_of(path: str, source: bytes) -> CodeType:
+    """The code of the source at `path`, compiled once for this process and those it forks.
+
+    Raises SyntaxError or ValueError where it cannot be compiled.
+    """
+    code: CodeType = compile(source, path, "exec", dont_inherit=True)
+    return code
+
+
+class ObservedSources(importlib.abc.MetaPathFinder):
+    """Finder for one package; `loaded` maps each file (from the code root) to the source bytes that were executed."""
+
+    def __init__(self, code_root: Path, package: str) -> None:
+        self.sources = Sources(code_root, package, beside(code_root / package))
+        self.loaded: dict[str, bytes] = {}
+
+    def install(self) -> None:
+        """Take over the import of the package from now on."""
+        sys.meta_path.insert(0, self)
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        """Spec of a module of the package, None for all others."""
+        if fullname.split(".")[0] != self.sources.package:
+            return None
+        found = self.sources.file(fullname)
+        if found is None:
+            return None
+        file = self.sources.code_root / found
+        search = [str(file.parent)] if file.name == "__init__.py" else None
+        loader = _Loader(fullname, str(file), self)
+        return importlib.util.spec_from_file_location(fullname, file, loader=loader, submodule_search_locations=search)
+
+    def meanings(self) -> dict[str, str]:
+        """File -> hash of what was executed."""
+        return {file: self.sources.memo.meaning(source).tree for file, source in self.loaded.items()}
+
+
+class _Loader(importlib.machinery.SourceFileLoader):
+    def __init__(self, fullname: str, path: str, observed: ObservedSources) -> None:
+        super().__init__(fullname, path)
+        self._observed = observed
+
+    def get_code(self, fullname: str) -> CodeType:
+        """Code of the source as it is now."""
+        path = self.get_filename(fullname)
+        source = self.get_data(path)
+        name = Path(path).relative_to(self._observed.sources.code_root).as_posix()
+        self._observed.loaded[name] = source
+        return code_of(path, source)
+
 
 #: Objects made between two looks for garbage, here and where workers are forked: what is loaded is none, and looking
 #: through it takes time.
@@ -130,7 +194,7 @@ class Computing:
         *above, stage = self.job.stages
         files, token = dict(self.files), ""
         for each in above:
-            token = durable.digest(token.encode() + json.dumps(point[each.name]).encode())
+            token = disk.digest(token.encode() + json.dumps(point[each.name]).encode())
             if self.kept.get(each.name, ("", {}))[0] != token:
                 upstream = self._result(each, point, files)
                 made = _files(each, upstream, artefact.encode(upstream, {}))
@@ -155,12 +219,12 @@ class Computing:
         """Write the files of a result; what they are, and its summary. Their content is told without provenance."""
         plain, told = artefact.encoded(result, self.job.provenance or {}, self.job.about, self.job.errors)
         files = _files(stage, result, plain)
-        content = {name: durable.digest(data) for name, data in files.items()}
+        content = {name: disk.digest(data) for name, data in files.items()}
         files[stage.artefact] = told
         for name, data in files.items():
-            durable.write(self.folder / name, data)
+            disk.write(self.folder / name, data)
         outs = {
-            name: {"sha256": durable.digest(data), "size": len(data), "content": content[name]}
+            name: {"sha256": disk.digest(data), "size": len(data), "content": content[name]}
             for name, data in sorted(files.items())
         }
         return {"outs": outs, "summary": " ".join(str(result.summary()).split())}
@@ -170,7 +234,7 @@ class Computing:
         for name, data in contents.items():
             (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
             (self.folder / name).write_bytes(data)
-        return {name: (str(self.folder / name), durable.digest(data)) for name, data in contents.items()}
+        return {name: (str(self.folder / name), disk.digest(data)) for name, data in contents.items()}
 
     def _check_machine(self) -> None:
         here = versions([*self.job.versions])

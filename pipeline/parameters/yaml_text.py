@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from pipeline.cache import regular
+from pipeline.cache import disk
 from pipeline.errors import StudyError
 
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -87,7 +87,7 @@ def read(path: Any, where: str) -> Node:
 def text_of(path: Any, where: str) -> str:
     """The text of the file `path`, which messages call `where`. Raises `StudyError` if it cannot be read as text."""
     try:
-        regular.check(path, where, regular.TEXT)
+        disk.check(path, where, disk.TEXT)
         text: str = path.read_text(encoding="utf-8")
         return text
     except UnicodeDecodeError:

@@ -18,11 +18,11 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact, durable, regular
-from pipeline.cache.closure import Closure
-from pipeline.cache.distributions import versions
+from pipeline.cache import artefact, disk
+from pipeline.cache.fingerprint import versions
 from pipeline.cache.hdf5 import dimensions
 from pipeline.cache.hdf5.tables import describe
+from pipeline.cache.sources import Closure
 from pipeline.cache.store import QUESTIONS
 from pipeline.errors import Declined, StageFailed, Stopped, StudyError
 from pipeline.execution.job import Function, Job, engine_code
@@ -127,7 +127,7 @@ class Asked:
                                                type(self._parameters).__module__, function.__module__))  # fmt: skip
         said = [json.dumps(each) for each in (shared, *arguments)]
         path = self._study.store.folder / QUESTIONS / f"{self._key(function, closure, said[0])}.jsonl"
-        keys = [durable.digest(text.encode()) for text in said[1:]]
+        keys = [disk.digest(text.encode()) for text in said[1:]]
         try:
             journal = Journal(path)
         except OSError as error:
@@ -182,7 +182,7 @@ class Asked:
         if not file.exists():
             return None, f"{shown(file)} is not there"
         try:
-            regular.check(file, shown(file), regular.ARTEFACT)
+            disk.check(file, shown(file), disk.ARTEFACT)
             return artefact.load(file, result_class(self._study.package, self._stage)), shown(file)
         except StudyError as unfit:
             return None, str(unfit)
@@ -200,7 +200,7 @@ class Asked:
         try:
             yield unfinished
             unfinished.replace(path)
-            durable.sync_folder(path.parent)
+            disk.sync_folder(path.parent)
         finally:
             if unfinished.is_dir():
                 shutil.rmtree(unfinished)
@@ -226,7 +226,7 @@ class Asked:
             files |= rewritten(self._study.params, answer.parameters, self._study.settings, source)
         folder.mkdir()
         for name, content in files.items():
-            durable.write(folder / name, content)
+            disk.write(folder / name, content)
 
     def _key(self, function: Callable[..., Any], closure: Closure, shared: str) -> str:
         """What the function's answers follow from beside its arguments: question, code, parameters, packages."""
@@ -236,7 +236,7 @@ class Asked:
             "versions": versions(closure.foreign),
             "parameters": loading.as_plain(self._parameters),
         }
-        return durable.digest(json.dumps(parts, sort_keys=True).encode())[:32]
+        return disk.digest(json.dumps(parts, sort_keys=True).encode())[:32]
 
 
 def answered(row: Row) -> Row:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.cache.fingerprint import compact
 from pipeline.cache.store import Entry
 from pipeline.commands.claims import Claim, Claims
@@ -103,7 +103,7 @@ def entries(study: Study, failed: Mapping[str, str] = MappingProxyType({})) -> d
 def undrawn(study: Study) -> list[str]:
     """A sentence for each figure that the captions have and the results have not: its reason is its caption."""
     place = study.store.place(CAPTIONS)
-    words, folder = _words(durable.read(place)), study.store.place(FIGURES)
+    words, folder = _words(disk.read(place)), study.store.place(FIGURES)
     return [f"{caption['name']}: {caption['text']}" for caption in words.get("figures", ())
             if not any(folder.glob(f"{caption['name']}.*"))]  # fmt: skip
 
@@ -136,8 +136,8 @@ def _is_shown(path: str) -> bool:
 
 
 def _intact(study: Study, entry: Entry, path: str) -> bytes:
-    content, out = durable.read(study.store.place(path)), entry.outs[path]
-    if content is None or durable.digest(content) != out.sha256:
+    content, out = disk.read(study.store.place(path)), entry.outs[path]
+    if content is None or disk.digest(content) != out.sha256:
         what = "is missing" if content is None else "was edited or damaged"
         raise StudyError(f"{path} {what}; put it right with: bipedstudy run {entry.stage}")
     return content

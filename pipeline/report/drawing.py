@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import artefact, durable, regular
+from pipeline.cache import artefact, disk
 from pipeline.errors import Declined, StudyError, is_answer, nearest
 from pipeline.graph import Stage
 from pipeline.parameters import loading
@@ -52,7 +52,7 @@ def draw(
             refused.append(f"{name} is not drawn: {error}")
             continue
         for path, content in files.items():
-            durable.write(folder / Path(path).name, content)
+            disk.write(folder / Path(path).name, content)
         yield [folder / Path(path).name for path in files], caption if together(study, makers) else _NO_CAPTION, said
     if refused:
         raise Declined(refused)
@@ -90,5 +90,5 @@ def _result(study: Study, stage: Stage, key: str) -> Any:
     file = study.store.place(path)
     if not file.exists():
         raise study.absent(study.graph.maker(path), file, "run-all")
-    regular.check(file, shown(file), regular.ARTEFACT)
+    disk.check(file, shown(file), disk.ARTEFACT)
     return artefact.load(file, result_class(study.package, key)) if path.endswith(".h5") else file

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.cache.store import Entry
 from pipeline.graph import REPORT
 from pipeline.parameters import levels
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _TEMPLATE = Path(__file__).with_name("page.html")
 _SEAL = '<meta name="made-from" content="{}">'
 _WHOLE = '<meta name="whole" content="{}">'
-_WHOLE_LENGTH = len(_WHOLE.format(durable.digest(b"")))
+_WHOLE_LENGTH = len(_WHOLE.format(disk.digest(b"")))
 
 
 def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> str:
@@ -37,21 +37,21 @@ def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mappi
         [(entry.key, entry.seconds if with_times else 0, entry.summary if entry.refused else "")
          for entry in made.values()], dict(stale)]  # fmt: skip
     files = [*sorted(study.params.glob("*.yaml")), *sorted(_TEMPLATE.parent.glob("*.*"))]
-    parts += [durable.digest(durable.read(path) or b"") for path in files]
-    return durable.digest(json.dumps(parts).encode())[:32]
+    parts += [disk.digest(disk.read(path) or b"") for path in files]
+    return disk.digest(json.dumps(parts).encode())[:32]
 
 
 def is_current(path: Path, wanted: str) -> bool:
     """Whether the page at `path` carries the seal `wanted` and is as it was written."""
     with contextlib.suppress(OSError):
-        head, mark, rest = (durable.read(path) or b"").partition(_SEAL.format(wanted).encode())
+        head, mark, rest = (disk.read(path) or b"").partition(_SEAL.format(wanted).encode())
         return bool(mark) and rest.startswith(_whole(head, rest[_WHOLE_LENGTH:]))
     return False
 
 
 def _whole(head: bytes, rest: bytes) -> bytes:
     """What stands behind the seal: a hash of all else on the page, so that damage is told."""
-    return _WHOLE.format(durable.digest(head + rest)).encode()
+    return _WHOLE.format(disk.digest(head + rest)).encode()
 
 
 def render(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> bytes:
@@ -95,5 +95,5 @@ def refresh(study: Study, failed: Mapping[str, str] = MappingProxyType({})) -> P
     path = study.results / REPORT
     if is_current(path, seal(study, made, True, {})):
         return None
-    durable.write(path, render(study, made, True, {}))
+    disk.write(path, render(study, made, True, {}))
     return path

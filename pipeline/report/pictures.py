@@ -6,7 +6,7 @@ import io
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 
 #: Largest rms difference of two pictures, in grey levels of 255, called the same. A change of a figure's data by 1e-3
 #: gives at least three times as much (tests/figures/test_golden.py); a single thin curve changed so may give less.
@@ -28,7 +28,7 @@ def compare(expected: Path, drawn: Path, kept: Path, tolerance: float = TOLERANC
     names = sorted({path.name for folder in (expected, drawn) if folder.is_dir() for path in folder.iterdir()})
     found = []
     for name in names:
-        one, other = durable.read(expected / name), durable.read(drawn / name)
+        one, other = disk.read(expected / name), disk.read(drawn / name)
         if one is None or other is None:
             found.append(Difference(name, "is missing" if one is None else "is no longer drawn", True))
         elif one != other:
@@ -56,7 +56,7 @@ def difference(expected: Path, drawn: Path, kept: Path, tolerance: float) -> Dif
     if size <= tolerance:
         return Difference(name, f"has other bytes, pixels differ by {size:.2g} of 255 rms", False)
     for path, suffix in ((expected, "expected"), (drawn, "drawn")):
-        durable.write(kept / f"{drawn.stem}-{suffix}.png", path.read_bytes())
+        disk.write(kept / f"{drawn.stem}-{suffix}.png", path.read_bytes())
     if size == float("inf"):
         return Difference(name, "has another size", True, kept / f"{drawn.stem}-drawn.png")
     target = kept / f"{drawn.stem}-difference.png"
@@ -76,4 +76,4 @@ def _draw_difference(expected: Path, drawn: Path, target: Path) -> None:
     paint = np.where(change < 0, orange, blue)
     drawn_difference = io.BytesIO()
     imsave(drawn_difference, np.clip(faint * (1 - abs(change)) + paint * abs(change), 0, 1), format="png")
-    durable.write(target, drawn_difference.getvalue())
+    disk.write(target, drawn_difference.getvalue())

@@ -15,7 +15,7 @@ from pipeline import layout
 from pipeline.cache import untouched
 from pipeline.cache.store import Entry
 from pipeline.errors import StudyError
-from pipeline.execution.planning import Assessment, Planner, State
+from pipeline.execution.executor import Assessment, Planner, State
 from pipeline.study import Study, shown
 
 #: Reasons that are named; after an update of the program there may be hundreds.

@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from pipeline.cache import durable, fingerprint
+from pipeline.cache import disk, fingerprint
 from pipeline.errors import StudyError
 from pipeline.execution.job import Job, beneath, engine_code
 from pipeline.parameters import loading, uncertainty
@@ -48,7 +48,7 @@ class Chain:
         named = {name: {key: sha for key, (_, sha) in self.study.named_files(value).items()}
                  for name, value in values.items() if loading.files(value)}  # fmt: skip
         text = json.dumps([plain, named], sort_keys=True, separators=(",", ":"))
-        return durable.digest(text.encode())[:32]
+        return disk.digest(text.encode())[:32]
 
     @property
     def above(self) -> tuple[str, ...]:

@@ -18,9 +18,8 @@ from urllib.parse import urlsplit
 
 from pipeline.errors import StageFailed, StudyError
 from pipeline.execution.job import Job, Task
-from pipeline.sweep.bench import Bench
 from pipeline.sweep.journal import CRASH, Row
-from pipeline.sweep.pool import Chunks
+from pipeline.sweep.pool import Bench, Chunks
 
 _AHEAD = 3  # chunks for each thread that dask holds, so that none waits for the next
 _CONNECT_S = 15

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 
 _SYNC_EVERY_S = 2.0
 _SEAL = 16
@@ -44,7 +44,7 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._places: dict[str, int] = {}
-        self._file = durable.opened_at_end(path)
+        self._file = disk.opened_at_end(path)
         self._read_all()
         self._synced = time.monotonic()
 
@@ -71,7 +71,7 @@ class Journal:
         """Keep a row. What follows from the point alone is written; the seconds it took are not."""
         body = json.dumps({"key": key, "outcome": row.outcome, "reason": row.reason, "values": dict(row.values)})
         place = self._file.seek(0, os.SEEK_END)
-        self._file.write(durable.digest(body.encode())[:_SEAL].encode() + b" " + body.encode() + b"\n")
+        self._file.write(disk.digest(body.encode())[:_SEAL].encode() + b" " + body.encode() + b"\n")
         self._places[key] = place
         if time.monotonic() - self._synced > _SYNC_EVERY_S:
             self._sync()
@@ -88,7 +88,7 @@ class Journal:
         place, line = 0, b"\n"
         for line in self._file:
             seal, _, body = line.rstrip(b"\n").partition(b" ")
-            if line.endswith(b"\n") and durable.digest(body)[:_SEAL].encode() == seal:
+            if line.endswith(b"\n") and disk.digest(body)[:_SEAL].encode() == seal:
                 self._places[json.loads(body)["key"]] = place
             place += len(line)
         if not line.endswith(b"\n"):

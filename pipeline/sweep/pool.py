@@ -1,14 +1,123 @@
-"""The points of a sweep on this machine: a thread with a worker for each core, and how many points each gets."""
+"""The points of a sweep on this machine: a thread with a worker for each core, and how many points each gets.
+
+A bench is a place where points are computed: a worker that is replaced when it dies, and ended when it hangs.
+"""
 
 from __future__ import annotations
 
+import math
 import queue
+import shutil
+import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator, Sequence
+from typing import Any
 
+from pipeline.errors import StageFailed
 from pipeline.execution.job import Job, Task
-from pipeline.sweep.bench import Bench
-from pipeline.sweep.journal import Row
+from pipeline.execution.process import Message, Worker
+from pipeline.sweep.journal import COMPUTED, CRASH, ERROR, NO_ANSWER, TIME_LIMIT, Row
+
+_MOST_DEATHS = 2  # at the same point
+_MOST_FALSE_STARTS = 5
+_NOWHERE = -1
+
+
+class Bench:
+    """Computes chunks of points of one job, one chunk at a time."""
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self._worker: Worker | None = None
+        self._messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
+        self._scratch = ""
+        self._fresh = True
+        self._closed = False
+
+    def work(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Row]]:
+        """Yield the row of every point, as it comes. A point that takes its worker down twice is a row that says so.
+
+        A point over its time limit loses its worker, and the others go on in a new one. Raises `StageFailed` if the
+        worker cannot compute this job at all.
+        """
+        waiting = dict(tasks)
+        deaths = Counter[int]()  # of workers, by the point they were at
+        while waiting and not self._closed:
+            left = len(waiting)
+            at, how = yield from self._attempt(waiting)
+            deaths[_NOWHERE] *= left == len(waiting)
+            deaths[at] += bool(how)
+            if deaths[_NOWHERE] >= _MOST_FALSE_STARTS and not self._closed:
+                raise StageFailed(f"the sweep's workers cannot start: {how}")
+            if at in waiting and deaths[at] >= _MOST_DEATHS and not self._closed:
+                del waiting[at]
+                yield at, Row(CRASH, f"{how}, twice")
+
+    def close(self) -> None:
+        """End the worker, also while another thread listens to it."""
+        self._closed = True
+        self._end()
+
+    def _attempt(self, waiting: dict[int, Any]) -> Generator[tuple[int, Row], None, tuple[int, str]]:
+        """Rows as long as the worker lives, of points that then wait no more; at its death the point, and how it ended.
+
+        The point is `_NOWHERE` before it begins one.
+        """
+        self._start().compute([*waiting.items()])
+        began, at = time.monotonic(), _NOWHERE
+        while waiting:
+            limit = self.job.time_limit_s + (self.job.start_limit_s if self._fresh else 0.0)
+            try:
+                wait = None if limit == math.inf else max(0.0, began + limit - time.monotonic())
+                message = self._messages.get(timeout=wait)
+            except queue.Empty:
+                self._end()
+                late = next(iter(waiting)) if at == _NOWHERE else at
+                del waiting[late]
+                yield late, Row(TIME_LIMIT, f"took longer than {limit:g} s", {}, limit)
+                break
+            if "began" in message:
+                at, began = message["began"], began if self._fresh else time.monotonic()
+            elif "index" in message:
+                self._fresh, at, began = False, _NOWHERE, time.monotonic()
+                del waiting[message["index"]]
+                yield message["index"], _row(message)
+            elif "failed" in message:
+                failed = message["failed"]
+                if failed["kind"] == CRASH:
+                    self._end()
+                    return at, failed["text"]
+                edited = f"{failed['file']} differs from what the sweep was started with"
+                raise StageFailed(edited if failed["file"] else failed["text"])
+        return _NOWHERE, ""
+
+    def _start(self) -> Worker:
+        if self._worker is None:
+            self._messages = queue.SimpleQueue()
+            self._scratch = tempfile.mkdtemp(prefix="bipedstudy-sweep-")
+            self._worker = Worker(self.job, self._scratch, self._messages.put)
+            self._fresh = True
+        return self._worker
+
+    def _end(self) -> None:
+        """End the worker if there is one."""
+        gone, self._worker = self._worker, None
+        if gone is not None:
+            gone.end()
+        shutil.rmtree(self._scratch, ignore_errors=True)
+
+
+def _row(message: Message) -> Row:
+    seconds = message["seconds"]
+    if "done" in message:
+        return Row(COMPUTED, "", message["done"], seconds)
+    failed = message["failed"]
+    if failed["kind"] == "answer":
+        return Row(NO_ANSWER, failed["text"], {}, seconds)
+    return Row(ERROR, f"{failed['text']} ({failed['at']})", {}, seconds)
+
 
 _TARGET_S = 2.0
 _Event = tuple[int, Row] | BaseException | None

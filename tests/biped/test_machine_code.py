@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.cache.closure import Sources
-from pipeline.cache.syntax import beside
+from pipeline.cache.sources import Sources, beside
 from stages.biped import machine_code
 from tests import warm
 

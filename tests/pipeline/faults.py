@@ -20,7 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from tests.pipeline.toy import HOME, with_commands
 
 FAULTY = Path(__file__).with_name("faulty")
@@ -67,7 +67,7 @@ class Scene:
         return {
             key: outs
             for key, outs in found.items()
-            if all(durable.digest(durable.read(store.folder / key / name) or b"") == sha for name, sha in outs.items())
+            if all(disk.digest(disk.read(store.folder / key / name) or b"") == sha for name, sha in outs.items())
         }
 
     def start(self, *arguments: str, **fault: object) -> subprocess.Popen[str]:

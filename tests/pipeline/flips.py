@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
-from pipeline.execution.planning import Planner, State
+from pipeline.execution.executor import Planner, State
 from pipeline.graph import REPORT
 from pipeline.questions.asking import Asked
 from pipeline.report import page
@@ -29,7 +29,7 @@ from tests.pipeline.toy import Toy
 
 VARIANTS = (("ground.gravity=5",), ("picture.extra=true",), ())
 _GRID = "stage: bounce\nkind: grid\nvary: {fall.steps: [2, 5, 9]}\n"
-_DIGESTS = {"/a/large/file": [[5_000_000_000, 1, 2], durable.digest(b"")]}
+_DIGESTS = {"/a/large/file": [[5_000_000_000, 1, 2], disk.digest(b"")]}
 
 
 @dataclass
@@ -61,7 +61,7 @@ class Flipped:
         tally = study.module("side", "questions.tally")
         with Asked(study, "side", tally.QUESTION, parameters, 1) as asked:
             assert len(list(asked.each(tally.number_of, [1, 2, 3], 0, ""))) == 3
-        durable.write_sealed(study.store.folder / "digests.json", _DIGESTS)
+        disk.write_sealed(study.store.folder / "digests.json", _DIGESTS)
         page.refresh(study)
         self.believed = dict(self.beliefs())
         assert {kind for kind, *_ in self.believed} == {"entry", "row", "digests", "syntax"}
@@ -76,7 +76,7 @@ class Flipped:
         for path in [*self.results.glob(".cache/questions/*.jsonl"), *self.results.glob("sweeps/.cache/*.jsonl")]:
             with Journal(path) as journal:
                 yield from ((("row", path.stem, key), journal.row(key)) for key in list(journal._places))
-        if digests := durable.read_sealed(study.store.folder / "digests.json"):
+        if digests := disk.read_sealed(study.store.folder / "digests.json"):
             yield ("digests",), digests
         for name in study.graph.stages:
             yield ("syntax", name), study.sources.closure([f"{self.toy.package}.{name}.run"])
@@ -128,7 +128,7 @@ class Flipped:
         survey = Planner(study, study.parameters(tuple(study.graph.stages))).survey(study.graph.stages)
         current = [item.entry for item in survey if item.state is State.CURRENT]
         names = [path.removeprefix("results/") for entry in current if entry for path in entry.outs]
-        return [name for name in names if durable.read(self.results / name) != self.right[variant].get(name)]
+        return [name for name in names if disk.read(self.results / name) != self.right[variant].get(name)]
 
 
 def _kind(name: str) -> str:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 
-from pipeline.cache.closure import Sources
-from pipeline.cache.syntax import SyntaxMemo
+from pipeline.cache.sources import Sources, SyntaxMemo
 
 ALL = {"fall", "bounce", "side", "picture"}
 
@@ -177,10 +176,10 @@ def test_deleted_results_come_back_from_the_cache(done):
 
 
 def test_another_version_of_a_numerical_package_reruns_its_users(done, monkeypatch):
-    from pipeline.cache import distributions
+    from pipeline.cache import fingerprint
 
-    installed = {**distributions._installed(), "numpy": "0.0.1"}
-    monkeypatch.setattr(distributions, "_installed", lambda: installed)
+    installed = {**fingerprint._installed(), "numpy": "0.0.1"}
+    monkeypatch.setattr(fingerprint, "_installed", lambda: installed)
     reasons = {outcome.stage: outcome.reasons for outcome in done.outcomes()}
     assert any(reason.startswith("numpy ") and reason.endswith("-> 0.0.1") for reason in reasons["fall"])
 

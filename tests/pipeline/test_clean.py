@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.commands import clean
 
 
@@ -50,7 +50,7 @@ def test_what_questions_and_sweeps_keep_goes_if_asked_for(toy_with_commands):
     (toy.root / "seeds.yaml").write_text("stage: side\nkind: grid\nvary: {side.seed: [1, 2]}\n")
     assert toy.command("sweep", "seeds.yaml")[0] == 0
     question = toy.root / "results/.cache/questions/key.jsonl"
-    durable.write(question, bytes(1000))
+    disk.write(question, bytes(1000))
     victim = toy.root / "victim.jsonl"
     victim.write_bytes(b"mine")
     (question.parent / "link.jsonl").symlink_to(victim)
@@ -68,7 +68,7 @@ def test_what_questions_and_sweeps_keep_goes_if_asked_for(toy_with_commands):
 def test_old_machine_code_goes(toy_with_commands):
     toy = toy_with_commands
     stale = toy.root / "stale"
-    durable.write(stale / "x.nbc", bytes(3_000_000))
+    disk.write(stale / "x.nbc", bytes(3_000_000))
     method = "staticmethod(lambda keep: [Path('stale').absolute()] * keep)"
     toy.path("stages/side/compiled.py").write_text(f"from pathlib import Path\nclass CODE:\n    old = {method}\n")
     code, out, _ = toy.command("clean")

@@ -7,9 +7,9 @@ import os
 
 import pytest
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.errors import ArtefactError
-from pipeline.execution.planning import Planner
+from pipeline.execution.executor import Planner
 
 
 def reasons(toy):
@@ -64,7 +64,7 @@ def test_a_manifest_that_vouches_for_other_bytes_is_not_believed(done):
     path = entry_folder(done, "fall") / "manifest.json"
     manifest = json.loads(path.read_text())
     forged = b"not what the stage made"
-    manifest["entry"]["outs"]["results/fall.h5"].update(sha256=durable.digest(forged), size=len(forged))
+    manifest["entry"]["outs"]["results/fall.h5"].update(sha256=disk.digest(forged), size=len(forged))
     path.write_text(json.dumps(manifest))
     (done.root / "results/fall.h5").write_bytes(forged)
     assert done.run()["fall"] == "computed"

@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from pipeline.errors import StageFailed
-from pipeline.execution.planning import Planner, State
+from pipeline.execution.executor import Planner, State
 
 unix = pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
 
@@ -119,7 +119,7 @@ def test_a_full_disk_in_the_pipeline_is_one_sentence(done, monkeypatch):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
     with monkeypatch.context() as patch:
-        patch.setattr(durable, "write", full)
+        patch.setattr(disk, "write", full)
         with pytest.raises(StageFailed, match=r"stage fall: its result could not be stored: No space left on device"):
             done.run("fall.height=3", names=("fall",))
         assert done.results() == before
@@ -128,7 +128,7 @@ def test_a_full_disk_in_the_pipeline_is_one_sentence(done, monkeypatch):
 
 def test_files_half_replaced_are_not_called_current(done, monkeypatch):
     """The disk is full when the last file of four is put in place: a figure lies there that no record knows yet."""
-    before, last, write = done.results(), done.root / "results/picture.h5", durable.write
+    before, last, write = done.results(), done.root / "results/picture.h5", disk.write
 
     def full(path, content):
         if path == last:
@@ -136,7 +136,7 @@ def test_files_half_replaced_are_not_called_current(done, monkeypatch):
         write(path, content)
 
     with monkeypatch.context() as patch:
-        patch.setattr(durable, "write", full)
+        patch.setattr(disk, "write", full)
         with pytest.raises(StageFailed, match=r"stage picture: its result could not be stored: No space left"):
             done.run("picture.extra=true")
     assert done.results().keys() - before.keys() == {"figures/two.svg"} and last.read_bytes() == before["picture.h5"]
@@ -172,19 +172,19 @@ def test_a_file_and_then_its_folder_are_flushed_to_the_disk(tmp_path, monkeypatc
         flushed.append(os.fstat(handle).st_ino)
 
     monkeypatch.setattr(os, "fsync", told)
-    durable.write(tmp_path / "one", b"content")
+    disk.write(tmp_path / "one", b"content")
     assert flushed == [(tmp_path / "one").stat().st_ino, tmp_path.stat().st_ino]
 
 
 def test_a_file_cut_off_while_it_is_written_leaves_the_old_one(tmp_path, monkeypatch):
     path = tmp_path / "x"
-    durable.write(path, b"old")
+    disk.write(path, b"old")
 
     def fails(handle):
         raise OSError(errno.EIO, "input/output error")
 
     monkeypatch.setattr(os, "fsync", fails)
     with pytest.raises(OSError, match="input/output"):
-        durable.write(path, b"new")
+        disk.write(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]

@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from pipeline.cache import durable
+from pipeline.cache import disk
 from tests.pipeline.flips import Count, Flipped
 
 
@@ -34,14 +34,14 @@ def test_a_thousand_flips(done):
 def test_every_flip_of_the_kept_syntax_is_seen(done):
     path = done.kept_syntax()
     content, chance = path.read_bytes(), random.Random(3)
-    whole = durable.read_sealed(path)
+    whole = disk.read_sealed(path)
     assert whole
     for _ in range(1000):
         at = chance.randrange(8 * len(content))
         damaged = bytearray(content)
         damaged[at // 8] ^= 1 << at % 8
         path.write_bytes(damaged)
-        assert durable.read_sealed(path) in (None, whole)
+        assert disk.read_sealed(path) in (None, whole)
 
 
 def test_deep_nesting_is_damage(done):

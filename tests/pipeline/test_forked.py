@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 
 from pipeline.cache.fingerprint import entry_modules
-from pipeline.cache.syntax import beside
+from pipeline.cache.sources import beside
 from pipeline.errors import StageFailed
 from pipeline.execution.fork_server import foreign
 from pipeline.execution.job import Job
-from pipeline.execution.observed_import import code_of
 from pipeline.execution.process import FORKED, Worker
+from pipeline.execution.worker import code_of
 
 pytestmark = pytest.mark.skipif(not FORKED, reason="workers are started afresh on this system")
 FALL, SIDE = "PACKAGE/fall/run.py", "PACKAGE/side/run.py"

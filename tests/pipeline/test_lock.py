@@ -7,12 +7,12 @@ import threading
 
 import pytest
 
-from pipeline.cache import lock
+from pipeline.cache import disk
 from pipeline.errors import StudyError
 
 
 def hold(folder):
-    return lock.held(folder, str(folder), "bipedstudy run-all", False, pytest.fail)
+    return disk.locked(folder, str(folder), "bipedstudy run-all", False, pytest.fail)
 
 
 def test_a_second_run_names_the_holder(tmp_path):
@@ -43,7 +43,7 @@ def test_waiting_ends_with_the_holder(tmp_path):
     thread = threading.Thread(target=first)
     thread.start()
     entered.wait()
-    with lock.held(tmp_path, "results", "bipedstudy run-all", True, waiting):
+    with disk.locked(tmp_path, "results", "bipedstudy run-all", True, waiting):
         assert len(told) == 1 and told[0].endswith("; waiting")
     thread.join()
 

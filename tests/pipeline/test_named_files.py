@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from pipeline.cache import regular
+from pipeline.cache import disk
 from pipeline.errors import StudyError
 
 
@@ -42,27 +42,27 @@ def test_a_pipe_or_a_device_is_refused_at_once(toy):
 
 
 def test_the_digest_of_a_large_file_is_remembered_until_it_changes(tmp_path, monkeypatch):
-    monkeypatch.setattr(regular, "_WORTH_REMEMBERING", 0)
+    monkeypatch.setattr(disk, "_WORTH_REMEMBERING", 0)
     file, memo = tmp_path / "large", tmp_path / "memo.json"
     file.write_bytes(b"one")
     long_ago = file.stat().st_mtime - 100
     os.utime(file, (long_ago, long_ago))
-    digests = regular.Digests(memo)
+    digests = disk.Digests(memo)
     found = digests.digest(file, "large")
     assert found == hashlib.sha256(b"one").hexdigest()
-    monkeypatch.setattr(regular, "digest", lambda path: "taken anew")
+    monkeypatch.setattr(disk, "file_digest", lambda path: "taken anew")
     assert digests.digest(file, "large") == found
     os.utime(file, (long_ago + 1, long_ago + 1))
     assert digests.digest(file, "large") == "taken anew"
     memo.write_text(memo.read_text().replace("taken anew", "forged one"))
-    monkeypatch.setattr(regular, "digest", lambda path: "again")
+    monkeypatch.setattr(disk, "file_digest", lambda path: "again")
     assert digests.digest(file, "large") == "again", "a damaged memo is never believed"
 
 
 def test_a_file_changed_just_now_is_not_remembered(tmp_path, monkeypatch):
-    monkeypatch.setattr(regular, "_WORTH_REMEMBERING", 0)
+    monkeypatch.setattr(disk, "_WORTH_REMEMBERING", 0)
     file = tmp_path / "large"
     file.write_bytes(b"one")
-    digests = regular.Digests(tmp_path / "memo.json")
+    digests = disk.Digests(tmp_path / "memo.json")
     digests.digest(file, "large")
     assert not (tmp_path / "memo.json").exists()

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
-from pipeline.cache import provenance
+from pipeline.cache import fingerprint
 from pipeline.cache.artefact import encode
 from pipeline.cache.hdf5.differences import differences
 from pipeline.parameters import loading
@@ -75,7 +75,7 @@ def settings_of(level, *settings):
     parts = {name: {"stage": name, "parameters": loading.as_plain(one), "versions": {}, "inputs": {}, "code": {}}
              for name, one in study.parameters(study.graph.stages).items()}  # fmt: skip
     above = {name: [parts[each] for each in study.graph.needed_for((name,)) if each != name] for name in parts}
-    return {name: provenance.attributes(parts[name], (), above[name])["settings"] for name in parts}
+    return {name: fingerprint.attributes(parts[name], (), above[name])["settings"] for name in parts}
 
 
 def test_an_error_is_twice_what_was_measured_and_of_another_robot_or_ground_none_is_known(tmp_path, monkeypatch):

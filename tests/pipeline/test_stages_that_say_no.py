@@ -6,7 +6,7 @@ import pytest
 
 from pipeline.errors import StageFailed
 from pipeline.execution import executor
-from pipeline.execution.planning import Planner
+from pipeline.execution.executor import Planner
 
 
 def can_do_without(toy):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipeline.execution.planning import Planner, State
+from pipeline.execution.executor import Planner, State
 
 
 def survey(toy, *settings):

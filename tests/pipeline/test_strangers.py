@@ -7,10 +7,9 @@ import os
 
 import pytest
 
-from pipeline.cache import durable
-from pipeline.cache.lock import held
+from pipeline.cache import disk
 from pipeline.errors import StudyError
-from pipeline.execution.planning import Planner
+from pipeline.execution.executor import Planner
 from pipeline.graph import is_inside
 from pipeline.questions.asking import Asked
 
@@ -34,14 +33,14 @@ def entry_folder(done, stage):
 
 
 def sealed(body):
-    return durable.digest(json.dumps(body, sort_keys=True).encode())
+    return disk.digest(json.dumps(body, sort_keys=True).encode())
 
 
 def forge_manifest(done, stage, name):
     """Let the stored entry of a stage vouch for one more file, with a right seal; its bytes lie where it says."""
     folder = entry_folder(done, stage)
     entry = json.loads((folder / "manifest.json").read_text())["entry"]
-    sha = durable.digest(FORGED)
+    sha = disk.digest(FORGED)
     entry["outs"][name] = {"sha256": sha, "size": len(FORGED), "content": sha}
     (folder / "manifest.json").write_text(json.dumps({"seal": sealed(entry), "entry": entry}))
     (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -175,7 +174,7 @@ def test_a_lock_that_is_a_link_or_a_pipe_is_refused(done, victim):
         make()
         with (
             pytest.raises(StudyError, match="cannot be written"),
-            held(done.root / "results", "results", "x", False, pytest.fail),
+            disk.locked(done.root / "results", "results", "x", False, pytest.fail),
         ):
             pytest.fail("was taken")
         assert victim.read_bytes() == b"mine"
@@ -216,12 +215,12 @@ def test_a_second_name_of_a_file_is_left_as_it_is(done, victim, name):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.unlink(missing_ok=True)
     path.hardlink_to(victim)
-    with durable.opened_at_end(path) as file:
+    with disk.opened_at_end(path) as file:
         assert file.seek(0) == 0 and file.read() == b"mine"
         file.write(b"more")
     assert victim.read_bytes() == b"mine" and path.read_bytes() == b"minemore"
     done.run(names=("side",), force=True)
-    with held(done.root / "results", "results", "x", False, pytest.fail):
+    with disk.locked(done.root / "results", "results", "x", False, pytest.fail):
         pass
     assert victim.read_bytes() == b"mine"
 

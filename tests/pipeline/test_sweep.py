@@ -18,10 +18,9 @@ from pipeline.execution.display import Display, Lines
 from pipeline.parameters.value import declared
 from pipeline.sweep import pool
 from pipeline.sweep import spec as specs
-from pipeline.sweep.axes import Normal, Range
-from pipeline.sweep.bench import Bench
 from pipeline.sweep.journal import Row
-from pipeline.sweep.spec import Points
+from pipeline.sweep.pool import Bench
+from pipeline.sweep.spec import Normal, Points, Range
 from pipeline.sweep.sweep import Meter, Sweep, duration
 from tests.pipeline.processes import workers
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.cache import artefact, distributions, durable, fingerprint, regular, untouched
+from pipeline.cache import artefact, disk, fingerprint, untouched
 from pipeline.parameters import loading
 
 #: What encodes an artefact, as its own folder says.
@@ -37,8 +37,8 @@ def test_an_edit_of_any_file_that_writes_artefacts_is_in_the_key(done, monkeypat
 
 
 def test_another_h5py_is_in_the_key_of_every_stage(done, monkeypatch):
-    before, version = key(done), distributions._version
-    monkeypatch.setattr(distributions, "_version", lambda name: "0" if name == "h5py" else version(name))
+    before, version = key(done), fingerprint._version
+    monkeypatch.setattr(fingerprint, "_version", lambda name: "0" if name == "h5py" else version(name))
     assert key(done) != before
 
 
@@ -57,13 +57,13 @@ def test_a_stored_file_that_changes_while_it_is_copied_is_not_put_in_place(done,
     entry = store.current("fall")
     stored, looked = store.folder / entry.key / "results/fall.h5", []
     place.write_bytes(b"an earlier result")
-    whole = regular.blocks
+    whole = disk.blocks
 
     def changing(path):
         looked.append(path)
         yield from whole(path) if looked.count(stored) < 2 else (b"other bytes",)
 
-    monkeypatch.setattr(regular, "blocks", changing)
+    monkeypatch.setattr(disk, "blocks", changing)
     with pytest.raises(OSError, match="changed while it was copied"):
         store.put_in_place(entry)
     assert looked.count(stored) == 2 and place.read_bytes() == b"an earlier result"
@@ -71,7 +71,7 @@ def test_a_stored_file_that_changes_while_it_is_copied_is_not_put_in_place(done,
 
 def test_results_that_were_put_in_place_in_part_are_not_called_current(done, monkeypatch):
     store = done.study().store
-    entry, write = store.current("side"), durable.write
+    entry, write = store.current("side"), disk.write
     for out in entry.outs:
         store.place(out).unlink()
 
@@ -80,7 +80,7 @@ def test_results_that_were_put_in_place_in_part_are_not_called_current(done, mon
             raise OSError("no room")
         write(path, content)
 
-    monkeypatch.setattr(durable, "write", full)
+    monkeypatch.setattr(disk, "write", full)
     with pytest.raises(OSError, match="no room"):
         store.put_in_place(entry)
     assert store.current("side") is None
@@ -95,7 +95,7 @@ def test_a_rename_is_flushed_with_its_folder_and_after_the_files_content(tmp_pat
 
     monkeypatch.setattr(os, "fsync", sync)
     monkeypatch.setattr(Path, "replace", lambda path, to: (flushed.append("renamed"), replace(path, to))[1])
-    durable.write(tmp_path / "result", b"whole")
+    disk.write(tmp_path / "result", b"whole")
     assert flushed == ["file", "renamed", "folder"]
 
 
@@ -103,6 +103,6 @@ def test_a_stored_entry_is_flushed_with_its_folder(done, monkeypatch):
     store, flushed = done.study().store, []
     entry = store.current("fall")
     folder = store.new_folder(entry.key)
-    monkeypatch.setattr(durable, "sync_folder", flushed.append)
+    monkeypatch.setattr(disk, "sync_folder", flushed.append)
     store.keep(folder, entry)
     assert flushed[-1] == store.folder

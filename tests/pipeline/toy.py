@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 from pipeline.cache.fingerprint import WRITER
-from pipeline.cache.syntax import SyntaxMemo, beside
+from pipeline.cache.sources import SyntaxMemo, beside
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.study import Study

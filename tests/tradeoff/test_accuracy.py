@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from pipeline import requests
-from pipeline.cache import provenance
+from pipeline.cache import fingerprint
 from pipeline.cache.fingerprint import compact
 from pipeline.errors import StudyError
 from pipeline.parameters import loading
@@ -68,12 +68,12 @@ def test_what_is_asked_sets_the_solver_and_is_stated():
         assert plain["accuracy"]["hip_position_m"] == 1e-6
         assert decision.expected <= 1e-6
         used = ", ".join(f"{key} {compact(value)}" for key, value in decision.settings.items())
-        said = provenance._asked({"stage": name, "parameters": {name: plain}}, request)
+        said = fingerprint._asked({"stage": name, "parameters": {name: plain}}, request)
         assert said == f"asked: {{hip_position_m: 1e-6}}; used: {used}"
     as_it_stands = study().parameters(("twin",))
     assert decided(study(), as_it_stands) == {} and as_it_stands["twin"].settings.accuracy == CUSTOM
     plain = loading.as_plain(as_it_stands["twin"])
-    assert provenance._asked({"stage": "twin", "parameters": plain}, request) == ""
+    assert fingerprint._asked({"stage": "twin", "parameters": plain}, request) == ""
 
 
 def test_what_can_be_asked_is_what_the_parameters_have():

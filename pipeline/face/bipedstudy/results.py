@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.cache import artefact, regular
+from pipeline.cache import artefact, disk
 from pipeline.errors import StudyError
 from pipeline.report import standing
 from pipeline.stage_modules import importable, result_class
@@ -38,7 +38,7 @@ def load(stage: str, study: str | Path | None = None) -> Any:
     place = found.store.place(found.graph.stage(stage).artefact)
     if not place.exists():
         raise found.absent(stage, place)
-    regular.check(place, shown(place), regular.ARTEFACT)
+    disk.check(place, shown(place), disk.ARTEFACT)
     standing.say(found, stage)
     importable(found.package, found.code_root)
     return artefact.load(place, result_class(found.package, stage))

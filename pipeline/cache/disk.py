@@ -1,0 +1,285 @@
+"""What is read and written safely: files that are whole or not there, files from outside, and one run at a time.
+
+A file is written beside its place, flushed to disk, then renamed. From outside only regular files of a sensible size
+are read, and large ones in blocks: a pipe never ends, a device has no size, and a sparse file of terabytes takes a byte
+on disk. A lock of the system ends with the process that holds it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import hashlib
+import itertools
+import json
+import math
+import os
+import stat
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import IO
+
+from pipeline.errors import StudyError
+
+#: Largest size of a file in which the cache notes something [bytes].
+MEMO = 100_000_000
+_serial = itertools.count()
+
+
+def digest(content: bytes) -> str:
+    """Content hash (SHA-256, hexadecimal)."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def write(path: Path, content: bytes | Iterable[bytes]) -> None:
+    """Put `content`, or its parts, at `path`: a reader, or a crash at any moment, meets the old file or the new one.
+
+    A link at `path` is replaced; what it names is not touched.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}-{next(_serial)}.part")
+    try:
+        with open(temporary, "xb") as file:
+            file.writelines([content] if isinstance(content, bytes) else content)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise
+    sync_folder(path.parent)
+
+
+def read(path: Path, largest: float = math.inf) -> bytes | None:
+    """The file's content; None if there is none, or a folder, pipe or device, or one of more than `largest` bytes."""
+    try:
+        found = path.stat()
+        return path.read_bytes() if stat.S_ISREG(found.st_mode) and found.st_size <= largest else None
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+
+
+def opened_at_end(path: Path) -> IO[bytes]:
+    """The file opened to read it and to write at its end; made if it is missing.
+
+    Raises OSError also for a link, whose target may be anybody's, and for a pipe or device. A file that has a second
+    name elsewhere is copied first, so that what that name stands for stays as it is.
+    """
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        raise OSError(errno.EINVAL, "a link or no plain file stands there", str(path))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    file = open(path, "a+b")  # noqa: SIM115 - the caller closes it
+    if os.fstat(file.fileno()).st_nlink <= 1:
+        return file
+    with file:
+        file.seek(0)
+        write(path, file.read())
+    return open(path, "a+b")
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a rename inside `folder` survive a power cut, where the system can do so."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def is_unfinished(path: Path) -> bool:
+    """Whether the file was left behind by a `write` that was killed."""
+    return path.name.startswith(".") and path.suffix == ".part"
+
+
+def write_sealed(path: Path, body: object) -> None:
+    """Put `body` as JSON at `path`, behind a line with a seal that tells damage."""
+    text = json.dumps(body, sort_keys=True).encode()
+    write(path, (f"{digest(text)}\n".encode(), text))
+
+
+def read_sealed(path: Path) -> object:
+    """What `write_sealed` wrote; None if there is no such file or it was damaged."""
+    with contextlib.suppress(ValueError, OSError, RecursionError):
+        seal, _, text = (read(path, MEMO) or b"").partition(b"\n")
+        if seal == digest(text).encode():
+            return json.loads(text)
+    return None
+
+
+#: Largest size of a text that people write [bytes].
+TEXT = 16_000_000
+#: Largest size of an artefact, which is read whole [bytes].
+ARTEFACT = 1_000_000_000
+_BLOCK = 1 << 20
+#: Smaller files are hashed faster than their digest is looked up.
+_WORTH_REMEMBERING = 32_000_000
+#: A file changed so short a time before it was hashed may change again without another time [s].
+_IN_DOUBT_S = 2.0
+
+
+def check(path: Path, where: str, largest: int | None = None) -> os.stat_result:
+    """The file's status. Raises `StudyError` unless it is a regular file of at most `largest` bytes."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        raise StudyError(f"{where}: there is no such file") from None
+    except ValueError:
+        raise StudyError(f"{where}: no file can have this name") from None
+    except OSError as error:
+        raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
+    if not stat.S_ISREG(found.st_mode):
+        what = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe, device or socket"
+        raise StudyError(f"{where}: is {what}, not a file")
+    if largest is not None and found.st_size > largest:
+        raise StudyError(f"{where}: has {found.st_size} bytes; at most {largest} are read")
+    return found
+
+
+def content(path: Path, where: str) -> bytes:
+    """The bytes of an artefact. Raises `StudyError` unless it is a regular file of sensible size that can be read."""
+    check(path, where, ARTEFACT)
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
+
+
+def blocks(path: Path) -> Iterator[bytes]:
+    """The content of a file, part by part."""
+    with open(path, "rb") as file:
+        while block := file.read(_BLOCK):
+            yield block
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file, read in blocks."""
+    found = hashlib.sha256()
+    for block in blocks(path):
+        found.update(block)
+    return found.hexdigest()
+
+
+def inside(folder: Path, path: Path, where: str) -> Path:
+    """`path`, to be written or removed. Raises `StudyError` if a link on the way to it leads out of `folder`."""
+    if not path.parent.resolve().is_relative_to(folder.resolve()):
+        raise StudyError(f"{where}: a link leads out of {folder.name} there, so nothing is written or removed")
+    return path
+
+
+class Digests:
+    """Digests of files from outside; those of large files are kept in `memo`, which vouches for itself."""
+
+    def __init__(self, memo: Path) -> None:
+        self._memo = memo
+
+    def digest(self, path: Path, where: str) -> str:
+        """SHA-256 of the file. Raises `StudyError` if it is no regular file or cannot be read."""
+        found = check(path, where)
+        try:
+            if found.st_size < _WORTH_REMEMBERING:
+                return file_digest(path)
+            name, mark = str(path.resolve()), [found.st_size, found.st_mtime_ns, found.st_ino]
+            known = self._read()
+            if known.get(name, [None])[0] == mark:
+                return str(known[name][1])
+            value = file_digest(path)
+        except OSError as error:
+            raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
+        if time.time() - found.st_mtime > _IN_DOUBT_S and path.stat().st_mtime_ns == found.st_mtime_ns:
+            with contextlib.suppress(OSError):
+                write_sealed(self._memo, {**known, name: [mark, value]})
+        return value
+
+    def _read(self) -> dict[str, list[object]]:
+        known = read_sealed(self._memo)
+        return known if isinstance(known, dict) else {}
+
+
+_FAR = 1 << 30  # Windows locks bytes: one far behind the text, so that the holder's name stays readable
+
+
+class NotWritable(StudyError):
+    """The results folder can only be read."""
+
+
+@contextlib.contextmanager
+def locked(folder: Path, name: str, command: str, wait: bool, waiting: Callable[[str], None]) -> Iterator[None]:
+    """Hold the lock of a results folder, called `name` in messages, while the block runs.
+
+    Raises `StudyError` naming the holder if another run has it and `wait` is false; otherwise calls `waiting` once
+    with a sentence and waits. Raises `NotWritable` if the folder can only be read. A killed holder
+    needs no clearing up: the system drops its lock with the process.
+    """
+    path = folder / ".cache" / "lock"
+    try:
+        file = opened_at_end(path)
+    except OSError as error:
+        raise NotWritable(
+            f"{name}: cannot be written ({error.strerror}); choose another folder with --results"
+        ) from None
+    with file:
+        told = False
+        while not _try(file):
+            sentence = f"{name} is in use by {_holder(path)}"
+            if not wait:
+                raise StudyError(f"{sentence}; wait for it with --wait, or choose another folder with --results")
+            if not told:
+                waiting(f"{sentence}; waiting")
+                told = True
+            time.sleep(0.1)
+        with contextlib.suppress(OSError):
+            _name_holder(file, command)
+        try:
+            yield
+        finally:
+            with contextlib.suppress(OSError):
+                file.truncate(0)
+            _release(file)
+
+
+def _name_holder(file: IO[bytes], command: str) -> None:
+    holder = {"pid": os.getpid(), "command": command, "since": time.strftime("%Y-%m-%d %H:%M:%S")}
+    file.truncate(0)
+    file.write(json.dumps(holder).encode())
+    file.flush()
+
+
+def _holder(path: Path) -> str:
+    try:
+        holder = json.loads(path.read_bytes())
+        return f"process {holder['pid']} ({holder['command']}, since {holder['since']})"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "another run"
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _try(file: IO[bytes]) -> bool:
+        file.seek(_FAR)
+        try:
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        return True
+
+    def _release(file: IO[bytes]) -> None:
+        file.seek(_FAR)
+        msvcrt.locking(file.fileno(), msvcrt.LK_UNLCK, 1)
+
+else:
+    import fcntl
+
+    def _try(file: IO[bytes]) -> bool:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            return False
+        return True
+
+    def _release(file: IO[bytes]) -> None:
+        fcntl.flock(file, fcntl.LOCK_UN)
