@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.commands.claims import markdown_table
+from pipeline.layout import markdown
 from pipeline.parameters.loading import load
 from stages.twin.exports import mjcf
 from stages.twin.exports.exported import Exported
@@ -191,7 +191,7 @@ def page() -> str:
 
 def table(columns: list[str], rows: list[list[str]]) -> str:
     """A table in Markdown."""
-    return "\n".join(markdown_table(columns, rows))
+    return "\n".join(markdown(columns, rows))
 
 
 def told(walk: Walk, own: Walk) -> list[Any]:

@@ -31,7 +31,7 @@ import numpy as np
 
 from pipeline.cache import artefact
 from pipeline.cache.hdf5.differences import differences
-from pipeline.commands.claims import markdown_table
+from pipeline.layout import markdown
 from pipeline.parameters import levels, yaml_text
 from pipeline.parameters.value import shown
 from pipeline.study import Study
@@ -182,7 +182,7 @@ def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> 
         "Processor seconds from nothing, with compiled code present, one stage at a time on an otherwise idle machine; "
         "in the sum is what no stage does, above all loading packages. Then seconds by the clock on two cores. Of an "
         "earlier version: what its study takes, and how many times as long that is.", "",
-        *markdown_table(["stage", *LEVELS], [
+        *markdown(["stage", *LEVELS], [
             *([stage, *(f"{costs[level]['stages'][stage]:.1f}" for level in LEVELS)] for stage in stages),
             ["all, processor time", *(f"{costs[level]['processor']:.0f}" for level in LEVELS)],
             ["all, by the clock on all cores", *(f"{costs[level]['clock']:.0f}" for level in LEVELS)],
@@ -190,16 +190,16 @@ def page(costs: Mapping[str, Any], walks: Mapping[str, Mapping[str, float]]) -> 
         "", "## Which settings it decides", "",
         "A value that is set by hand holds at every level. Other settings follow these: a key that is `null` in "
         "`params/` says beside it what it follows, and moves with what is decided here, set by hand or asked for.", "",
-        *markdown_table(["setting", *LEVELS, "why"], list(settings_rows())),
+        *markdown(["setting", *LEVELS, "why"], list(settings_rows())),
         "", "## What it changes: the walks shown", "",
         "Largest difference from the reference (its own: from tighter settings) over the walks of constraint model, "
         "planar penalty model and twin.", "",
-        *markdown_table(["error", *LEVELS], [[key, *(f"{walks[level][key]:.1g}" for level in LEVELS)]
+        *markdown(["error", *LEVELS], [[key, *(f"{walks[level][key]:.1g}" for level in LEVELS)]
                                     for key in vars(Accuracy())]),
         "", "## What it changes: the claims", "",
         "For each claim the number that differs most from the reference, in parts of itself, and the verdict. A "
         "verdict that its numerical errors could change is *not decided at this accuracy*.", "",
-        *markdown_table(["claim", "number", "reference", *(f"{level}, difference" for level in LEVELS[:-1]),
+        *markdown(["claim", "number", "reference", *(f"{level}, difference" for level in LEVELS[:-1]),
                 *(f"{level}, verdict" for level in LEVELS)], list(claim_rows())),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
 import os
+import pkgutil
 import signal
 import sys
 from typing import Any, NoReturn
@@ -13,24 +13,20 @@ import click
 
 from pipeline.cache import processor
 from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
+from pipeline.study import locate
 
 _BY_SIGNAL = 128
 #: As of a program that SIGPIPE ends, so that a run that was cut off is not taken for a whole one.
 _NOBODY_READS = _BY_SIGNAL + 13
-_STUDY, _LOOKING, _HOUSE = "Study", "Looking", "Housekeeping"
-#: Each command's module, in `pipeline.commands` where no package is named, by what it is for; the stages' questions
-#: stand after the study.
+#: Each command's place in `pipeline`, by what it is for; the stages' questions stand after the study.
 _GROUPS = {
-    _STUDY: {
-        "init": "init", "run-all": "run_all", "run": "run", "status": "status", "graph": "graph", "sweep": "sweep",
-    },
-    _LOOKING: {"show": "show", "claims": "claims", "report": "report", "figures": "figures",
-               "compare": "changes.command"},
-    _HOUSE: {"doctor": "doctor", "clean": "clean"},
+    "Study": {"init": "commands.init:init", "run-all": "commands.run:run_all", "run": "commands.run:run",
+              "status": "commands.status:status", "graph": "commands.status:graph", "sweep": "commands.sweep:sweep"},
+    "Looking": {"show": "commands.show:show", "claims": "commands.claims:claims", "report": "report.page:report",
+                "figures": "report.figures:figures", "compare": "changes.command:compare"},
+    "Housekeeping": {"doctor": "commands.doctor:doctor", "clean": "commands.clean:clean"},
 }  # fmt: skip
-_COMMANDS = {name: module for group in _GROUPS.values() for name, module in group.items()}
-
-
+_COMMANDS = {name: place for group in _GROUPS.values() for name, place in group.items()}
 #: Most columns of a command's first sentence, which goes over as many lines as it takes.
 _SENTENCE = 400
 
@@ -45,19 +41,13 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The command, or None for an unknown name."""
         if cmd_name in _COMMANDS:
-            module = _COMMANDS[cmd_name]
-            full = f"pipeline.{module}" if "." in module else f"pipeline.commands.{module}"
-            command: click.Command = importlib.import_module(full).command
+            command: click.Command = pkgutil.resolve_name(f"pipeline.{_COMMANDS[cmd_name]}")
             return command
-        from pipeline.questions import command as questions
-
         known, _ = _questions()
-        return questions.command(*known[cmd_name]) if cmd_name in known else None
+        return known[cmd_name][1] if cmd_name in known else None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click does, with the nearest name for a misspelt one. Raises `StudyError` in a checkout of its own."""
-        from pipeline.study import locate
-
         locate()
         if args and not args[0].startswith("-") and args[0] not in _COMMANDS:
             known, broken = _questions()
@@ -68,12 +58,11 @@ class _Commands(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The commands by what they are for, and the questions of each stage."""
-        known, broken = _questions()
-        parts = {_STUDY: list(_GROUPS[_STUDY])}
+        (study, *others), (known, broken) = _GROUPS.items(), _questions()
+        parts = {study[0]: [*study[1]]}
         for name, (stage, _) in known.items():
             parts.setdefault(f"Questions to stage {stage}", []).append(name)
-        parts |= {title: list(_GROUPS[title]) for title in (_LOOKING, _HOUSE)}
-        for title, names in parts.items():
+        for title, names in {**parts, **dict(others)}.items():
             commands = [(name, self.get_command(ctx, name)) for name in names]
             with formatter.section(title):
                 formatter.write_dl([(name, item.get_short_help_str(_SENTENCE)) for name, item in commands if item])
@@ -81,13 +70,12 @@ class _Commands(click.Group):
             formatter.write_text("\n".join(broken))
 
 
-def _questions() -> tuple[dict[str, tuple[str, Any]], Any]:
-    """What the stages of the study at hand can be asked, and sentences on what cannot be used."""
-    from pipeline.questions import command as questions
-    from pipeline.study import locate
+def _questions() -> tuple[dict[str, tuple[str, click.Command]], Any]:
+    """Stage and command of all that the stages of the study at hand can be asked, and why others cannot be."""
+    from pipeline.questions.command import offered
 
     try:
-        return questions.offered(locate(), frozenset(_COMMANDS))
+        return offered(locate(), frozenset(_COMMANDS))
     except StudyError as error:  # commands that need the study say so themselves
         return {}, error.sentences
 
@@ -110,12 +98,13 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     signal.signal(signal.SIGTERM, _interrupt)
     processor.take()
     out = sys.stdout
+    sentences: tuple[str, ...] = ()
     try:
         code = cli.main(args=arguments, prog_name="bipedstudy", standalone_mode=False)
         code = code if isinstance(code, int) else 0
         sys.stdout.flush()
     except StudyError as error:
-        code = _say(error.sentences, error.exit_code)
+        sentences, code = error.sentences, error.exit_code
     except click.exceptions.Exit as error:
         code = error.exit_code
     except click.exceptions.NoArgsIsHelpError as error:
@@ -123,11 +112,11 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         code = error.exit_code
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx else "bipedstudy"
-        code = _say([f"{error.format_message().rstrip('.')} (see {where} --help)"], BAD_INPUT)
+        sentences, code = (f"{error.format_message().rstrip('.')} (see {where} --help)",), BAD_INPUT
     except click.ClickException as error:
-        code = _say([error.format_message()], BAD_INPUT)
+        sentences, code = (error.format_message(),), BAD_INPUT
     except (KeyboardInterrupt, click.Abort):
-        code = _say(["stopped; everything computed before is kept"], Stopped.exit_code)
+        sentences, code = ("stopped; everything computed before is kept",), Stopped.exit_code
     except SystemExit:
         if sys.stdout is out:
             raise
@@ -136,10 +125,12 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         code = _NOBODY_READS
     except OSError as error:
-        about = f"{error.filename}: " if error.filename else ""
-        code = _say([f"{about}{error.strerror or error}"], FAILED)
+        sentences, code = (f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}",), FAILED
     except Exception as error:
-        code = _say([f"unexpected {type(error).__name__}: {error}; {_account()}"], FAILED)
+        sentences, code = (f"unexpected {type(error).__name__}: {error}; {_account()}",), FAILED
+    with contextlib.suppress(OSError):
+        for sentence in sentences:
+            print(f"error: {sentence}", file=sys.stderr)
     sys.exit(code)
 
 
@@ -154,13 +145,6 @@ def _account() -> str:
     except OSError:
         return "its full account could not be kept"
     return f"the full account is in {file.name}"
-
-
-def _say(sentences: Any, code: int) -> int:
-    with contextlib.suppress(OSError):
-        for sentence in sentences:
-            print(f"error: {sentence}", file=sys.stderr)
-    return code
 
 
 def _interrupt(number: int, frame: Any) -> None:

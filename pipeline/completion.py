@@ -33,26 +33,20 @@ def _completer(words: Callable[[Study], Iterable[str]]) -> Completer:
     return complete
 
 
-def _parameters(study: Study) -> Iterable[str]:
-    for path in sorted(study.params.glob("*.yaml")):
-        for key in _KEY.findall(path.read_text(encoding="utf-8")):
-            yield f"{path.stem}.{key}"
+def _parameters(study: Study, ending: str = "") -> list[str]:
+    return [f"{path.stem}.{key}{ending}" for path in sorted(study.params.glob("*.yaml"))
+            for key in _KEY.findall(path.read_text(encoding="utf-8"))]  # fmt: skip
 
 
-def _figures(study: Study) -> Iterable[str]:
+def _figures(study: Study) -> list[str]:
     return sorted(path.stem for path in (study.results / "figures").iterdir() if not path.name.startswith("."))
 
 
 stages = _completer(lambda study: study.graph.stages)
 parameters = _completer(_parameters)
-settings = _completer(lambda study: (f"{name}=" for name in _parameters(study)))
+settings = _completer(lambda study: _parameters(study, "="))
 figures = _completer(_figures)
 claims = _completer(lambda study: _CLAIM.findall((study.results / "claims.yaml").read_text(encoding="utf-8")))
-
-
-def one_of(words: Iterable[str]) -> Completer:
-    """Completes one of these words."""
-    return lambda ctx, param, incomplete: [CompletionItem(word) for word in words if word.startswith(incomplete)]
 
 
 def files(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -68,5 +62,5 @@ def stages_or_files(ctx: click.Context, param: click.Parameter, incomplete: str)
 def for_option(about: Any) -> Completer | None:
     """What completes an option that a question declares, by what it declares."""
     if about["choices"]:
-        return one_of(about["choices"])
+        return _completer(lambda study: about["choices"])
     return parameters if about["metavar"].startswith("FILE.KEY") else None

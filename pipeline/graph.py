@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
@@ -17,6 +17,8 @@ LONGEST_NAME = 100
 _KEYS = ("cmd", "deps", "params", "outs")
 _RESULTS = "results"
 _FORBIDDEN = '\\:*?"<>|\0'
+#: What this program itself reads of the results, where a stage makes it, and the page it writes there.
+CLAIMS, CAPTIONS, FIGURES = "results/claims.yaml", "results/captions.yaml", "results/figures"
 REPORT = "report.html"
 #: Files and folders in results/ that no stage makes.
 OWN = ("differences", "drawn", "log", "log.jsonl", REPORT, "sweeps", "README.md")
@@ -83,9 +85,7 @@ def read(root: Path) -> Graph:
 
 @lru_cache(maxsize=4)
 def _graph(text: str, path: Path) -> Graph:
-    where = FILE_NAME
-    tree = yaml_text.parse(text, where)
-    problems: list[str] = []
+    tree, where, problems = yaml_text.parse(text, FILE_NAME), FILE_NAME, list[str]()
     top = tree.value if isinstance(tree.value, dict) else {}
     if set(top) != {"stages"} or not isinstance(top["stages"].value, dict) or not top["stages"].value:
         raise StudyError(f'{path}: expected the one key "stages" with the stages under it')
@@ -126,15 +126,14 @@ def _paths(name: str, key: str, entry: dict[str, yaml_text.Node], where: str, pr
     items = entry[key].value if key in entry else []
     paths: list[str] = []
     for item in items if isinstance(items, list) else [entry[key]]:
-        if isinstance(item.value, str):
-            path = PurePosixPath(item.value)
-            paths.append(path.as_posix())
-            if not is_inside(paths[-1]) or (key == "outs" and not _is_result(paths[-1])):
-                problems.append(f"{where}:{item.line}: stage {name}: {key}: {item.value} lies outside the study")
-            elif key == "outs" and _is_own(path):
-                problems.append(f"{where}:{item.line}: stage {name}: outs: {item.value} is this program's own place")
-        else:
-            problems.append(f"{where}:{item.line}: stage {name}: {key} must be a list of plain paths")
+        paths.append(PurePosixPath(item.value).as_posix() if isinstance(item.value, str) else "")
+        said = f"{where}:{item.line}: stage {name}: {key}"
+        if not isinstance(item.value, str):
+            problems.append(f"{said} must be a list of plain paths")
+        elif not is_inside(paths[-1]) or (key == "outs" and not _is_result(paths[-1])):
+            problems.append(f"{said}: {item.value} lies outside the study")
+        elif key == "outs" and _is_own(paths[-1]):
+            problems.append(f"{said}: {item.value} is this program's own place")
     return tuple(paths)
 
 
@@ -175,9 +174,9 @@ def is_inside(path: str) -> bool:
     return whole and not any(sign in path for sign in _FORBIDDEN)
 
 
-def _is_own(path: PurePosixPath) -> bool:
+def _is_own(path: str) -> bool:
     """Whether a path in results/ is kept for what this program itself writes there."""
-    first = path.parts[1] if len(path.parts) > 1 else ""
+    first = path.removeprefix(_RESULTS + "/").partition("/")[0]
     return first.startswith(".") or first in OWN
 
 
@@ -195,26 +194,23 @@ def _check_paths(stages: list[Stage], where: str) -> None:
                 if other.startswith(f"{out}/") or out.startswith(f"{other}/")
             ]
             maker[out] = stage.name
-    for stage in stages:
-        problems += [
-            f"{where}: stage {stage.name} reads {path}, which no stage makes{nearest(path, maker)}"
-            for path in stage.inputs
-            if path not in maker
-        ]
+    problems += [
+        f"{where}: stage {stage.name} reads {path}, which no stage makes{nearest(path, maker)}"
+        for stage in stages
+        for path in stage.inputs
+        if path not in maker
+    ]
     if problems:
         raise StudyError(problems)
 
 
-def _sorted(stages: list[Stage], where: str) -> list[Stage]:
+def _sorted(stages: list[Stage], where: str) -> Iterator[Stage]:
     """Kahn's order, keeping the file's order among stages that do not depend on each other."""
-    waiting = list(stages)
-    made: set[str] = set()
-    ordered: list[Stage] = []
+    waiting, made = list(stages), set[str]()
     while waiting:
         ready = next((stage for stage in waiting if made.issuperset(stage.inputs)), None)
         if ready is None:
             raise StudyError(f"{where}: these stages wait for each other: {', '.join(s.name for s in waiting)}")
         waiting.remove(ready)
-        ordered.append(ready)
         made.update(ready.outs)
-    return ordered
+        yield ready

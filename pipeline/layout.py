@@ -9,7 +9,7 @@ import math
 import re
 import shutil
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 #: Columns that every text fits, also where there is no terminal; a wider terminal is used.
@@ -65,6 +65,18 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> Iterator[str
         sizes = _shared([natural[index] for index in panel], [least[index] for index in panel], room)
         for row in (heads, *cells):
             yield from _row([row[index] for index in panel], sizes, [numbers[index] for index in panel])
+
+
+def titled(title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:
+    """The lines of a table below an empty line and its title."""
+    return ["", *folded(title, 0), *table(columns, rows)]
+
+
+def markdown(columns: Iterable[Any], rows: Iterable[Iterable[Any]]) -> list[str]:
+    """The lines of a table in Markdown."""
+    cells = [[" ".join(str(cell).split()).replace("|", "\\|") for cell in row] for row in (columns, *rows)]
+    head, *body = ("| " + " | ".join(row) + " |" for row in cells)
+    return [head, "| " + " | ".join("---" for _ in cells[0]) + " |", *body]
 
 
 def short(value: Any) -> str:

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 import typing
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import click
 
+from pipeline import layout
 from pipeline.cache import disk
 from pipeline.cli import cli
 from pipeline.parameters import loading
@@ -50,7 +51,7 @@ def _commands() -> Iterator[str]:
         options = [item for item in command.params if isinstance(item, click.Option)]
         rows = [_option(item) for item in options if item.opts[0] not in _SHARED]
         if rows:
-            yield from _table(("option", "meaning"), rows)
+            yield from [*layout.markdown(("option", "meaning"), rows), ""]
         if command.epilog:
             lines = [line.strip() for line in command.epilog.splitlines() if line.strip().startswith("bipedstudy")]
             yield f"Examples: {', '.join(f'`{line}`' for line in lines)}\n"
@@ -75,8 +76,7 @@ def _paragraphs(words: str) -> str:
 
 
 def _parameters(study: Study) -> Iterator[str]:
-    classes = {name: study.parameters_class(stage) for name, stage in study.graph.stages.items()}
-    known = {name: cls for name, cls in classes.items() if cls is not None}
+    known = study.parameters_classes()
     yield "## Parameters\n"
     yield (
         "By file of `params/`. Values and their sources stand in the files. *Read by*: the stages that a change makes"
@@ -89,13 +89,13 @@ def _parameters(study: Study) -> Iterator[str]:
             (f"`{file}.{key}`", *_field(field, kind), ", ".join(_readers(known, file, key)))
             for key, (field, kind) in fields.items()
         ]
-        yield from _table(("parameter", "meaning", "unit", "allowed", "read by"), rows)
+        yield from [*layout.markdown(("parameter", "meaning", "unit", "allowed", "read by"), rows), ""]
         for key, (field, kind) in fields.items():
             inner = _row_class(kind)
             if inner is not None and _is_table(field, kind):
                 yield f"Columns of `{file}.{key}`:\n"
                 columns = [(f"`{name}`", *_field(*pair)) for name, pair in declared(inner).items()]
-                yield from _table(("column", "meaning", "unit", "allowed"), columns)
+                yield from [*layout.markdown(("column", "meaning", "unit", "allowed"), columns), ""]
 
 
 def _field(field: dataclasses.Field[Any], kind: Any) -> tuple[str, str, str]:
@@ -126,19 +126,6 @@ def _readers(known: dict[str, type], file: str, key: str) -> Iterator[str]:
     for name, cls in known.items():
         if any(key in declared(kind) for kind in loading.sections([cls]).get(file, ())):
             yield name
-
-
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> Iterator[str]:
-    head = list(head)
-    yield _line(head)
-    yield _line("---" for _ in head)
-    for row in rows:
-        yield _line(row)
-    yield ""
-
-
-def _line(cells: Iterable[str]) -> str:
-    return "| " + " | ".join(" ".join(cell.replace("|", "\\|").split()) for cell in cells) + " |"
 
 
 if __name__ == "__main__":

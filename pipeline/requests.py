@@ -12,13 +12,15 @@ import contextlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import click
+import yaml
 
 from pipeline.cache import disk
 from pipeline.errors import StudyError
-
-if TYPE_CHECKING:
-    from pipeline.study import Study
+from pipeline.stage_modules import result_class
+from pipeline.study import Study, shown
 
 _SEAL = "seal: "
 Request = ModuleType
@@ -31,10 +33,9 @@ def decisions(study: Study, values: Mapping[str, Any]) -> Iterator[Decision]:
     for stage, own in values.items():
         for request in study.requests:
             section = next((section for section in vars(own).values() if stage == section.FILE), None)
-            if section is not None and stage in request.FILES:
-                decision = request.decide(stage, section)
-                if decision is not None:
-                    yield request, stage, decision
+            wanted = section is not None and stage in request.FILES
+            if wanted and (decision := request.decide(stage, section)) is not None:
+                yield request, stage, decision
 
 
 def to_verify(study: Study, stages: Iterable[str]) -> list[Decision]:
@@ -53,34 +54,20 @@ def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
 
     Holds the lock.
     """
-    import click
-    import yaml
-
-    from pipeline.cache import disk
-    from pipeline.study import shown
+    from pipeline.cache import artefact  # with h5py, which takes its time
 
     with disk.locked(study.results, shown(study.results), "bipedstudy --verify", True, click.echo):
         for request, stage, decision in chosen:
-            key, result = stored(study, stage)
+            path = study.graph.stages[stage].artefact
+            content = disk.content(study.store.place(path), shown(study.store.place(path)))
+            key = artefact.provenance(content, path)["key"]
+            result = artefact.decode(content, result_class(study.package, stage), path)
             found = {"stage": stage, "artefact_key": key, **request.verified(decision, result)}
-            place = record_of(study, request, stage)
+            place, text = record_of(study, request, stage), yaml.safe_dump(found, sort_keys=False)
             disk.inside(study.results, place, shown(place))
-            text = yaml.safe_dump(found, sort_keys=False)
             disk.write(place, f"{text}{_SEAL}{disk.digest(text.encode())}\n".encode())
             if told:
                 click.echo(f"{request.line(found)}; {shown(place)}")
-
-
-def stored(study: Study, stage: str) -> tuple[str, Any]:
-    """The key and the result of a stage's artefact as it lies there. Raises `StudyError` if none can be read."""
-    from pipeline.cache import artefact
-    from pipeline.stage_modules import result_class
-    from pipeline.study import shown
-
-    path = study.graph.stages[stage].artefact
-    content = disk.content(study.store.place(path), shown(study.store.place(path)))
-    about = artefact.provenance(content, path)
-    return about["key"], artefact.decode(content, result_class(study.package, stage), path)
 
 
 def record_of(study: Study, request: Request, stage: str) -> Path:
@@ -90,8 +77,6 @@ def record_of(study: Study, request: Request, stage: str) -> Path:
 
 def kept(study: Study, about: Mapping[str, str]) -> Iterator[str]:
     """Of each request that an artefact's provenance tells of: its verification, or else what was asked."""
-    import yaml
-
     for request in study.requests:
         if request.NAME not in about:
             continue

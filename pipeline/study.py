@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path, PurePath
@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from pipeline import graph
-from pipeline.cache.disk import Digests
+from pipeline.cache import disk
 from pipeline.cache.sources import Sources, beside
 from pipeline.cache.store import Store
 from pipeline.errors import Declined, StudyError
@@ -21,7 +21,7 @@ from pipeline.graph import Graph, Stage
 from pipeline.home import DISTRIBUTION, check_one_program, face, home
 from pipeline.parameters import loading
 from pipeline.parameters.value import declared
-from pipeline.stage_modules import home_of, importable, stage_module
+from pipeline.stage_modules import home_of, importable, result_class, stage_module
 
 
 @dataclass(frozen=True)
@@ -65,19 +65,31 @@ class Study:
 
     def parameters(self, names: Iterable[str]) -> dict[str, Any]:
         """Checked parameters of these stages. Raises `StudyError` with a sentence for each error."""
-        known = {name: self.parameters_class(stage) for name, stage in self.graph.stages.items()}
-        wanted: dict[str, type] = {}
+        known, names = self.parameters_classes(), tuple(names)
         for name in names:
-            cls = known[name]
-            if cls is None:
+            if name not in known:
                 raise StudyError(f"stage {name}: there is no module {self.package}.{name}.parameters")
-            wanted[name] = cls
+        wanted = {name: known[name] for name in names}
         problems = [text for name, cls in wanted.items() for text in _undeclared(self.graph.stages[name], cls)]
+        if problems and self.code_root != self.root:  # dvc.yaml is not the user's own work
+            changed = "; ".join((face() / "changed.txt").read_text(encoding="utf-8").splitlines())
+            problems.append(f"dvc.yaml was laid out by another version of this program: {changed}; write it anew with: "
+                            f"{DISTRIBUTION} init {shown(self.root)} --update")  # fmt: skip
         if problems:
-            raise StudyError([*problems, *self._laid_out_earlier()])
-        classes = [cls for cls in known.values() if cls is not None]
-        return loading.load(self.params, self.settings, wanted, classes, shown(self.params),
+            raise StudyError(problems)
+        return loading.load(self.params, self.settings, wanted, list(known.values()), shown(self.params),
                             self.requests, dict(self.asked), _remark)  # fmt: skip
+
+    def parameters_classes(self) -> dict[str, type]:
+        """The `Parameters` class of each stage that has one, by name. Raises `StudyError` for a module without it."""
+        found = {}
+        for name in self.graph.stages:
+            module = self.module(name, "parameters")
+            if module is not None and not hasattr(module, "Parameters"):
+                raise StudyError(f"stage {name}: {module.__name__} has no class Parameters")
+            if module is not None:
+                found[name] = module.Parameters
+        return found
 
     @cached_property
     def requests(self) -> tuple[ModuleType, ...]:
@@ -93,20 +105,28 @@ class Study:
         """What the stages' modules `warnings` say of parameters (stage -> parameters) before a run."""
         return [sentence for module in self.offered("warnings") for sentence in module.warnings(values)]
 
-    def absent(self, stage: str, path: Path, made_by: str = "") -> StudyError:
-        """Why a stage's file is not there: it said no, or has not been run."""
-        entry = self.store.current(stage)
-        if entry is not None and entry.refused:
-            return Declined(f"stage {stage}: {entry.summary}")
-        return StudyError(f"{shown(path)} is not there yet; make it with: {DISTRIBUTION} {made_by or f'run {stage}'}")
+    def there(self, path: str, made_by: str = "") -> Path:
+        """Where the result `path` lies, a regular file of sensible size.
 
-    def _laid_out_earlier(self) -> list[str]:
-        """What to do where dvc.yaml is not the user's own work and does not fit the installed stages."""
-        if self.code_root == self.root:
-            return []
-        changed = "; ".join((face() / "changed.txt").read_text(encoding="utf-8").splitlines())
-        return [f"dvc.yaml was laid out by another version of this program: {changed}; write it anew with: "
-                f"{DISTRIBUTION} init {shown(self.root)} --update"]  # fmt: skip
+        Raises `StudyError` if there is none, with the command it is `made_by`, or with why its stage said no.
+        """
+        place, stage = self.store.place(path), self.graph.maker(path)
+        if not place.exists():
+            entry = self.store.current(stage)
+            if entry is not None and entry.refused:
+                raise Declined(f"stage {stage}: {entry.summary}")
+            command = f"{DISTRIBUTION} {made_by or f'run {stage}'}"
+            raise StudyError(f"{shown(place)} is not there yet; make it with: {command}")
+        disk.check(place, shown(place), disk.ARTEFACT)
+        return place
+
+    def result(self, stage: str, made_by: str = "") -> Any:
+        """The result of a stage as it lies there, whatever made it. Raises `StudyError` as `there` does."""
+        from pipeline.cache import artefact  # with h5py, which takes its time
+
+        place = self.there(self.graph.stage(stage).artefact, made_by)
+        importable(self.package, self.code_root)
+        return artefact.load(place, result_class(self.package, stage))
 
     def named_files(self, values: Any) -> dict[str, tuple[str, str]]:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""
@@ -114,18 +134,8 @@ class Study:
         for key, (section, name) in loading.files(values).items():
             path = self.root / name
             where = f"{shown(self.params)}/{section}.yaml: {key} = {json.dumps(name)}"
-            found[key] = str(path), Digests(self.store.folder / "digests.json").digest(path, where)
+            found[key] = str(path), disk.Digests(self.store.folder / "digests.json").digest(path, where)
         return found
-
-    def parameters_class(self, stage: Stage) -> type | None:
-        """The stage's `Parameters` class, or None if it has no such module."""
-        module = self.module(stage.name, "parameters")
-        if module is None:
-            return None
-        if not hasattr(module, "Parameters"):
-            raise StudyError(f"stage {stage.name}: {module.__name__} has no class Parameters")
-        cls: type = module.Parameters
-        return cls
 
     def module(self, stage: str, name: str) -> ModuleType | None:
         """The module `name` of a stage, or None if it has none. Raises `StudyError` if it cannot be imported."""
@@ -175,22 +185,16 @@ def _remark(sentence: str) -> None:
     print(f"note: {sentence}", file=sys.stderr)
 
 
-def _undeclared(stage: Stage, cls: type) -> list[str]:
+def _undeclared(stage: Stage, cls: type) -> Iterator[str]:
     """dvc.yaml and the stage's parameter classes must agree, or a change of a parameter would go unseen."""
-    read = {
-        file: [key for kind in kinds for key in declared(kind)] for file, kinds in loading.sections([cls]).items()
-    }
-    problems = []
+    read = {file: [key for kind in kinds for key in declared(kind)] for file, kinds in loading.sections([cls]).items()}
+    said = f"dvc.yaml: stage {stage.name}"
     for file in {**read, **stage.parameters}:
-        listed = stage.parameters.get(file, ())
-        for key in read.get(file, ()):
-            if listed is not None and key not in listed:
-                problems.append(
-                    f"dvc.yaml: stage {stage.name} reads {key} of {file}.yaml, which its params do not list"
-                )
-        for key in listed or ():
-            if key not in read.get(file, ()):
-                problems.append(f"dvc.yaml: stage {stage.name} lists {key} of {file}.yaml, which it does not read")
+        listed, used = stage.parameters.get(file, ()), read.get(file, ())
+        if listed is not None:
+            yield from (f"{said} reads {key} of {file}.yaml, which its params do not list" for key in used
+                        if key not in listed)  # fmt: skip
+        yield from (f"{said} lists {key} of {file}.yaml, which it does not read" for key in listed or ()
+                    if key not in used)  # fmt: skip
         if listed is None and file not in read:
-            problems.append(f"dvc.yaml: stage {stage.name} lists {file}.yaml, which it does not read")
-    return problems
+            yield f"{said} lists {file}.yaml, which it does not read"

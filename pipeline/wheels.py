@@ -18,22 +18,24 @@ _MACHINES = {"linux": ("x86_64", "aarch64"), "win32": ("AMD64",), "darwin": ("ar
 
 def missing() -> str:
     """Why no wheel fits this machine, a sentence, or nothing."""
-    if sys.platform not in _MACHINES:
-        return f"there is no Exudyn for {sys.platform}: only for Linux, macOS and Windows"
-    if platform.machine() not in _MACHINES[sys.platform]:
-        known = " and ".join(_MACHINES[sys.platform])
-        return f"there is no Exudyn for {platform.system()} on {platform.machine()}: only on {known}"
-    if not _PYTHONS[0] <= sys.version_info[:2] <= _PYTHONS[1]:
-        least, most = (".".join(map(str, python)) for python in _PYTHONS)
-        return f"there is no Exudyn for Python {platform.python_version()}: only for {least} to {most}"
-    if sys.platform == "darwin" and int(platform.mac_ver()[0].split(".")[0] or _MACOS) < _MACOS:
-        return f"this is macOS {platform.mac_ver()[0]}, and Exudyn needs {_MACOS} or newer"
-    library, version = platform.libc_ver()
-    if sys.platform == "linux" and library != "glibc":
-        return "there is no Exudyn for Linux without glibc, such as Alpine: take a Debian, Ubuntu or Fedora image"
-    if sys.platform == "linux" and tuple(int(part) for part in version.split(".")[:2]) < _GLIBC:
-        return f"this system has glibc {version}, and Exudyn needs {'.'.join(map(str, _GLIBC))} or newer"
-    return ""
+    known, (library, version) = _MACHINES.get(sys.platform, ()), platform.libc_ver()
+    macos = platform.mac_ver()[0]
+    least, most = (".".join(map(str, python)) for python in _PYTHONS)
+    linux = sys.platform == "linux"
+    reasons = (
+        (not known, f"there is no Exudyn for {sys.platform}: only for Linux, macOS and Windows"),
+        (platform.machine() not in known,
+         f"there is no Exudyn for {platform.system()} on {platform.machine()}: only on {' and '.join(known)}"),
+        (not _PYTHONS[0] <= sys.version_info[:2] <= _PYTHONS[1],
+         f"there is no Exudyn for Python {platform.python_version()}: only for {least} to {most}"),
+        (sys.platform == "darwin" and int(macos.split(".")[0] or _MACOS) < _MACOS,
+         f"this is macOS {macos}, and Exudyn needs {_MACOS} or newer"),
+        (linux and library != "glibc",
+         "there is no Exudyn for Linux without glibc, such as Alpine: take a Debian, Ubuntu or Fedora image"),
+        (linux and library == "glibc" and tuple(int(part) for part in version.split(".")[:2]) < _GLIBC,
+         f"this system has glibc {version}, and Exudyn needs {'.'.join(map(str, _GLIBC))} or newer"),
+    )  # fmt: skip
+    return next((sentence for holds, sentence in reasons if holds), "")
 
 
 if __name__ == "__main__":

@@ -29,9 +29,10 @@ HOME = Path(__file__).resolve().parents[1]
 #: What every command of a study can need, and what the stages of this one need beside.
 LIGHT = (
     "h5py", "jinja2", "rich.progress", "yaml", "pipeline.cache.untouched", "pipeline.changes.command", "pipeline.cli",
-    *(f"pipeline.commands.{name}" for name in ("figures", "running", "show", "sweep")),
-    "pipeline.execution.fork_server", "pipeline.questions.asking", "pipeline.questions.command",
-    "pipeline.report.content", "pipeline.report.page", "pipeline.sweep.sweep",
+    *(f"pipeline.commands.{name}" for name in ("clean", "show", "status", "sweep")),
+    "pipeline.execution.executor", "pipeline.execution.fork_server", "pipeline.questions.asking",
+    "pipeline.questions.command",
+    "pipeline.report.figures", "pipeline.report.page", "pipeline.sweep.sweep",
 )  # fmt: skip
 HEAVY = ("matplotlib.figure", "numba", "scipy.interpolate", "scipy.ndimage", "scipy.signal")
 _MEMORY, _ROOM = "/dev/shm", 4e9

@@ -14,6 +14,7 @@ import itertools
 import json
 import math
 import os
+import shutil
 import stat
 import sys
 import time
@@ -51,6 +52,21 @@ def write(path: Path, content: bytes | Iterable[bytes]) -> None:
             temporary.unlink()
         raise
     sync_folder(path.parent)
+
+
+@contextlib.contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """A path to write a file or folder to, which appears as `path` at the end, whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield unfinished
+        unfinished.replace(path)
+        sync_folder(path.parent)
+    finally:
+        if unfinished.is_dir():
+            shutil.rmtree(unfinished)
+        unfinished.unlink(missing_ok=True)
 
 
 def read(path: Path, largest: float = math.inf) -> bytes | None:

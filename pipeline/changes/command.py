@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import base64
 import sys
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from pipeline import layout
+from pipeline.cache import disk
 from pipeline.commands import options
 from pipeline.errors import ANSWER
+from pipeline.report.page import address, template
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
@@ -30,97 +32,79 @@ _PRINTED, _MOST, _ROUND_OFF = 12, 300, 1e-9
               help="Relative change of a number that counts as none.")
 @click.option("--page", metavar="FILE", type=click.Path(dir_okay=False, path_type=Path),
               help="Write a page with all of it, and pictures side by side.")
-@options.as_json
-@options.as_csv
-def command(
-    study: Study, other: Path, tolerance: float, page: Path | None, as_json: bool, as_csv: bool
-) -> None:  # fmt: skip
+@options.answers
+def compare(study: Study, other: Path, tolerance: float, page: Path | None, form: options.Form) -> None:
     """Say what changed from the results in OTHER to those of the study: parameters, verdicts, numbers, figures.
 
     OTHER is a results folder or a study. Ends with 0 if nothing changed and with 3 if something did, or could not be
     compared. --csv prints the numbers.
     """
-    options.one_form(json=as_json, csv=as_csv)
-    from pipeline.changes.folders import between, plain, rows
+    from pipeline.changes.folders import between, plain
 
     found = between(study, other, tolerance)
     if page is not None:
-        from pipeline.cache import disk
-
         disk.write(page, html(found))
-    if as_json:
-        options.print_json({**plain(found), "changed": found.any})
-    elif as_csv:
-        options.print_csv(rows(found))
-    else:
-        _print(found)
+    told = plain(found)
+    form.give(_lines(found), {**told, "changed": found.any}, told["numbers"])
     if page is not None:
         click.echo(f"written: {shown(page)}", err=True)
     if found.any:
         sys.exit(ANSWER)
 
 
-def _print(found: Changes) -> None:
+def _lines(found: Changes) -> Iterator[str]:
     for sentence in found.unread:
-        click.echo("\n".join(layout.folded(sentence)))
+        yield from layout.folded(sentence)
     if not found.any:
         small = f" ({found.small} numbers changed by less)" if found.small else ""
-        click.echo(f"nothing changed from {shown(found.before)} to {shown(found.after)}{small}")
-        return
+        yield f"nothing changed from {shown(found.before)} to {shown(found.after)}{small}"
     if found.parameters:
-        options.print_table("Parameters", ("parameter", "before", "after"), [
-            (each.key, each.before if each.before is not None else "none",
-             each.after if each.after is not None else "none") for each in found.parameters])  # fmt: skip
+        yield from layout.titled("Parameters", ("parameter", "before", "after"), [
+            (each.key, *("none" if value is None else value for value in (each.before, each.after)))
+            for each in found.parameters])  # fmt: skip
     if found.claims:
-        turned = [each for each in found.claims if each.turned]
-        others = f"{len(found.claims) - len(turned)} more with other numbers"
-        options.print_table(f"Claims: {len(turned)} with another verdict, {others}", ("claim", "before", "after"), [
-            (each.id, each.before or "not judged", each.after or "not judged") for each in turned])  # fmt: skip
+        turned = [(each.id, each.before or "not judged", each.after or "not judged") for each in found.claims
+                  if each.turned]  # fmt: skip
+        title = f"Claims: {len(turned)} with another verdict, {len(found.claims) - len(turned)} more with other numbers"
+        yield from layout.titled(title, ("claim", "before", "after"), turned)
     if found.numbers:
-        _print_numbers(found)
+        yield from _numbers(found)
     if found.figures:
-        options.print_table(f"Figures: {len(found.figures)} changed", ("figure", "what"),
-                            [(each.name, each.what) for each in found.figures])  # fmt: skip
+        yield from layout.titled(f"Figures: {len(found.figures)} changed", ("figure", "what"),
+                                 [(each.name, each.what) for each in found.figures])  # fmt: skip
 
 
-def _print_numbers(found: Changes) -> None:
+def _numbers(found: Changes) -> Iterator[str]:
     """How many changed in each stage, and those single ones that changed most."""
-    many = Counter(each.stage for each in found.numbers)
-    counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
+    counted = ", ".join(f"{stage} {count}" for stage, count in Counter(each.stage for each in found.numbers).items())
     listed = [each for each in found.numbers if each.relative is not None and isinstance(each.before, float)
               and max(abs(each.before), abs(each.after)) > _ROUND_OFF]  # fmt: skip
     what = "single ones that changed most:" if listed else "all of them in arrays, words or round-off"
     title = f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less; {what}"
-    click.echo("\n" + "\n".join(layout.folded(title, 0)))
+    yield from ("", *layout.folded(title, 0))
     for each in listed[:_PRINTED]:
-        click.echo(f"  {each.stage} {each.path.replace('/', '.')}")
+        yield f"  {each.stage} {each.path.replace('/', '.')}"
         values = f"{layout.short(each.before)} -> {layout.short(each.after)} {each.unit}".rstrip()
-        click.echo(f"    {values} ({share(each.relative)})")
+        yield f"    {values} ({share(each.relative)})"
 
 
 def share(relative: float | None) -> str:
     """A relative change in per cent; nothing for what is no number."""
     if relative is None:
         return ""
-    if abs(relative) == float("inf"):
-        return "from zero"
-    return f"{100 * relative:+.3g} %"
+    return "from zero" if abs(relative) == float("inf") else f"{100 * relative:+.3g} %"
 
 
 def html(found: Changes) -> bytes:
     """The page, with pictures side by side; self-contained like the report."""
-    from pipeline.report.page import template
-
-    pictures = [(each.name, each.what, _data(each.before), _data(each.after)) for each in found.figures]
+    pictures = [(each.name, each.what, *map(_picture, (each.before, each.after))) for each in found.figures]
     return template(_TEMPLATE).render(
         found=found, before=shown(found.before), after=shown(found.after), most=_MOST, share=share, short=layout.short,
         pictures=pictures,
     ).encode()  # fmt: skip
 
 
-def _data(path: Path) -> str:
+def _picture(path: Path) -> str:
     """A picture as an address of data; nothing for a page's fragment or what is not there."""
-    from pipeline.cache import disk
-
     content = disk.read(path) if path.suffix == ".png" else None
-    return "" if content is None else "data:image/png;base64," + base64.b64encode(content).decode()
+    return "" if content is None else address(content)

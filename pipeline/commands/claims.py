@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import textwrap
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
@@ -13,11 +14,11 @@ import click
 from pipeline import completion, layout
 from pipeline.commands import options
 from pipeline.errors import StudyError
+from pipeline.graph import CAPTIONS, CLAIMS
 from pipeline.parameters import levels, yaml_text
 from pipeline.report import standing
 from pipeline.study import Study, shown
 
-CLAIMS = "results/claims.yaml"
 #: What a verdict may be; "holds if" is completed by a condition. Then how several are counted, and how they look.
 VERDICTS = {
     "holds": ("hold", "yes"),
@@ -98,43 +99,31 @@ class Claims:
 @click.command("claims", epilog=options.examples("claims"))
 @click.argument("names", nargs=-1, metavar="[CLAIM]...", shell_complete=completion.claims)
 @options.own_study
-@options.as_json
-@options.as_csv
+@functools.partial(options.answers, others=("markdown", "into"))
 @click.option("--markdown", is_flag=True, help="Print what --into writes.")
 @click.option(
     "--into", type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="Write claims and headlines into FILE, each between its marks, <!-- claims --> and <!-- headlines -->.",
 )  # fmt: skip
-def command(
-    study: Study, names: tuple[str, ...], as_json: bool, as_csv: bool, markdown: bool, into: Path | None
-) -> None:  # fmt: skip
+def claims(study: Study, names: tuple[str, ...], form: options.Form, markdown: bool, into: Path | None) -> None:
     """Print each CLAIM (default: all): what is said, what is measured, the verdict, and why."""
-    options.one_form(json=as_json, csv=as_csv, markdown=markdown, into=into)
     found = read(study)
     standing.say(study, study.graph.maker(CLAIMS))
-    unknown = sorted(set(names) - {claim.id for claim in found.claims})
-    if unknown:
-        known = ", ".join(claim.id for claim in found.claims)
-        raise StudyError(f'there is no claim "{unknown[0]}" (claims: {known})')
+    known = [claim.id for claim in found.claims]
+    if unknown := sorted({*names} - {*known}):
+        raise StudyError(f'there is no claim "{unknown[0]}" (claims: {", ".join(known)})')
     if names:
         found = Claims([claim for claim in found.claims if claim.id in names], level=found.level)
-    if as_json:
-        options.print_json(asdict(found))
-    elif as_csv:
-        options.print_csv([{name: "; ".join(value) if isinstance(value, list) else value
-                            for name, value in asdict(claim).items()} for claim in found.claims])  # fmt: skip
-    elif into is not None:
-        place(into, {"claims": as_markdown(found), "headlines": bullets(found.headlines)})
+    if into is not None:
+        place(into, {"claims": as_markdown(found), "headlines": "\n".join(f"- {said}" for said in found.headlines)})
     elif markdown:
         click.echo(as_markdown(found))
     else:
-        width = min(layout.width(), _WIDEST)
-        for claim in found.claims:
-            click.echo(as_text(claim, width) + "\n")
-        if len(found.claims) > 1:
-            click.echo("\n".join(layout.folded(found.counted(), 0)))
-        for table in found.tables:
-            options.print_table(table["title"], table["columns"], table["rows"])
+        lines = [as_text(claim, min(layout.width(), _WIDEST)) + "\n" for claim in found.claims]
+        rows = ({name: "; ".join(value) if isinstance(value, list) else value for name, value in asdict(claim).items()}
+                for claim in found.claims)  # fmt: skip
+        form.give([*lines, *(layout.folded(found.counted(), 0) if len(lines) > 1 else ())], asdict(found), rows,
+                  ((table["title"], table["columns"], table["rows"]) for table in found.tables))  # fmt: skip
 
 
 def as_text(claim: Claim, width: int) -> str:
@@ -149,24 +138,12 @@ def as_text(claim: Claim, width: int) -> str:
 def as_markdown(found: Claims) -> str:
     """All claims: a table of verdicts, every claim with its parts, and the tables."""
     verdicts = [(f"[{claim.id}](#{claim.id})", claim.section, claim.full_verdict) for claim in found.claims]
-    lines = [found.counted(), "", *markdown_table(("claim", "section", "verdict"), verdicts), ""]
+    lines = [found.counted(), "", *layout.markdown(("claim", "section", "verdict"), verdicts), ""]
     for claim in found.claims:
         lines += [f"### {claim.id}", "", *(f"- *{name}*: {text}" for name, text in claim.parts()), ""]
     for table in found.tables:
-        lines += [f"## {table['title']}", "", *markdown_table(table["columns"], table["rows"]), ""]
+        lines += [f"## {table['title']}", "", *layout.markdown(table["columns"], table["rows"]), ""]
     return "\n".join(lines).rstrip()
-
-
-def markdown_table(columns: Any, rows: Any) -> list[str]:
-    """A table in Markdown."""
-    cells = [[" ".join(str(cell).split()).replace("|", "\\|") for cell in row] for row in (columns, *rows)]
-    lines = ["| " + " | ".join(row) + " |" for row in cells]
-    return [lines[0], "| " + " | ".join("---" for _ in columns) + " |", *lines[1:]]
-
-
-def bullets(sentences: list[str]) -> str:
-    """Sentences as a list in Markdown."""
-    return "\n".join(f"- {sentence}" for sentence in sentences)
 
 
 def place(path: Path, texts: dict[str, str]) -> None:
@@ -194,7 +171,7 @@ def read(study: Study) -> Claims:
     path = study.store.place(CLAIMS)
     if not path.exists():
         raise StudyError(f"{shown(path)} is not there yet; make it with: bipedstudy run comparison")
-    found, captions = read_file(path), study.store.place("results/captions.yaml")
+    found, captions = read_file(path), study.store.place(CAPTIONS)
     figures = yaml_text.read(captions, shown(captions)).plain() if captions.exists() else {}
     for figure in figures.get("figures", ()) if isinstance(figures, dict) else ():
         for claim in found.claims:

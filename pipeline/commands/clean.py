@@ -25,8 +25,8 @@ WORTH_A_WORD = 2_000_000_000
 @click.option("--dry-run", is_flag=True, help="Say what would be removed; remove nothing.")
 @click.option("--journals", is_flag=True, help="Also what questions and sweeps keep: asked again, they compute anew.")
 @click.option("--wait", is_flag=True, help="Wait for another run in the same results folder.")
-@options.as_json
-def command(study: Study, dry_run: bool, journals: bool, wait: bool, as_json: bool) -> None:
+@options.answers_without_rows
+def clean(study: Study, dry_run: bool, journals: bool, wait: bool, form: options.Form) -> None:
     """Remove earlier results from the cache, and machine code of earlier sources; the current results stay.
 
     After this an undone edit is computed again. What questions and sweeps keep stays, unless --journals is given.
@@ -44,14 +44,11 @@ def command(study: Study, dry_run: bool, journals: bool, wait: bool, as_json: bo
                 shutil.rmtree(folder, ignore_errors=True)
             elif not dry_run:
                 folder.unlink(missing_ok=True)
-            if not as_json:
+            if form.is_text:
                 click.echo(layout.beside(f"{told(size):>9}  ", f"{what}: {shown(folder)}"))
-    if as_json:
-        options.print_json({"removed": not dry_run, "folders": [
-            {"folder": shown(folder), "what": what, "bytes": size} for folder, what, size in found]})  # fmt: skip
-        return
-    total = told(sum(size for _, _, size in found))
-    click.echo(f"{total:>9}  in {len(found)} places {'would be removed' if dry_run else 'removed'}")
+    plain = [{"folder": shown(folder), "what": what, "bytes": size} for folder, what, size in found]
+    total, how = told(sum(size for _, _, size in found)), "would be removed" if dry_run else "removed"
+    form.give([f"{total:>9}  in {len(found)} places {how}"], {"removed": not dry_run, "folders": plain})
 
 
 def _old(study: Study) -> Iterator[tuple[Path, str]]:

@@ -15,9 +15,11 @@ from pathlib import Path
 
 import click
 
-from pipeline import layout
+from pipeline import layout, wheels
 from pipeline.cache import processor
+from pipeline.cache.fingerprint import installed
 from pipeline.commands import options
+from pipeline.errors import FAILED
 from pipeline.home import home
 from pipeline.study import Study, shown
 
@@ -37,25 +39,23 @@ class Finding:
 
 @click.command("doctor", epilog=options.examples("doctor"))
 @options.study
-@options.as_json
-def command(study: Study, as_json: bool) -> None:
+@options.answers_without_rows
+def doctor(study: Study, form: options.Form) -> None:
     """Look at what the study needs: Exudyn, versions, folders, compiled code, disk, cores.
 
     Ends with 1 if something is bad; a warning is no failure.
     """
     findings = list(examine(study))
-    if as_json:
-        options.print_json([dataclasses.asdict(finding) for finding in findings])
-    else:
-        for finding in findings:
-            click.echo(layout.beside(f"{finding.state:<8} {finding.what:<17} ", finding.text))
-    if any(finding.state == BAD for finding in findings):
-        sys.exit(1)
+    form.give((layout.beside(f"{found.state:<8} {found.what:<17} ", found.text) for found in findings),
+              [dataclasses.asdict(found) for found in findings])  # fmt: skip
+    if any(found.state == BAD for found in findings):
+        sys.exit(FAILED)
 
 
 def examine(study: Study) -> Iterator[Finding]:
     """Look at everything, in the order in which trouble is most likely."""
-    yield wheels()
+    lacking = wheels.missing()
+    yield Finding("machine", BAD if lacking else GOOD, lacking or f"{platform.system()} on {platform.machine()}")
     yield exudyn()
     yield versions(home() / "requirements/study.txt")
     if not study.borrowed:
@@ -68,22 +68,11 @@ def examine(study: Study) -> Iterator[Finding]:
     yield Finding("processor", GOOD, processor.words())
 
 
-def wheels() -> Finding:
-    """Whether compiled packages exist for this machine."""
-    from pipeline.wheels import missing as lacking
-
-    missing = lacking()
-    return Finding("machine", BAD if missing else GOOD, missing or f"{platform.system()} on {platform.machine()}")
-
-
 def exudyn() -> Finding:
     """Whether Exudyn's compiled library loads; it needs libGL and libX11 of the system."""
-    from importlib import metadata
-
     try:
-        module = importlib.import_module("exudyn")
-        version = metadata.version("exudyn")
-        module.SystemContainer()
+        importlib.import_module("exudyn").SystemContainer()
+        (version,) = installed(["exudyn"])
     except Exception as error:
         hint = "; on Debian: apt-get install libgl1 libx11-6" if "lib" in str(error) else ""
         return Finding("exudyn", BAD, f"does not load: {error}{hint}")
@@ -92,20 +81,19 @@ def exudyn() -> Finding:
 
 def versions(lock: Path) -> Finding:
     """Installed packages against the lock file."""
-    from importlib import metadata
-
     python = f"Python {sys.version_info.major}.{sys.version_info.minor}"
     if not lock.is_file():
         return Finding("versions", WARNING, f"{python}; there is no lock at {lock} to compare with")
-    missing, other = [], []
-    for name, version in _pinned(lock.read_text(encoding="utf-8")):
-        try:
-            installed = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            missing.append(name)
-            continue
-        if installed != version:
-            other.append(f"{name} {installed} instead of {version}")
+    from packaging.requirements import Requirement  # comes with matplotlib
+
+    wanted = [Requirement(line.rstrip("\\ ")) for line in lock.read_text(encoding="utf-8").splitlines()
+              if line[:1].isalnum()]  # fmt: skip
+    pinned = {each.name: str(each.specifier).removeprefix("==") for each in wanted
+              if each.marker is None or each.marker.evaluate()}  # fmt: skip
+    found = {name: "".join(installed([name])) for name in pinned}
+    missing = [name for name, version in found.items() if not version]
+    other = [f"{name} {version} instead of {pinned[name]}" for name, version in found.items()
+             if version != pinned[name]]  # fmt: skip
     if missing:
         return Finding("versions", BAD, f"{python}; not installed: {', '.join(missing)}; make install")
     if other:
@@ -114,22 +102,10 @@ def versions(lock: Path) -> Finding:
     return Finding("versions", GOOD, f"{python}; all as in {lock.name}")
 
 
-def _pinned(text: str) -> Iterator[tuple[str, str]]:
-    """Name and version of each package that the lock wants on this machine."""
-    from packaging.requirements import Requirement  # comes with matplotlib
-
-    for line in text.splitlines():
-        if line[:1].isalnum():
-            wanted = Requirement(line.rstrip("\\ "))
-            if wanted.marker is None or wanted.marker.evaluate():
-                yield wanted.name, str(wanted.specifier).removeprefix("==")
-
-
 def writable(what: str, folder: Path) -> Finding:
     """Whether a file can be made in the folder, or, where it is not there yet, in what is above it."""
-    there = next(path for path in (folder, *folder.parents) if path.exists())
     try:
-        with tempfile.TemporaryFile(dir=there):
+        with tempfile.TemporaryFile(dir=_there(folder)):
             return Finding(what, GOOD, f"{shown(folder)} can be written")
     except OSError as error:
         return Finding(what, BAD, f"{shown(folder)} cannot be written: {error.strerror}")
@@ -150,7 +126,11 @@ def compiled(study: Study) -> Iterator[Finding]:
 
 def free_space(folder: Path) -> Finding:
     """Free disk space where the results go."""
-    there = next(path for path in (folder, *folder.parents) if path.exists())
-    free = shutil.disk_usage(there).free // 1_000_000
+    free = shutil.disk_usage(_there(folder)).free // 1_000_000
     state = BAD if free < _LEAST_FREE_MB else WARNING if free < _WISHED_FREE_MB else GOOD
     return Finding("free disk", state, f"{free} MB")
+
+
+def _there(folder: Path) -> Path:
+    """The folder, or what is above it where it is not there yet."""
+    return next(path for path in (folder, *folder.parents) if path.exists())

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import functools
+import io
+import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +22,16 @@ from pipeline.home import face
 from pipeline.study import Study, locate
 
 Command = Callable[..., Any]
+#: Title, names of the columns, and rows.
+Table = tuple[str, Sequence[str], Sequence[Sequence[Any]]]
 _FOLDER = click.Path(file_okay=False).shell_complete
 
 
 def examples(command: str, lines: Sequence[str] = ()) -> str:
     """The end of a command's help: command lines, each as it is typed; without any those of the face's examples."""
-    lines = lines or [line for line in _examples() if line.split()[1] == command]
+    given = (face() / "examples.txt").read_text(encoding="utf-8").splitlines()
+    lines = lines or [line for line in given if line.split()[1] == command]
     return "\b\n" + "\n".join(["Examples:" if len(lines) > 1 else "Example:", *(f"  {line}" for line in lines)])
-
-
-@functools.cache
-def _examples() -> tuple[str, ...]:
-    return tuple((face() / "examples.txt").read_text(encoding="utf-8").splitlines())
 
 
 def study(function: Command, *, with_results: bool = False) -> Command:
@@ -73,13 +75,12 @@ def requests(function: Command) -> Command:
         asked = dataclasses.replace(found, asked=tuple((name, text) for name, text in texts.items() if text))
         if not verify:
             return function(asked, **options)
-        from pipeline.requests import to_verify
-        from pipeline.requests import verify as verify_all
+        from pipeline import requests
 
-        chosen = to_verify(asked, options.get("stages") or tuple(asked.graph.stages))
+        chosen = requests.to_verify(asked, options.get("stages") or tuple(asked.graph.stages))
         done = function(asked, **options)
         if not options.get("dry_run"):
-            verify_all(asked, chosen, told=not options.get("as_json"))
+            requests.verify(asked, chosen, told=not options.get("as_json"))
         return done
 
     command: Command = with_requests
@@ -105,37 +106,59 @@ def running(function: Command) -> Command:
     return function
 
 
-as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-"""`--json`: the answer as JSON on standard output, and nothing else there."""
+@dataclass(frozen=True)
+class Form:
+    """In which form a command answers: as text, or with --json or --csv with that alone on standard output."""
+
+    as_json: bool = False
+    as_csv: bool = False
+
+    @property
+    def is_text(self) -> bool:
+        """Whether people read it."""
+        return not (self.as_json or self.as_csv)
+
+    def give(self, lines: Iterable[Any], plain: Any, rows: Iterable[Mapping[str, Any]] = (),
+             tables: Iterable[Table] = ()) -> None:  # fmt: skip
+        """Print the answer: lines as they are and tables under their titles, or `plain`, or `rows` with all digits.
+
+        A number that JSON does not know (NaN, infinity) is null there. What is nested in a row has columns of its own,
+        their names joined by dots.
+        """
+        if self.as_json:
+            click.echo(json.dumps(_finite(plain), indent=2, ensure_ascii=False, allow_nan=False))
+        elif self.as_csv:
+            flat, text = [dict(_flat(row)) for row in rows], io.StringIO()
+            columns = dict.fromkeys(name for row in flat for name in row)
+            writer = csv.DictWriter(text, list(columns), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(flat)
+            click.echo(text.getvalue(), nl=False)
+        else:
+            for line in (*lines, *(line for table in tables for line in layout.titled(*table))):
+                click.echo(line)
 
 
-as_csv = click.option("--csv", "as_csv", is_flag=True, help="Print CSV, a line a row.")
-"""`--csv`: the answer's table on standard output, and nothing else there."""
+def answers(function: Command, *, rows: bool = True, others: Sequence[str] = ()) -> Command:
+    """`--json` and, where the answer has `rows`, `--csv`; the command gets a `Form`.
+
+    Only one of them may be given, nor one of `others` beside it.
+    """
+
+    @functools.wraps(function)
+    def with_form(*given: Any, as_json: bool, as_csv: bool = False, **options: Any) -> Any:
+        forms = {"json": as_json, "csv": as_csv, **{name: options[name] for name in others}}
+        asked = [f"--{name}" for name, value in forms.items() if value]
+        if len(asked) > 1:
+            raise click.UsageError(f"{' and '.join(asked)} exclude each other")
+        return function(*given, form=Form(as_json, as_csv), **options)
+
+    if rows:
+        with_form = click.option("--csv", "as_csv", is_flag=True, help="Print CSV, a line a row.")(with_form)
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON.")(with_form)
 
 
-def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    """Print a table under its title, within the terminal's width."""
-    click.echo("\n" + "\n".join([*layout.folded(title, 0), *layout.table(columns, rows)]))
-
-
-def print_csv(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print rows as CSV with all digits; what is nested in a row has columns of its own, their names joined by dots."""
-    import csv
-    import io
-
-    lines = [dict(_flat(row)) for row in rows]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(dict.fromkeys(name for line in lines for name in line)), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(lines)
-    click.echo(text.getvalue(), nl=False)
-
-
-def one_form(**asked: Any) -> None:
-    """Raise `click.UsageError` if more than one of these options is given."""
-    given = [f"--{name}" for name, value in asked.items() if value]
-    if len(given) > 1:
-        raise click.UsageError(f"{' and '.join(given)} exclude each other")
+answers_without_rows = functools.partial(answers, rows=False)
 
 
 def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
@@ -147,13 +170,6 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
             yield from _flat(part, f"{name}.{key}" if name else str(key))
     else:
         yield name, str(value).lower() if isinstance(value, bool) else value
-
-
-def print_json(value: Any) -> None:
-    """Print a value as JSON; a number that JSON does not know (NaN, infinity) as null."""
-    import json
-
-    click.echo(json.dumps(_finite(value), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def _finite(value: Any) -> Any:

@@ -1,12 +1,29 @@
-"""`bipedstudy run STAGE`."""
+"""`bipedstudy run STAGE` and `bipedstudy run-all`: lock, plan, run, report."""
 
 from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pipeline import completion
-from pipeline.commands import options
-from pipeline.study import Study
+from pipeline.cache import disk, untouched
+from pipeline.cache.fingerprint import compact
+from pipeline.commands import clean, options
+from pipeline.commands.status import survey
+from pipeline.errors import Declined, StageFailed, StudyError
+from pipeline.execution import display
+from pipeline.parameters import levels, loading
+from pipeline.study import Study, shown
+
+if TYPE_CHECKING:
+    from pipeline.execution.executor import Outcome
 
 
 @click.command("run", epilog=options.examples("run"))
@@ -14,22 +31,126 @@ from pipeline.study import Study
 @options.own_study
 @options.requests
 @options.running
-@options.as_json
-def command(
-    study: Study,
-    stages: tuple[str, ...],
-    jobs: int | None,
-    force: bool,
-    dry_run: bool,
-    wait: bool,
-    as_json: bool,
-    verbose: bool,
-) -> None:
+@options.answers_without_rows
+def run(study: Study, stages: tuple[str, ...], force: bool, **how: Any) -> None:
     """Bring stages, and first everything they read, up to date; --force applies to the named stages only."""
-    from pipeline.commands.running import run_stages
-
     for stage in stages:
         study.graph.stage(stage)
-    names = study.graph.needed_for(stages)
-    forced = stages if force else ()
-    run_stages(study, names, forced=forced, jobs=jobs, dry_run=dry_run, wait=wait, as_json=as_json, verbose=verbose)
+    _bring(study, study.graph.needed_for(stages), forced=stages if force else (), **how)
+
+
+@click.command("run-all", epilog=options.examples("run-all"))
+@options.own_study
+@options.requests
+@options.running
+@options.answers_without_rows
+def run_all(study: Study, force: bool, dry_run: bool, form: options.Form, verbose: bool, **how: Any) -> None:
+    """Bring every stage up to date, then the report. Ends with 3 where a stage or a figure is missing for a reason."""
+    plain, names = form.is_text and not (force or dry_run), tuple(study.graph.stages)
+    if plain and (summaries := untouched.recall(study)):
+        shows = display.for_terminal(verbose, False)
+        for name, summary in summaries.items():
+            shows.finished(name, "current", 0.0, summary)
+        shows.close()
+        return
+    from pipeline.report import page
+
+    lay = untouched.look(study) if plain else None
+    outcomes = _bring(study, names, forced=names if force else (), dry_run=dry_run, form=form, verbose=verbose,
+                      afterwards=page.refresh, **how)  # fmt: skip
+    if not dry_run and (absent := page.undrawn(study)):
+        raise Declined(absent)
+    if all(outcome.how == "current" for outcome in outcomes) and not study.warnings(study.parameters(names)):
+        untouched.note(study, lay, {outcome.stage: outcome.summary for outcome in outcomes})
+
+
+def _bring(
+    study: Study, names: tuple[str, ...], *, forced: Iterable[str], jobs: int | None, dry_run: bool, wait: bool,
+    form: options.Form, verbose: bool,
+    afterwards: Callable[[Study, Mapping[str, str]], Path | None] | None = None,
+) -> list[Outcome]:  # fmt: skip
+    """Bring `names` up to date under the results folder's lock, or say what that would take.
+
+    `afterwards` follows under the same lock, given why which stages failed; it returns the file it wrote, if any.
+    Raises `StageFailed` after it where a stage said no or failed.
+    """
+    if not dry_run and any(study.store.current(name) is None for name in names):
+        from pipeline.execution.process import get_ready
+
+        get_ready()
+    values = study.parameters(names)
+    for sentence in study.warnings(values):
+        click.echo(f"warning: {sentence}", err=True)
+    if dry_run:
+        survey(study, values, form, frozenset(forced))
+        return []
+    from pipeline.execution.executor import FAILING, Planner, State, bring_up_to_date
+
+    began, shows = time.perf_counter(), display.for_terminal(verbose, form.as_json)
+    failed: StageFailed | None = None
+    try:
+        command = " ".join(["bipedstudy", *sys.argv[1:]])
+        with disk.locked(study.results, shown(study.results), command, wait, shows.note):
+            with contextlib.suppress(OSError):
+                study.store.sweep()
+            _say_what_gives_way(study, values, shows)
+            try:
+                outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
+            except StageFailed as error:
+                outcomes, failed = error.outcomes, error
+            why, written = {outcome.stage: outcome.summary for outcome in outcomes if outcome.how == FAILING}, None
+            try:
+                written = afterwards(study, why) if afterwards else None
+            except StudyError as error:
+                if failed is None:
+                    raise
+                shows.note(str(error))
+            if written is not None and form.is_text:
+                click.echo(f"{written.stem:<13} written             {shown(written)}")
+            if any(outcome.how == "computed" for outcome in outcomes):
+                _say_if_large(study, shows)
+    except disk.NotWritable:
+        if forced or any(item.state is not State.CURRENT for item in Planner(study, values).survey(names)):
+            raise
+        outcomes = bring_up_to_date(study, values, shows)  # everything is current, so this writes nothing
+    form.give((), {"stages": [{
+        "stage": outcome.stage, "how": outcome.how, "summary": outcome.summary, "seconds": round(outcome.seconds, 3),
+        "processor_seconds": outcome.processor_seconds, "reasons": list(outcome.reasons), "key": outcome.key,
+    } for outcome in outcomes], "seconds": round(time.perf_counter() - began, 3)})  # fmt: skip
+    if failed is not None:
+        raise failed
+    return outcomes
+
+
+def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.Display) -> None:
+    """Results of a higher level, or of other parameters than --set gives, do not give way without a word."""
+    ranks: list[tuple[int, int]] = []
+    changed: dict[str, str] = {}
+    for name, parameters in values.items():
+        last = study.store.current(name)
+        before, now = last.ingredients["parameters"] if last else {}, loading.as_plain(parameters)
+        ranks.append((_rank(before), _rank(now)))
+        for file, _, key in (setting.partition("=")[0].partition(".") for setting in study.settings):
+            was, will = before.get(file, {}).get(key), now.get(file, {}).get(key)
+            if was is not None and was != will:
+                changed[f"{file}.{key}"] = f"{file}.{key} = {compact(was)} give way to those of {compact(will)}"
+    kept, asked = map(max, zip((0, 0), *ranks))
+    if kept > asked:
+        shows.note(f"these results are of accuracy {levels.LEVELS[kept]} and give way to {levels.LEVELS[asked]}; they "
+                   "are kept, and come back at once when that accuracy is asked for again")  # fmt: skip
+    if changed:
+        shows.note(f"results of {', of '.join(changed.values())}; they are kept, and come back at once without "
+                   "--set; --results DIR leaves them where they are")  # fmt: skip
+
+
+def _rank(plain: Mapping[str, Mapping[str, Any]]) -> int:
+    """Place of the level among plain parameters, the least accurate first; that one where they have none."""
+    level = plain.get(levels.FILE, {}).get(levels.KEY)
+    return levels.LEVELS.index(level) if level in levels.LEVELS else 0
+
+
+def _say_if_large(study: Study, shows: display.Display) -> None:
+    size = sum(clean.size_of(folder) for folder, _ in clean.earlier(study.store))
+    if size > clean.WORTH_A_WORD:
+        place = shown(study.store.folder)
+        shows.note(f"earlier results take {clean.told(size)} in {place}; bipedstudy clean removes them")

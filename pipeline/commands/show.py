@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,47 +30,53 @@ _NAMES, _VALUES = 30, 49
 @click.argument("artefact", shell_complete=completion.stages_or_files)
 @click.argument("where", required=False, metavar="[PATH]")
 @options.own_study
-@options.as_json
-@options.as_csv
-def command(study: Study, artefact: str, where: str | None, as_json: bool, as_csv: bool) -> None:
+@options.answers
+def show(study: Study, artefact: str, where: str | None, form: options.Form) -> None:
     """Print the fields of ARTEFACT, a stage's name or a file, with units, shapes and values, and its tables.
 
     With PATH (as group.field) only what stands there: a number with all its digits, an array or a table in full.
     """
-    options.one_form(json=as_json, csv=as_csv)
     from pipeline.cache import artefact as artefacts
 
     path = _path(study, artefact)
-    content = disk.content(path, shown(path))
-    _check_links(content, shown(path))
-    about = artefacts.provenance(content, shown(path))
-    standing.say(study, *(name for name, stage in study.graph.stages.items()
+    name, content = shown(path), disk.content(path, shown(path))
+    _check_links(content, name)
+    about = artefacts.provenance(content, name)
+    standing.say(study, *(each for each, stage in study.graph.stages.items()
                           if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
-    fields = _with_errors(study, artefacts.tree(content, shown(path)), about)
+    made_by, errors = about.get("stage", ""), {}
+    if made_by in study.graph.stages:  # known today, whatever the artefact itself carries
+        errors = numerical_errors(study.package, study.code_root, made_by, about.get("settings", ""))
+    fields = [replace(field, error=errors.get(field.path) if made_by in study.graph.stages else field.error)
+              for field in artefacts.tree(content, name)]  # fmt: skip
     if where is not None:
         chosen = where.replace(".", "/").strip("/")
         inside = [field for field in fields if field.path == chosen or field.path.startswith(f"{chosen}/")]
         if not inside:
-            last = chosen.rpartition("/")[2]
-            named = [field.path for field in fields if field.path.rpartition("/")[2] == last]
-            hint = f"; did you mean {named[0].replace('/', '.')}?" if named else _near(chosen, fields)
-            raise StudyError(f'{shown(path)}: there is no "{where}"{hint}')
-        _print_part(content, chosen, inside, as_json, as_csv)
+            known = {field.path: field.path.replace("/", ".") for field in fields}
+            alike = [known[path] for path in known if path.rpartition("/")[2] == chosen.rpartition("/")[2]]
+            hint = f"; did you mean {alike[0]}?" if alike else nearest(chosen.replace("/", "."), known.values())
+            raise StudyError(f'{name}: there is no "{where}"{hint}')
+        _give_part(content, chosen, inside, form)
         return
-    if as_json:
-        options.print_json({"file": shown(path), "fields": [_plain(field) for field in fields], "provenance": about})
-        return
-    if as_csv:
-        values = [field for field in fields if field.shape is not None]
-        options.print_csv([{**_plain(field), "shape": _size(field.shape)} for field in values])
-        return
-    click.echo(f"{shown(path)}: stage {about.get('stage', '?')}, key {about.get('key', '?')}")
-    for line in requests.kept(study, about):
-        click.echo("\n".join(layout.folded(line)))
-    for field in fields:
-        click.echo(_line(field))
-    for title, columns, rows in _tables(study, content, about.get("stage", ""), shown(path)):
-        options.print_table(title, columns, rows)
+    lines = [f"{name}: stage {about.get('stage', '?')}, key {about.get('key', '?')}"]
+    lines += [line for text in requests.kept(study, about) for line in layout.folded(text)]
+    form.give(
+        [*lines, *map(_line, fields)],
+        {"file": name, "fields": [_plain(field) for field in fields], "provenance": about},
+        ({**_plain(field), "shape": _size(field.shape)} for field in fields if field.shape is not None),
+        _tables(study, content, made_by, name),
+    )
+
+
+def _path(study: Study, name: str) -> Path:
+    if name in study.graph.stages:
+        return study.there(study.graph.stages[name].artefact)
+    path = Path(name)
+    if not path.exists():
+        stages = ", ".join(study.graph.stages)
+        raise StudyError(f'"{name}" is neither a stage ({stages}) nor a file{nearest(name, study.graph.stages)}')
+    return path
 
 
 def _check_links(content: bytes, name: str) -> None:
@@ -94,56 +100,26 @@ def _check_links(content: bytes, name: str) -> None:
         raise ArtefactError(f"{name}: its groups lie in each other; those of artefacts do not")
 
 
-def _with_errors(study: Study, fields: list[Field], about: Mapping[str, str]) -> list[Field]:
-    """The fields with the errors that are known today, whatever the artefact itself carries."""
-    stage = about.get("stage", "")
-    if stage not in study.graph.stages:
-        return fields
-    known = numerical_errors(study.package, study.code_root, stage, about.get("settings", ""))
-    return [replace(field, error=known.get(field.path)) for field in fields]
-
-
-def _path(study: Study, name: str) -> Path:
-    if name in study.graph.stages:
-        path = study.store.place(study.graph.stages[name].artefact)
-        if not path.exists():
-            raise study.absent(name, path)
-        return path
-    path = Path(name)
-    if not path.exists():
-        stages = ", ".join(study.graph.stages)
-        raise StudyError(f'"{name}" is neither a stage ({stages}) nor a file{nearest(name, study.graph.stages)}')
-    return path
-
-
-def _print_part(content: bytes, chosen: str, fields: list[Field], as_json: bool, as_csv: bool) -> None:
-    """Print what stands at a path: a value alone, rows of a table, or the fields below."""
+def _give_part(content: bytes, chosen: str, fields: list[Field], form: options.Form) -> None:
+    """Give what stands at a path: a value alone, rows of a table, or the fields below."""
     import h5py
 
     with h5py.File(io.BytesIO(content), "r") as file:
-        item = file[chosen]
-        value = _whole(item)
-    field = fields[0]
-    rows = _rows(value)
-    if as_json:
-        described = {**_plain(field), "value": value} if field.shape is not None else value
-        options.print_json(described)
-    elif as_csv and rows is not None:
-        options.print_csv(rows)
-    elif as_csv:
-        options.print_csv([{field.path.rpartition("/")[2]: value} if field.shape is not None else value])
-    elif field.shape is None and rows and _is_flat(rows):
+        value = _whole(file[chosen])
+    field, rows, tables = fields[0], _rows(value), []
+    lines: Iterable[Any] = (_line(each, chosen.count("/")) for each in fields)
+    if field.shape is not None and isinstance(value, list):
+        lines = (" ".join(map(str, part)) if isinstance(part, list) else part for part in value)
+    elif field.shape is not None:
+        lines = [f"{str(value).lower() if isinstance(value, bool) else value} {_unit(field)}".rstrip()]
+    elif rows and not any(isinstance(cell, (dict, list)) for row in rows for cell in row.values()):
         units = {each.path.rpartition("/")[2]: _unit(each) for each in fields}
         heads = [f"{name} [{units[name]}]" if units.get(name) else name for name in rows[0]]
-        options.print_table(f"{chosen}: {field.description}".rstrip(": "), heads, [list(row.values()) for row in rows])
-    elif field.shape is None:
-        for each in fields:
-            click.echo(_line(each, chosen.count("/")))
-    elif isinstance(value, list):
-        for part in value:
-            click.echo(" ".join(map(str, part)) if isinstance(part, list) else part)
-    else:
-        click.echo(f"{str(value).lower() if isinstance(value, bool) else value} {_unit(field)}".rstrip())
+        lines, cells = (), [list(row.values()) for row in rows]
+        tables = [(f"{chosen}: {field.description}".rstrip(": "), heads, cells)]
+    alone = value if field.shape is None else {field.path.rpartition("/")[2]: value}
+    plain = value if field.shape is None else {**_plain(field), "value": value}
+    form.give(lines, plain, [alone] if rows is None else rows, tables)
 
 
 def _whole(item: Any) -> Any:
@@ -185,14 +161,6 @@ def _rows(value: Any) -> list[dict[str, Any]] | None:
     return None
 
 
-def _is_flat(rows: list[dict[str, Any]]) -> bool:
-    return not any(isinstance(cell, (dict, list)) for row in rows for cell in row.values())
-
-
-def _near(chosen: str, fields: list[Field]) -> str:
-    return nearest(chosen.replace("/", "."), [field.path.replace("/", ".") for field in fields])
-
-
 def _size(shape: tuple[int, ...] | None) -> str:
     return " x ".join(map(str, shape or ()))
 
@@ -229,11 +197,9 @@ def _plain(field: Field) -> dict[str, Any]:
             "description": field.description, "numerical_error": field.error}  # fmt: skip
 
 
-def _tables(study: Study, content: bytes, stage: str, name: str) -> Any:
+def _tables(study: Study, content: bytes, stage: str, name: str) -> Iterator[options.Table]:
     """The tables a result offers by its method `tables()`: (title, column names, rows)."""
     from pipeline.cache import artefact as artefacts
 
-    if stage not in study.graph.stages or study.parameters_class(study.graph.stages[stage]) is None:
-        return ()
-    cls = result_class(study.package, stage)
-    return artefacts.decode(content, cls, name).tables() if hasattr(cls, "tables") else ()
+    if stage in study.parameters_classes() and hasattr(cls := result_class(study.package, stage), "tables"):
+        yield from artefacts.decode(content, cls, name).tables()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import shutil
 import sys
 import tempfile
 import threading
@@ -28,7 +27,6 @@ from pipeline.errors import Declined, StageFailed, Stopped, StudyError
 from pipeline.execution.job import Function, Job, engine_code
 from pipeline.parameters import loading
 from pipeline.parameters.overrides import rewritten
-from pipeline.stage_modules import result_class
 from pipeline.study import Study, shown
 from pipeline.sweep import pool
 from pipeline.sweep.journal import COMPUTED, NO_ANSWER, Journal, Row
@@ -182,8 +180,7 @@ class Asked:
         if not file.exists():
             return None, f"{shown(file)} is not there"
         try:
-            disk.check(file, shown(file), disk.ARTEFACT)
-            return artefact.load(file, result_class(self._study.package, self._stage)), shown(file)
+            return self._study.result(self._stage), shown(file)
         except StudyError as unfit:
             return None, str(unfit)
 
@@ -195,16 +192,8 @@ class Asked:
         """
         if path.exists():
             raise StudyError(f"{shown(path)}: is there already, and is not replaced")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
-        try:
+        with disk.whole(path) as unfinished:
             yield unfinished
-            unfinished.replace(path)
-            disk.sync_folder(path.parent)
-        finally:
-            if unfinished.is_dir():
-                shutil.rmtree(unfinished)
-            unfinished.unlink(missing_ok=True)
 
     @contextlib.contextmanager
     def new_table(

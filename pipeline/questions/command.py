@@ -5,10 +5,11 @@ A question declares name, help, options and the function that answers; it is kno
 
 from __future__ import annotations
 
+import functools
 import sys
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import MISSING, Field
 from functools import cache
@@ -36,37 +37,36 @@ _METAVARS = {int: "INTEGER", float: "NUMBER", str: "WORD", _REPEATED: "WORD"}
 
 
 @cache
-def offered(study: Study, taken: frozenset[str]) -> tuple[dict[str, tuple[str, Question]], list[str]]:
-    """Name -> stage and question; and a sentence for each file of questions that cannot be used.
+def offered(study: Study, taken: frozenset[str]) -> tuple[dict[str, tuple[str, click.Command]], list[str]]:
+    """Name -> stage and command of each question, and a sentence for each file of questions that cannot be used.
 
     `taken` are names of other commands.
     """
-    found: dict[str, tuple[str, Question]] = {}
+    found: dict[str, tuple[str, click.Command]] = {}
     broken = []
     importable(study.package, study.code_root)
     for stage in study.graph.stages:
         for path in sorted((study.code_root / study.package / stage / "questions").glob("[!_]*.py")):
             try:
                 question = stage_module(study.package, stage, f"questions.{path.stem}").QUESTION
-                declared(question.options)
+                asking = _command(stage, question)
                 if question.name in {*taken, *found}:
                     raise ValueError(f'there is a command "{question.name}" already')
-                found[question.name] = stage, question
+                found[question.name] = stage, asking
             except Exception as error:  # whatever a file of somebody's own does, the other commands go on
                 broken.append(f"stage {stage}: {path.relative_to(study.code_root)} cannot be used: {error}")
     return found, broken
 
 
-def command(stage: str, question: Question) -> click.Command:
+def _command(stage: str, question: Question) -> click.Command:
     """The command that asks this question of its stage; it ends the process with 3 if the answer is no."""
     given = [_Option(name, *pair) for name, pair in declared(question.options).items()]
 
-    def asked(study: Study, as_json: bool, as_csv: bool = False, figure: Path | None = None, jobs: int | None = None,
+    def asked(study: Study, form: options.Form, figure: Path | None = None, jobs: int | None = None,
               cluster: cluster_options.Cluster = cluster_options.HERE, into: Path | None = None, **texts: Any
               ) -> None:  # fmt: skip
         from pipeline.questions.asking import Asked
 
-        options.one_form(json=as_json, csv=as_csv)
         if figure is not None:
             _check_ending(figure)
         with ExitStack() as until_answered:
@@ -75,7 +75,7 @@ def command(stage: str, question: Question) -> click.Command:
                 parameters = study.parameters([stage])
                 for sentence in study.warnings(parameters):
                     click.echo(f"warning: {sentence}", err=True)
-                client, workers = until_answered.enter_context(cluster.client(lambda text: click.echo(text, err=True)))
+                client, workers = until_answered.enter_context(cluster.client(_note))
                 asking = until_answered.enter_context(
                     Asked(study, stage, question, parameters[stage], workers or jobs, client))
                 folder = until_answered.enter_context(asking.new_file(into)) if into is not None else None
@@ -86,45 +86,43 @@ def command(stage: str, question: Question) -> click.Command:
             except Exception as reason:
                 if not is_answer(reason, study.package):
                     raise
-                if as_json:
-                    options.print_json({question.key or question.name: None, "reason": str(reason)})
+                if form.as_json:
+                    form.give((), {question.key or question.name: None, "reason": str(reason)})
                 else:
-                    click.echo(str(reason), err=True)
+                    _note(str(reason))
                 sys.exit(ANSWER)
             asking.close()
-            _print(answer, as_json, as_csv)
+            form.give((part for line in answer.lines for part in layout.folded(line)), answer.plain, answer.rows,
+                      answer.tables)  # fmt: skip
             if figure is not None and answer.draw is None:
-                click.echo("note: this answer has no picture; nothing was drawn", err=True)
+                _note("note: this answer has no picture; nothing was drawn")
             elif figure is not None:
                 answer.draw(lambda drawn: drawn.savefig(figure, dpi=150))
-                click.echo(f"drawn: {shown(figure)}", err=True)
+                _note(f"drawn: {shown(figure)}")
             if folder is not None and (answer.files or answer.parameters):
                 asking.leave(answer, folder)
         if answer.remark:
-            click.echo(answer.remark, err=True)
+            _note(answer.remark)
         if answer.no:
             sys.exit(ANSWER)
 
     function: Command = asked
-    for declare in reversed([*(option.declared() for option in given), *_options(question)]):
-        function = declare(function)
+    if question.leaves:
+        function = click.option("--into", metavar="DIR", type=_PATH,
+                                help=f"Leave {question.leaves} in the new folder DIR.")(function)  # fmt: skip
+    if question.draws:
+        function = click.option("--figure", type=_FILE,
+                                help="Draw into FILE (its ending names the format).")(function)  # fmt: skip
+    function = options.study(options.answers(function, rows=question.rows))
+    if question.pool:
+        function = cluster_options.offered(function)
+    for option in reversed(given):
+        function = option.declared()(function)
     ending = options.examples(question.name, question.examples) if question.examples else None
     return click.command(question.name, help=cleandoc(question.help), epilog=ending)(function)
 
 
-def _options(question: Question) -> Iterator[Callable[[Command], Command]]:
-    """What the engine adds to a question's own options."""
-    if question.pool:
-        yield cluster_options.offered
-    yield options.study
-    yield options.as_json
-    if question.rows:
-        yield options.as_csv
-    if question.draws:
-        yield click.option("--figure", type=_FILE, help="Draw into FILE (its ending names the format).")
-    if question.leaves:
-        yield click.option("--into", metavar="DIR", type=_PATH,
-                           help=f"Leave {question.leaves} in the new folder DIR.")  # fmt: skip
+_note = functools.partial(click.echo, err=True)
 
 
 class Described(dict[str, Any]):
@@ -209,19 +207,6 @@ def _text(default: Any) -> str:
     if isinstance(default, tuple):
         return ":".join(f"{value:g}" for value in default)
     return f"{default:g}" if isinstance(default, float) else str(default)
-
-
-def _print(answer: Any, as_json: bool, as_csv: bool) -> None:
-    if as_json:
-        options.print_json(answer.plain)
-        return
-    if as_csv:
-        options.print_csv(answer.rows)
-        return
-    for line in answer.lines:
-        click.echo("\n".join(layout.folded(line)))
-    for title, columns, rows in answer.tables:
-        options.print_table(title, columns, rows)
 
 
 def _check_ending(path: Path) -> None:

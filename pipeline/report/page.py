@@ -1,43 +1,145 @@
-"""Writes the report, and tells whether the one that lies there still fits the results.
+"""The report: one page without any outside reference, made from files in the results folder as their stage made them.
 
-The page is no stage's output: it holds how long stages took, which no two runs share. Without the times the same
-results give the same bytes.
+The engine knows nothing of a study's subject: words come from claims.yaml and captions.yaml, pictures from
+results/figures. The page is no stage's output: it holds how long stages took, which stands in the cache's manifests
+and which no two runs share. Without the times the same results give the same bytes.
 """
 
 from __future__ import annotations
 
+import base64
 import contextlib
+import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from pipeline.cache import disk
+from pipeline.cache.fingerprint import compact
 from pipeline.cache.store import Entry
-from pipeline.graph import REPORT
-from pipeline.parameters import levels
-from pipeline.study import Study
+from pipeline.commands import claims, options
+from pipeline.commands.claims import Claim, Claims
+from pipeline.errors import StudyError
+from pipeline.graph import CAPTIONS, CLAIMS, FIGURES, REPORT
+from pipeline.parameters import levels, yaml_text
+from pipeline.parameters.loading import sections
+from pipeline.parameters.value import declared
+from pipeline.report.standing import Standing, echo
+from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
     from jinja2 import Template
 
-    from pipeline.report.content import Content
-
+#: Places on the page other than among the figures, as a caption names them.
+PLACES = ("opens", "beside_parameters")
 _TEMPLATE = Path(__file__).with_name("page.html")
 _SEAL = '<meta name="made-from" content="{}">'
 _WHOLE = '<meta name="whole" content="{}">'
 _WHOLE_LENGTH = len(_WHOLE.format(disk.digest(b"")))
+_NONE_FAILED: Mapping[str, str] = MappingProxyType({})
+Row = dict[str, Any]
+
+
+@click.command("report", epilog=options.examples("report"))
+@options.own_study
+@click.option(
+    "--into", type=click.Path(dir_okay=False, path_type=Path), help="Write FILE (default: results/report.html)."
+)
+@click.option("--no-times", is_flag=True, help="Leave out how long stages took: the same results give the same bytes.")
+def report(study: Study, into: Path | None, no_times: bool) -> None:
+    """Write one self-contained page: claims, figures, animation, parameters, provenance. run-all does this too."""
+    made, names, path = entries(study), tuple(study.graph.stages), into or study.results / REPORT
+    found = Standing(study, names)
+    stale = {name: "; ".join(item.reasons) for name, item in found.found.items()}
+    echo(f"{found.said(names)}; the page says so" if stale else found.doubt)
+    disk.write(path, render(study, made, not no_times, stale))
+    click.echo(f"written: {shown(path)}")
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure: its name, title and text, and either a picture as an address of data or a fragment of a page.
+
+    `data` are files beside the page, by name and path: the figure's numbers, a picture for print, the results shown.
+    `claims` are those that it shows something of; one that `opens` stands first on the page, one that is
+    `beside_parameters` above their table.
+    """
+
+    name: str
+    title: str
+    text: str
+    picture: str
+    fragment: str
+    claims: tuple[str, ...] = ()
+    opens: bool = False
+    beside_parameters: bool = False
+    data: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Content:
+    """Everything the page shows. `stages` and `parameters` are rows by column name, `missing` are stages without a
+    result, and why.
+    """
+
+    claims: Claims
+    figures: list[Figure]
+    title: str
+    synthetic: str
+    stages: list[Row]
+    parameters: dict[str, list[Row]]
+    versions: dict[str, str]
+    missing: dict[str, str]
+
+    def shown_in(self, claim: str) -> list[Figure]:
+        """Figures that show something of a claim."""
+        return [figure for figure in self.figures if claim in figure.claims]
+
+    def shows(self, figure: Figure) -> list[Claim]:
+        """The claims that a figure names, of those that are judged here."""
+        return [claim for claim in self.claims.claims if claim.id in figure.claims]
+
+
+def refresh(study: Study, failed: Mapping[str, str] = _NONE_FAILED) -> Path | None:
+    """Write results/report.html if it does not fit the results; its path if it was written. For the end of a run, in
+    which stages may have failed: (stage -> why).
+    """
+    made, path = entries(study, failed), study.results / REPORT
+    if is_current(path, seal(study, made, True, {})):
+        return None
+    disk.write(path, render(study, made, True, {}))
+    return path
+
+
+def entries(study: Study, failed: Mapping[str, str] = _NONE_FAILED) -> dict[str, Entry]:
+    """The stored result of every stage, by name; one without files where it said no, has `failed`, or was never run.
+
+    Raises `StudyError` if no stage has been computed.
+    """
+    found = {name: study.store.current(name) for name in study.graph.stages}
+    if not any(found.values()):
+        raise StudyError(
+            f"{shown(study.results)} holds no result of {', '.join(found)}; make it with: bipedstudy run-all"
+        )
+    return {name: entry if entry is not None and name not in failed
+            else Entry(name, {}, {}, failed.get(name, "not computed yet; make it with: bipedstudy run-all"), 0.0)
+            for name, entry in found.items()}  # fmt: skip
 
 
 def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> str:
     """Hash of all that the page follows from: keys of the results, parameter files, template and its code."""
-    parts: list[Any] = [
-        [(entry.key, entry.seconds if with_times else 0, entry.summary if entry.refused else "")
-         for entry in made.values()], dict(stale)]  # fmt: skip
     files = [*sorted(study.params.glob("*.yaml")), *sorted(_TEMPLATE.parent.glob("*.*"))]
-    parts += [disk.digest(disk.read(path) or b"") for path in files]
+    parts = [
+        [(entry.key, entry.seconds if with_times else 0, entry.summary if entry.refused else "")
+         for entry in made.values()],
+        dict(stale), *(disk.digest(disk.read(path) or b"") for path in files),
+    ]  # fmt: skip
     return disk.digest(json.dumps(parts).encode())[:32]
 
 
@@ -56,10 +158,17 @@ def _whole(head: bytes, rest: bytes) -> bytes:
 
 def render(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> bytes:
     """The page. `stale` maps stages that are not current to the reason. Raises `StudyError` for damaged results."""
-    from pipeline.report.content import gather
-
     seconds = f"{sum(entry.seconds for entry in made.values()):.0f}" if with_times else ""
     return html(gather(study, made, with_times), seal(study, made, with_times, stale), seconds, stale)
+
+
+def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) -> bytes:
+    """The page of a given content; `seconds` is the time of all stages, empty to leave times out."""
+    sealing = _SEAL.format(sealed)
+    page = template(_TEMPLATE).render(content=content, seal=sealing, with_times=bool(seconds), seconds=seconds,
+                                      stale=stale, usual_level=levels.DEFAULT)  # fmt: skip
+    head, mark, rest = page.encode().partition(sealing.encode())
+    return head + mark + _whole(head, rest) + rest
 
 
 @cache
@@ -71,29 +180,108 @@ def template(path: Path) -> Template:
     return environment.from_string(path.read_text(encoding="utf-8"))
 
 
-def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) -> bytes:
-    """The page of a given content; `seconds` is the time of all stages, empty to leave times out."""
-    page = template(_TEMPLATE).render(
-        content=content,
-        seal=_SEAL.format(sealed),
-        with_times=bool(seconds),
-        seconds=seconds,
-        stale=stale,
-        usual_level=levels.DEFAULT,
-    )
-    head, mark, rest = page.encode().partition(_SEAL.format(sealed).encode())
-    return head + mark + _whole(head, rest) + rest
+def address(picture: bytes) -> str:
+    """A PNG as an address of data, as a page without outside references has it."""
+    return "data:image/png;base64," + base64.b64encode(picture).decode()
 
 
-def refresh(study: Study, failed: Mapping[str, str] = MappingProxyType({})) -> Path | None:
-    """Write results/report.html if it does not fit the results; its path if it was written. For the end of a run, in
-    which stages may have failed: (stage -> why).
+def undrawn(study: Study) -> list[str]:
+    """A sentence for each figure that the captions have and the results have not: its reason is its caption."""
+    folder = study.store.place(FIGURES)
+    return [f"{caption['name']}: {caption['text']}"
+            for caption in _words(disk.read(study.store.place(CAPTIONS))).get("figures", ())
+            if not any(folder.glob(f"{caption['name']}.*"))]  # fmt: skip
+
+
+def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content:
+    """Read everything. Raises `StudyError` for a file that is missing or not as its stage made it."""
+    files = {path: _intact(study, entry, path) for entry in made.values() for path in entry.outs
+             if path in (CLAIMS, CAPTIONS) or (path.startswith(FIGURES + "/") and path.endswith((".png", ".html")))
+             }  # fmt: skip
+    words, missing = _words(files.get(CAPTIONS)), {name: one.summary for name, one in made.items() if one.refused}
+    there = [entry for entry in made.values() if not entry.refused]
+    parameters: dict[str, dict[str, Any]] = {}
+    versions: dict[str, str] = {}
+    for entry in there:
+        versions |= entry.ingredients["versions"]
+        for file, values in entry.ingredients["parameters"].items():
+            parameters.setdefault(file, {}).update(values)
+    return Content(
+        claims=claims.read(study) if CLAIMS in files else Claims(),
+        figures=_figures(files, words, {path for entry in there for path in entry.outs}),
+        title=str(words.get("title", "Report")),
+        synthetic=str(words.get("synthetic", "")),
+        stages=[{
+            "name": entry.stage, "summary": entry.summary, "key": entry.key,
+            "seconds": f"{entry.seconds:.1f}" if with_times else "",
+            "size": f"{sum(out.size for out in entry.outs.values()) / 1e6:.2f}",
+            "inputs": ", ".join(sorted(path.removeprefix("results/") for path in entry.ingredients["inputs"])),
+        } for entry in there],
+        parameters={file: list(_parameters(study, file, values)) for file, values in sorted(parameters.items())},
+        versions=dict(sorted(versions.items())),
+        missing=missing,
+    )  # fmt: skip
+
+
+def _intact(study: Study, entry: Entry, path: str) -> bytes:
+    content = disk.read(study.store.place(path))
+    if content is None or disk.digest(content) != entry.outs[path].sha256:
+        what = "is missing" if content is None else "was edited or damaged"
+        raise StudyError(f"{path} {what}; put it right with: bipedstudy run {entry.stage}")
+    return content
+
+
+def _words(content: bytes | None) -> dict[str, Any]:
+    plain = yaml_text.parse((content or b"").decode(), CAPTIONS).plain()
+    return plain if isinstance(plain, dict) else {}
+
+
+def _figures(files: Mapping[str, bytes], words: Mapping[str, Any], outs: Collection[str]) -> list[Figure]:
+    """Figures in the captions' order, then those without a caption by name; `outs` are all files of the results.
+
+    One that was not drawn has its caption, which says why.
     """
-    from pipeline.report.content import entries
+    captions = {caption["name"]: caption for caption in words.get("figures", ())}
+    drawn = {path.removeprefix(FIGURES + "/").rpartition(".")[0]: path for path in sorted(files) if FIGURES in path}
+    found = []
+    for name in {**captions, **drawn}:
+        caption, path = captions.get(name, {}), drawn.get(name, "")
+        found.append(Figure(
+            name, caption.get("title", name), caption.get("text", ""),
+            picture=address(files[path]) if path.endswith(".png") else "",
+            fragment=files[path].decode() if path.endswith(".html") else "",
+            claims=tuple(caption.get("claims", ())),
+            data=tuple(_data(name, caption.get("shows", ()), outs)),
+            **{key: bool(caption.get(key, False)) for key in PLACES},
+        ))  # fmt: skip
+    return found
 
-    made = entries(study, failed)
-    path = study.results / REPORT
-    if is_current(path, seal(study, made, True, {})):
-        return None
-    disk.write(path, render(study, made, True, {}))
-    return path
+
+def _data(name: str, shows: Collection[str], outs: Collection[str]) -> Iterator[tuple[str, str]]:
+    """Files of the results that have a figure's numbers, by what they are called on the page."""
+    wanted = [*((ending.upper(), f"{FIGURES}/{name}.{ending}") for ending in ("csv", "pdf")),
+              *((f"{stage}.h5", f"results/{stage}.h5") for stage in shows)]  # fmt: skip
+    yield from ((word, path.removeprefix("results/")) for word, path in wanted if path in outs)
+
+
+def _parameters(study: Study, file: str, used: Mapping[str, Any]) -> Iterator[Row]:
+    """Rows of a parameter file: the value that was used, with the unit and the source that the file states.
+
+    A key that the file does not state has a row if it was given another value than what it is by itself.
+    """
+    stated = yaml_text.read(study.params / f"{file}.yaml", f"{shown(study.params)}/{file}.yaml").plain()
+    fields = {field.name: field for section in sections(study.parameters_classes().values()).get(file, ())
+              for field, _ in declared(section).values() if field.default is not dataclasses.MISSING}  # fmt: skip
+    for key, value in used.items():
+        about = stated.get(key) if isinstance(stated, dict) else None
+        if about is None and key in fields:
+            default = fields[key].default
+            if (list(default) if isinstance(default, tuple) else default) == value:
+                continue
+            unit, source = fields[key].metadata["unit"], "set for this run; the file does not state it"
+        else:
+            about = about if isinstance(about, dict) else {"value": about}
+            unit, source = about.get("unit", ""), about.get("source", "")
+            if "value" in about and about["value"] != value:
+                source = f"set for this run; the file says {compact(about['value'])}"
+        yield {"key": key, "value": compact(value), "unit": unit, "source": source}

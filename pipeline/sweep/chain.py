@@ -29,8 +29,7 @@ class Chain:
         study.graph.stage(spec.stage)
         self.names = study.graph.needed_for((spec.stage,))
         self.base = study.parameters(self.names)
-        classes = map(study.parameters_class, study.graph.stages.values())
-        known = loading.sections(cls for cls in classes if cls is not None)
+        known = loading.sections(study.parameters_classes().values())
         keys = {file: [key for cls in classes for key in declared(cls)] for file, classes in known.items()}
         self._overrides = {name: self._parsed(name, keys) for name in spec.names}
         self.touched = self._touched()

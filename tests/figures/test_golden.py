@@ -13,7 +13,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import pytest
 
-from pipeline.report.pictures import TOLERANCE, difference, rms
+from pipeline.report.figures import TOLERANCE, difference, rms
 from stages.drawing import style
 from stages.figures.drawn import NAMES, figure
 from tests.figures.made_up_results import drawn, shown

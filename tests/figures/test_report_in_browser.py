@@ -7,8 +7,7 @@ import os
 import pytest
 
 from pipeline.commands.claims import VERDICTS, Claim, Claims
-from pipeline.report.content import Content, Figure
-from pipeline.report.page import html
+from pipeline.report.page import Content, Figure, html
 from tests.comparison.made_up import make_walk
 from tests.figures import browser
 from tests.figures.made_up_results import drawn, twin

@@ -7,8 +7,7 @@ import os
 import pytest
 
 from pipeline.commands.claims import Claim, Claims
-from pipeline.report.content import Content, Figure
-from pipeline.report.page import html
+from pipeline.report.page import Content, Figure, html
 from stages.figures.drawn import robot_in_space
 from tests.figures import browser
 from tests.figures.made_up_results import drawn

@@ -21,7 +21,7 @@ from pipeline.execution.executor import Planner, State
 from pipeline.graph import REPORT
 from pipeline.questions.asking import Asked
 from pipeline.report import page
-from pipeline.report.content import entries
+from pipeline.report.page import entries
 from pipeline.sweep import spec as specs
 from pipeline.sweep.journal import Journal
 from pipeline.sweep.sweep import Sweep

@@ -76,7 +76,7 @@ def test_old_machine_code_goes(toy_with_commands):
 
 
 def test_a_run_says_when_it_is_worth_it(ran, monkeypatch):
-    from pipeline.commands.running import _say_if_large
+    from pipeline.commands.run import _say_if_large
     from pipeline.execution.display import Display
 
     toy = ran

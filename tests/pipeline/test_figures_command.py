@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread, imsave
 
-from pipeline.report.pictures import TOLERANCE, compare, rms
+from pipeline.report.figures import TOLERANCE, compare, rms
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipeline.commands.running import _say_what_gives_way
+from pipeline.commands.run import _say_what_gives_way
 from pipeline.errors import StudyError
 from pipeline.parameters import levels
 from pipeline.parameters.yaml_text import parse

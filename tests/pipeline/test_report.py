@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.report import content, page
-from pipeline.report.content import entries
+from pipeline.report import page
+from pipeline.report.page import entries
 
 
 def bare(toy):
@@ -62,7 +62,7 @@ def test_damaged_or_missing_results_are_refused_with_a_sentence(done):
 def test_a_figure_names_the_files_with_its_numbers():
     files = {f"results/figures/{name}": b"" for name in ("one.png", "two.html")}
     words = {"figures": [{"name": "one", "shows": ["fall", "side"]}, {"name": "two", "shows": ["fall"]}]}
-    one, two = content._figures(files, words, {*files, "results/figures/one.csv", "results/fall.h5"})
+    one, two = page._figures(files, words, {*files, "results/figures/one.csv", "results/fall.h5"})
     assert one.data == (("CSV", "figures/one.csv"), ("fall.h5", "fall.h5")) and two.data == (("fall.h5", "fall.h5"),)
 
 

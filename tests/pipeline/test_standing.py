@@ -7,7 +7,7 @@ import shutil
 
 import pytest
 
-from pipeline.report.drawing import draw
+from pipeline.report.figures import draw
 from pipeline.report.standing import Standing, together
 
 HEIGHT = "fall.yaml: height 2 -> 2.5"

@@ -29,7 +29,7 @@ _HOME = _HERE.parents[2] if _HERE.parent.name == "face" else _HERE.parent
 _OWN = ("pipeline", "stages")
 _PLACES = {
     "array": "named", "arrays": "named", "dataset": "named", "Array": "named", "plot": "named",
-    "gait": "walking", "walk": "walking", "load": "results", "parameters": "results", "stages": "results",
+    "gait": "results", "walk": "results", "load": "results", "parameters": "results", "stages": "results",
     "StudyError": "results",
 }  # fmt: skip
 __all__ = ["Array", "StudyError", "array", "arrays", "dataset", "gait", "load", "parameters", "plot", "stages", "walk"]

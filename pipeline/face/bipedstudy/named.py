@@ -40,19 +40,14 @@ def arrays(result: Any) -> dict[str, Array]:
         >>> bs.arrays(bs.gait().gait)["period_s"].unit
         's'
     """
-    found = {}
     own = {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
-    declared = {field.name: field.metadata.get("dimensions", ()) for field in dataclasses.fields(result)}
+    about = {field.name: field.metadata for field in dataclasses.fields(result)}
     shapes = {name: np.shape(value) if isinstance(value, (np.ndarray, float, int)) else None
               for name, value in own.items()}  # fmt: skip
-    dimensions = names(shapes, declared)
-    for field in dataclasses.fields(result):
-        value = own[field.name]
-        if isinstance(value, (np.ndarray, float, int)) and not isinstance(value, bool):
-            about = field.metadata
-            found[field.name] = Array(np.asarray(value), field.name, about["unit"], about["symbol"],
-                                      about["description"], dimensions[field.name])  # fmt: skip
-    return found
+    axes = names(shapes, {name: said.get("dimensions", ()) for name, said in about.items()})
+    return {name: Array(np.asarray(value), name, about[name]["unit"], about[name]["symbol"],
+                        about[name]["description"], axes[name])
+            for name, value in own.items() if shapes[name] is not None and not isinstance(value, bool)}  # fmt: skip
 
 
 def array(result: Any, name: str) -> Array:

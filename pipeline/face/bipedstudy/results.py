@@ -1,17 +1,19 @@
-"""Stored results and checked parameters of a study."""
+"""Stored results and checked parameters of a study; gaits and walks of a design, by the constraint model."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pipeline.cache import artefact, disk
 from pipeline.errors import StudyError
 from pipeline.report import standing
-from pipeline.stage_modules import importable, result_class
-from pipeline.study import Study, locate, shown
+from pipeline.study import Study, locate
+
+if TYPE_CHECKING:
+    from stages.analytic.gait.gait_report import GaitReport
+    from stages.biped.walk import Walk
 
 #: Changes of parameters, as `--set` takes them, or values by "file.key".
 Setting = str | Mapping[str, Any]
@@ -35,13 +37,9 @@ def load(stage: str, study: str | Path | None = None) -> Any:
     found = _located(study)
     if found.borrowed:
         raise StudyError(f"there is no study in {Path.cwd()} or above it to load from; name one: study=DIR")
-    place = found.store.place(found.graph.stage(stage).artefact)
-    if not place.exists():
-        raise found.absent(stage, place)
-    disk.check(place, shown(place), disk.ARTEFACT)
+    found.there(found.graph.stage(stage).artefact)
     standing.say(found, stage)
-    importable(found.package, found.code_root)
-    return artefact.load(place, result_class(found.package, stage))
+    return found.result(stage)
 
 
 def parameters(stage: str, *settings: Setting, study: str | Path | None = None) -> Any:
@@ -51,6 +49,46 @@ def parameters(stage: str, *settings: Setting, study: str | Path | None = None) 
     Raises `StudyError` with a sentence for each value that is not allowed.
     """
     return _located(study, *(text for each in settings for text in _texts(each))).parameters((stage,))[stage]
+
+
+def gait(*settings: Setting, study: str | Path | None = None) -> GaitReport:
+    """The most stable gait of a design: its measures, energy audit and what it asks of the ground, in SI units.
+
+        >>> import bipedstudy as bs
+        >>> round(bs.gait("biped.hip_mass=0.4").gait.step_frequency_hz, 4)
+        1.9997
+
+    `settings` are changes of parameters as `--set` takes them, or {"biped.hip_mass": 0.4}. Raises `StudyError` for a
+    value that is not allowed, `NoGait` if the design has none.
+    """
+    from stages.analytic.gait.gait_report import report_gait
+
+    own, walker, point = _found(settings, study)
+    return report_gait(walker, point, own.settings.tolerance, own.friction.static_friction)
+
+
+def walk(*settings: Setting, steps: int | None = None, study: str | Path | None = None) -> Walk:
+    """A walk of a design in its most stable gait, from mid-stance: hip, legs, ground reaction, sensors over time.
+
+        >>> import bipedstudy as bs
+        >>> bs.walk(steps=2).hip_position.shape[1]
+        2
+
+    `settings` as for `gait`; `steps` (default: analytic.steps) is how many steps are walked.
+    """
+    from stages.analytic.walk.sampling import walk_from_mid_stance
+
+    own, walker, point = _found((*settings, *([] if steps is None else [f"analytic.steps={steps}"])), study)
+    about = own.settings
+    return walk_from_mid_stance(walker, point.z, about.steps, about.tolerance, about.sampling_rate_hz)[0]
+
+
+def _found(settings: Sequence[Setting], study: str | Path | None) -> tuple[Any, Any, Any]:
+    """A design's parameters, its walker, and its most stable gait."""
+    from stages.analytic.gait.gait_search import find_gait
+
+    own = parameters("analytic", *settings, study=study)
+    return own, *find_gait(own.biped, own.slope, own.settings.tolerance, own.limited_friction)
 
 
 def _texts(setting: Setting) -> list[str]:

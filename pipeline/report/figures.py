@@ -1,0 +1,251 @@
+"""`bipedstudy figures`: what is drawn, figures drawn from the artefacts as they lie there, folders of them compared."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pipeline import completion
+from pipeline.cache import disk, fingerprint, processor
+from pipeline.commands import options
+from pipeline.errors import FAILED, Declined, StudyError, is_answer, nearest
+from pipeline.execution import display
+from pipeline.graph import FIGURES
+from pipeline.parameters import loading
+from pipeline.report import standing
+from pipeline.study import Study, shown
+
+#: Largest rms difference of two pictures, in grey levels of 255, called the same. A change of a figure's data by 1e-3
+#: gives at least three times as much (tests/figures/test_golden.py); a single thin curve changed so may give less.
+TOLERANCE = 0.25
+_NO_CAPTION = "No caption: what is drawn was not computed together, so it is no comparison."
+
+
+@click.command("figures", epilog=options.examples("figures"))
+@click.argument("names", nargs=-1, metavar="NAME...", shell_complete=completion.figures)
+@options.own_study
+@click.option(
+    "--into",
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for figures that are named (default: results/drawn; results/figures are the stage's own).",
+)
+@click.option("--check", is_flag=True, help="Draw anew from the artefacts and compare; exit with 1 if they differ.")
+@click.option(
+    "--against",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Compare with the figures in DIR (default: results/figures).",
+)
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0),
+    help=f"Largest rms difference of pixels, in grey levels of 255 (default: {TOLERANCE:g}, or none at all for figures "
+    "made by such a processor and by such versions as there are here).",
+)
+@click.option("--exact", is_flag=True, help="Any other byte is a difference, also in PDF.")
+def figures(
+    study: Study, names: tuple[str, ...], into: Path | None, check: bool, against: Path | None,
+    tolerance: float | None, exact: bool,
+) -> None:  # fmt: skip
+    """Draw the figures that are named, in seconds and from the artefacts alone; the beginning of a name is enough.
+
+    Without names list all figures, or with --check draw them anew and compare. Differences are drawn into
+    results/differences.
+    """
+    if names:
+        if check or against or exact:
+            raise click.UsageError("--check, --against and --exact are for all figures: give no names")
+        noted = {""}
+        for files, caption, said in draw(study, names, into or study.results / "drawn"):
+            if said not in noted:
+                standing.echo(said)
+            noted.add(said)
+            click.echo("\n".join([*map(shown, files), caption]))
+        return
+    expected = against or study.store.place(FIGURES)
+    if not expected.is_dir():
+        raise StudyError(f"{shown(expected)} is not there yet; make it with: bipedstudy run-all")
+    present = sorted(path.name for path in expected.iterdir() if not path.name.startswith("."))
+    if against is None:
+        standing.say(study, *study.graph.needed_for((study.graph.maker(FIGURES),)))
+    if not check:
+        for name in present:
+            click.echo(shown(expected / name))
+        return
+    how, exact = _strictness(study, exact, tolerance, against)
+    shows, count = display.for_terminal(False, False), len({Path(name).stem for name in present})
+    with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
+        try:
+            with contextlib.suppress(Declined):  # what is there and is not drawn is told below
+                for number, _ in enumerate(draw(study, [""], Path(folder), marked=False), 1):
+                    shows.points(min(number, count), max(count, 1), f"{number} figures drawn")
+        finally:
+            shows.close()
+        found = compare(
+            expected, Path(folder), study.results / "differences", TOLERANCE if tolerance is None else tolerance
+        )
+    for difference in found:
+        place = f"; see {shown(difference.picture)}" if difference.picture else ""
+        click.echo(f"{difference.name} {difference.what}{place}")
+    failed = [difference for difference in found if difference.fails or exact]
+    click.echo(f"{len(present)} files, {len(found)} differ, {len(failed)} of them beyond what is allowed: {how}")
+    if failed:
+        sys.exit(FAILED)
+
+
+def _strictness(study: Study, exact: bool, tolerance: float | None, against: Path | None) -> tuple[str, bool]:
+    """How figures are compared, in words, and whether byte by byte: as they were made here, or as it was asked for."""
+    if exact or tolerance is not None:
+        return f"{'byte by byte' if exact else f'{tolerance:g} of 255 rms'}, as asked for", exact
+    allowed = f"{TOLERANCE:g} of 255 rms"
+    if against is not None:
+        return f"{allowed}, as nothing tells what processor made those in {shown(against)}", False
+    place = study.store.place(study.graph.stages[study.graph.maker(FIGURES)].artefact)
+    if not place.exists():
+        return f"{allowed}, as {shown(place)} is not there to tell what made them", False
+    from pipeline.cache import artefact
+
+    about = artefact.provenance(disk.content(place, shown(place)), shown(place))
+    if fingerprint.made_as_here(about):
+        return "byte by byte, as they were made by such a processor and such versions as there are here", True
+    made, here = about.get("processor", "an unknown processor"), processor.words()
+    return f"{allowed}, as they were made by {made if made != here else 'other versions'}, and here is {here}", False
+
+
+def draw(
+    study: Study, asked: Iterable[str], folder: Path, *, marked: bool = True
+) -> Iterator[tuple[list[Path], str, str]]:
+    """Draw every figure whose name begins with one of `asked` into `folder`; gives the files and the caption of each,
+    and what is to be said of the results it shows, which stands in the picture too where that is to be `marked`.
+
+    Reads only the results that these figures name, and draws with the parameters that these were made with. Raises
+    `StudyError` for an unknown figure, for a missing or foreign artefact, and if no stage makes results/figures or the
+    one that does draws them only together. Raises `Declined` after all others for those that cannot be drawn for a
+    reason.
+    """
+    stage = next((stage for stage in study.graph.stages.values() if FIGURES in stage.outs), None)
+    if stage is None:
+        raise StudyError(f"dvc.yaml: no stage lists {FIGURES} among its outs")
+    drawn = study.module(stage.name, "drawn")
+    if drawn is None:
+        raise StudyError(f"stage {stage.name} has no module drawn: it draws its figures only together")
+    places = {Path(path).stem: path for path in reversed(stage.inputs)}
+    shows = {name: tuple(dict.fromkeys(study.graph.maker(places[key]) for key in drawn.figure(name).inputs))
+             for each in asked for name in _chosen(each, drawn.NAMES)}  # fmt: skip
+    values = study.parameters((stage.name,))[stage.name]
+    surveyed = standing.Standing(study, {each for makers in shows.values() for each in makers}) if marked else None
+    refused = []
+    for name, makers in shows.items():
+        said = surveyed.said(makers) if surveyed else ""
+        try:
+            results = {key: _result(study, places[key]) for key in drawn.figure(name).inputs}
+            files, caption = drawn.draw(name, _parameters(study, values, makers), results, said)
+        except Exception as error:
+            if not is_answer(error, study.package):
+                raise
+            refused.append(f"{name} is not drawn: {error}")
+            continue
+        for path, content in files.items():
+            disk.write(folder / Path(path).name, content)
+        caption = caption if standing.together(study, makers) else _NO_CAPTION
+        yield [folder / Path(path).name for path in files], caption, said
+    if refused:
+        raise Declined(refused)
+
+
+def _chosen(asked: str, names: tuple[str, ...]) -> list[str]:
+    chosen = [name for name in names if name.startswith(asked)]
+    if not chosen:
+        hint = nearest(asked, [*names, *(name[: len(asked) + 1] for name in names)])
+        raise StudyError(f'there is no figure "{asked}" (figures: {", ".join(names)}){hint}')
+    return [asked] if asked in chosen else chosen
+
+
+def _parameters(study: Study, values: Any, makers: Sequence[str]) -> Any:
+    """What a figure is drawn with: the parameters of the results it shows, and of `values` the drawing's own."""
+    plain = loading.as_plain(values)
+    for entry in filter(None, (standing.made_by(study, name) for name in reversed(makers))):
+        for file, own in plain.items():
+            own |= {key: value for key, value in entry.ingredients["parameters"].get(file, {}).items() if key in own}
+    return loading.from_plain(type(values), plain)
+
+
+def _result(study: Study, path: str) -> Any:
+    """What a figure is handed of a result: of an artefact its content, of another file its place."""
+    return study.result(Path(path).stem, "run-all") if path.endswith(".h5") else study.there(path, "run-all")
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A file that differs: its name, what about it, whether that is a failure, and a picture of the difference."""
+
+    name: str
+    what: str
+    fails: bool
+    picture: Path | None = None
+
+
+def differing(one: Path, other: Path) -> Iterator[tuple[str, bytes | None, bytes | None]]:
+    """Name, and content in either folder (None where there is none), of every file that is not the same in both."""
+    for name in sorted({path.name for folder in (one, other) if folder.is_dir() for path in folder.iterdir()}):
+        contents = disk.read(one / name), disk.read(other / name)
+        if None in contents or contents[0] != contents[1]:
+            yield name, *contents
+
+
+def compare(expected: Path, drawn: Path, kept: Path, tolerance: float = TOLERANCE) -> list[Difference]:
+    """How the files in `drawn` differ from those in `expected`; pictures of the differences go into `kept`."""
+    return [difference(expected / name, drawn / name, kept, tolerance)
+            if None not in (one, other) and name.endswith(".png") else Difference(
+                name, "is missing" if one is None else "is no longer drawn" if other is None else "has other bytes",
+                None in (one, other))
+            for name, one, other in differing(expected, drawn)]  # fmt: skip
+
+
+def rms(expected: Path, drawn: Path) -> float:
+    """Rms difference of two PNG files in grey levels of 255 over all pixels and colours; infinite for other sizes."""
+    import numpy as np
+
+    one, other = _pixels(expected), _pixels(drawn)
+    return 255.0 * float(np.sqrt(np.mean((one - other) ** 2))) if one.shape == other.shape else float("inf")
+
+
+def _pixels(picture: Path) -> Any:
+    import numpy as np
+    from matplotlib.image import imread
+
+    return np.asarray(imread(picture), dtype=float)[..., :3]
+
+
+def difference(expected: Path, drawn: Path, kept: Path, tolerance: float) -> Difference:
+    """How the pixels of two PNG files differ."""
+    name, size = drawn.name, rms(expected, drawn)
+    if size <= tolerance:
+        return Difference(name, f"has other bytes, pixels differ by {size:.2g} of 255 rms", False)
+    for path, suffix in ((expected, "expected"), (drawn, "drawn")):
+        disk.write(kept / f"{drawn.stem}-{suffix}.png", path.read_bytes())
+    if size == float("inf"):
+        return Difference(name, "has another size", True, kept / f"{drawn.stem}-drawn.png")
+    target = kept / f"{drawn.stem}-difference.png"
+    _draw_difference(expected, drawn, target)
+    return Difference(name, f"differs by {size:.2g} of 255 rms (allowed {tolerance:g})", True, target)
+
+
+def _draw_difference(expected: Path, drawn: Path, target: Path) -> None:
+    """What is only in the first picture in orange, what is only in the second in blue, the rest faint."""
+    import numpy as np
+    from matplotlib.image import imsave
+
+    one, other = (_pixels(path).mean(axis=-1)[..., None] for path in (expected, drawn))
+    change, faint = np.clip(10 * (one - other), -1, 1), np.repeat(0.75 + 0.25 * one, 3, axis=-1)
+    paint, picture = np.where(change < 0, [0.84, 0.37, 0.0], [0.0, 0.45, 0.70]), io.BytesIO()
+    imsave(picture, np.clip(faint * (1 - abs(change)) + paint * abs(change), 0, 1), format="png")
+    disk.write(target, picture.getvalue())
