@@ -13,9 +13,9 @@ from typing import Any
 from pipeline.cache import disk, fingerprint
 from pipeline.errors import StudyError
 from pipeline.execution.job import Job, beneath, engine_code
-from pipeline.parameters import loading, uncertainty
+from pipeline.parameters import loading
 from pipeline.parameters.overrides import Override, applied, parsed
-from pipeline.parameters.value import Refused, broken_rules, checked, declared, shown, with_unit
+from pipeline.parameters.value import Refused, broken_rules, checked, declared, plain_value, without
 from pipeline.parameters.yaml_text import Node
 from pipeline.study import Study
 from pipeline.sweep.spec import Spec
@@ -29,9 +29,8 @@ class Chain:
         study.graph.stage(spec.stage)
         self.names = study.graph.needed_for((spec.stage,))
         self.base = study.parameters(self.names)
-        known = loading.sections(study.parameters_classes().values())
-        keys = {file: [key for cls in classes for key in declared(cls)] for file, classes in known.items()}
-        self._overrides = {name: self._parsed(name, keys) for name in spec.names}
+        known = loading.keys(loading.sections(study.parameters_classes().values()))
+        self._overrides = {name: self._parsed(name, known) for name in spec.names}
         self.touched = self._touched()
         self._check()
         #: What all points share: code, versions and inputs of the touched stages. Known once the job is made.
@@ -131,7 +130,7 @@ class Chain:
         for field, section in vars(values).items():
             new: dict[str, Any] = {}
             keys = {self._overrides[name].key for name in point if self._overrides[name].file == section.FILE}
-            exact = uncertainty.without(section, keys)
+            exact = without(section, keys)
             for name, value in point.items():
                 override = self._overrides[name]
                 if override.file == section.FILE and override.key in declared(section.__class__):
@@ -152,7 +151,7 @@ class Chain:
         if override.key not in declared(section.__class__):
             return None
         field, kind = declared(section.__class__)[override.key]
-        entry = Node.of(loading.plain_value(getattr(section, override.key)))
+        entry = Node.of(plain_value(getattr(section, override.key)))
         try:
             return checked(applied(override, entry), field, kind)
         except Refused as refused:
@@ -160,10 +159,5 @@ class Chain:
 
 
 def _keep_rules(instance: Any) -> None:
-    for broken in broken_rules(instance):
-        key = broken.key.rpartition(".")[2]
-        value = ""
-        if hasattr(instance, key) and key in declared(instance.__class__):
-            field = declared(instance.__class__)[key][0]
-            value = f" = {with_unit(shown(loading.plain_value(getattr(instance, key))), field)}"
-        raise StudyError(f"{key}{value} is not allowed; allowed: {broken.allowed}")
+    for _, sentence in broken_rules(instance):
+        raise StudyError(sentence)
