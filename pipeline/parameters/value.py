@@ -256,7 +256,7 @@ def _row(node: Node, cls: type) -> Any:
 
 
 def broken_rules(instance: Any) -> Iterator[tuple[str, str]]:
-    """Of each rule between values that does not hold the key to blame, with its file if several are read, and a sentence."""
+    """Of each rule between values that does not hold the key to blame, as "file.key" between files, and a sentence."""
     rules = getattr(instance, "broken_rules", None)
     known = declared(instance.__class__)
     for broken in rules() if rules else ():
