@@ -11,8 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact, disk
-from pipeline.cache.hdf5 import values
+from pipeline.cache import artefact, disk, hdf5
 from pipeline.commands import claims
 from pipeline.errors import ArtefactError, StudyError
 from pipeline.graph import CLAIMS, FIGURES
@@ -219,9 +218,9 @@ def changes(stage: str, before: bytes, after: bytes, names: tuple[str, str]) -> 
 
 def _value(item: Any) -> Any:
     """An array, or a scalar's value; None where there is none."""
-    if item.shape is None or (not item.shape and values.NONE in item.attrs):
+    if item.shape is None or (not item.shape and hdf5.NONE in item.attrs):
         return None
-    return np.asarray(values.read(item))
+    return np.asarray(hdf5.read(item))
 
 
 def _change(before: Any, after: Any) -> tuple[Any, Any, float | None] | None:

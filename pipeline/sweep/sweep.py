@@ -22,9 +22,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact, disk, fingerprint
-from pipeline.cache.hdf5 import dimensions
-from pipeline.cache.hdf5.tables import describe
+from pipeline.cache import artefact, disk, fingerprint, hdf5
+from pipeline.cache.hdf5 import describe
 from pipeline.cache.store import SWEEPS
 from pipeline.errors import StudyError
 from pipeline.execution.columns import about
@@ -65,7 +64,7 @@ def table(
         for name, text in study_attributes(chain.study.package, chain.study.code_root).items():
             file.attrs[name] = text
         group = file.create_group("table", track_order=True)
-        row = dimensions.rows(group, dimensions.free("row", {**given, **found}), count, **_STORAGE)
+        row = hdf5.row_scale(group, hdf5.free_name("row", {**given, **found}), count, **_STORAGE)
         columns = {
             name: _write(group, name, column, {"unit": chain.unit(name), "description": "varied"})
             for name, column in given.items()
@@ -75,7 +74,7 @@ def table(
         result = result_class(chain.study.package, chain.spec.stage)
         for name in found:
             columns[name] = _write(group, name, found[name], about(result, name))
-        dimensions.attach(group, columns, {}, row)
+        hdf5.attach(group, columns, {}, row)
         group = file.create_group("provenance")
         for name, text in _provenance(chain).items():
             group.attrs[name] = text
