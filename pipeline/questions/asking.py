@@ -9,7 +9,6 @@ import sys
 import tempfile
 import threading
 import time
-import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -160,12 +159,7 @@ class Asked:
                   )  # fmt: skip
         workers = jobs if self._client is None else self.jobs
         chunks = Chunks([*waiting], lambda number: (number, waiting[number]), workers)
-        if self._client is None:
-            yield from pool.compute(job, chunks, workers)
-        else:
-            from pipeline.sweep import cluster
-
-            yield from cluster.compute(self._client, job, chunks, uuid.uuid4().hex)
+        yield from pool.compute(job, chunks, workers, self._client)
 
     def result(self) -> tuple[Any, str]:
         """The stage's own result as it lies among the study's, and its file; None, and a clause why, without one.

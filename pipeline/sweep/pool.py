@@ -152,8 +152,16 @@ class Chunks:
             self._seconds += seconds
 
 
-def compute(job: Job, chunks: Chunks, workers: int) -> Iterator[tuple[int, Row]]:
-    """Yield the row of each point of `chunks` as it comes, from `workers` processes. Closing it ends them."""
+def compute(job: Job, chunks: Chunks, workers: int, client: Any = None) -> Iterator[tuple[int, Row]]:
+    """Yield the row of each point of `chunks` as it comes, from `workers` processes, or from the cluster of a client.
+
+    Closing it ends them.
+    """
+    if client is not None:
+        from pipeline.sweep import cluster
+
+        yield from cluster.compute(client, job, chunks)
+        return
     events: queue.SimpleQueue[_Event] = queue.SimpleQueue()
     benches = [Bench(job) for _ in range(workers)]
     for bench in benches:
