@@ -9,3 +9,7 @@ class NoGait(ValueError):
 
 class StepFailed(ValueError):
     """A step did not reach its heel strike; the message says what happened instead."""
+
+
+class NotDerived(RuntimeError):
+    """The equations of motion are not there and cannot be derived; the message says why."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, double_acceleration, flow
 from tests.analytic.designs import HEAVY_LEGS, TABLE_1_RIGID, changed, double_stance_states, random_states, walker_of
 

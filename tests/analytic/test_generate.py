@@ -1,5 +1,9 @@
-"""What `python -m stages.analytic.model.generate` writes is current, and the short forms have the same value."""
+"""The derived equations have the derivation's values, and their text is the same wherever it is made."""
 
+import hashlib
+import os
+import subprocess
+import sys
 from functools import cache, partial
 from pathlib import Path
 
@@ -7,49 +11,95 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from stages.analytic.derivatives.equations import detailed, plain
-from stages.analytic.integration import dop853_step
+from stages.analytic.derivatives.equations import terms as changes
 from stages.analytic.model import derivation as d
-from stages.analytic.model import detailed_equations, equations, formulas, generated_source
+from stages.analytic.model import formulas, made, terms
 from stages.analytic.model.formulas import document
-from stages.analytic.model.generate import module_source, step_source
-from stages.analytic.model.generate_derivatives import derivatives_source
-from stages.analytic.model.generated_source import compact, is_current, signed
+from stages.analytic.model.generate import SOURCES
+from stages.analytic.model.generated_source import compact
+from stages.analytic.model.kinds import DetailedRigid, DetailedRolling, PlainRigid, PlainRolling
 
 tidy = cache(formulas.tidy)
+#: Prints a digest of the text of some modules of equations.
+DIGEST = """
+import hashlib, sys
+from stages.analytic.model.generate import SOURCES
+print(hashlib.sha256("".join(SOURCES[name]() for name in sys.argv[1:]).encode()).hexdigest())
+"""
 
 
-def test_sums_of_the_integrator_are_current():
-    assert Path(dop853_step.__file__).read_text(encoding="utf-8") == step_source()
+def digest_with(seed, names, repository):
+    """What a new process with this seed of its hashes makes."""
+    done = subprocess.run([sys.executable, "-c", DIGEST, *names], cwd=repository, text=True, capture_output=True,
+                          env={**os.environ, "PYTHONHASHSEED": seed})  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
 
 
-MADE = [(partial(derivatives_source, d.TABLE_1), plain), (partial(derivatives_source, d.DETAILED), detailed),
-        (partial(module_source, d.TABLE_1), equations), (partial(module_source, d.DETAILED), detailed_equations)]
-FILES = pytest.mark.parametrize(("source", "module"), MADE, ids=[module.__name__ for _, module in MADE])
+@pytest.mark.parametrize(("names", "seeds"), [
+    (["plain_derivatives"], ("1",)), pytest.param([*SOURCES], ("0", "1", "2"), marks=pytest.mark.slow)])  # fmt: skip
+def test_the_text_is_the_same_in_each_process(repository, names, seeds):
+    """Whatever the order of its sets and dictionaries, and so is the one that is kept."""
+    kept = "".join(made.derived(made.EQUATIONS, name, made.by_sympy).rpartition("# ")[0] for name in names)
+    assert {digest_with(seed, names, repository) for seed in seeds} == {hashlib.sha256(kept.encode()).hexdigest()}
 
 
-@FILES
-def test_equations_are_current(source, module):
-    """Nobody has edited them by hand, and they belong to this derivation."""
-    assert is_current(Path(module.__file__))
+def exact(legs, design):
+    """What each derived function gives, as the derivation has it: arguments before `p`, and values."""
+    equations = d.derive(legs, design)
+    q, qd, qdd = equations.coordinates, equations.rates, equations.accelerations
+    n, multipliers = len(q), sp.Matrix([d.lambda1, d.lambda2])
+    force = equations.applied_force - equations.coriolis * qd
+    inertia, handover, jacobian = equations.mass * qdd, d.handover_matrix(equations), equations.constraint_jacobian
+    bias = d.time_derivative(jacobian, q, qd).T * qd
+    given, state = [*q, *qd, *qdd], sp.Matrix([*q, *qd])
+    yield f"{legs}_terms", [*q, *qd], [*(equations.mass[i, j] for i in range(n) for j in range(i, n)), *force]
+    yield f"{legs}_residual_jacobian", given, (inertia - force).jacobian(state)
+    yield f"{legs}_reaction", given, d.ground_reaction(equations)
+    yield f"{legs}_energy", [*q, *qd], d.energies(equations)
+    yield f"{legs}_inertia_jacobian", [*q, *qdd], inertia.jacobian(state)
+    yield f"{legs}_handover", [*q], handover
+    yield f"{legs}_handover_jacobian", [*q, *qd], (handover * qd).jacobian(q)
+    held = jacobian * multipliers if legs == "compliant" else sp.zeros(n, 1)
+    extra = [*multipliers] if legs == "compliant" else []
+    yield f"{legs}_residual_change", [*given, *extra], inertia - force - held
+    yield f"{legs}_impulse_change", [*q, *qdd, *extra], inertia - held
+    yield f"{legs}_handover_change", [*q, *qd], handover * qd
+    yield f"{legs}_clearance_change", [*q], equations.constraint[:1, :]
+    if legs == "compliant":
+        constrained = jacobian.T * qdd + bias
+        yield "contact_terms", [*q, *qd], [*jacobian.T, *bias]
+        yield "contact_force_jacobian", [*q, *multipliers], held.jacobian(q)
+        yield "contact_acceleration_jacobian", given, constrained.jacobian(state)
+        yield "contact_acceleration_change", given, constrained
 
 
-@pytest.mark.slow
-@FILES
-def test_equations_are_generated_anew_as_they_are(source, module):
-    """By this sympy, too."""
-    assert Path(module.__file__).read_text(encoding="utf-8") == signed(source())
+def difference(name, arguments, values, kind, design, rng):
+    """By how much a derived function, as plain Python, differs at a drawn point from 30 digits, of the largest."""
+    point, p, change = rng.uniform(0.2, 1.5, len(arguments)), kind(*rng.uniform(0.2, 1.5, len(kind._fields))), None
+    symbols, expressions = [*arguments, *(design.parameters[field] for field in kind._fields)], [*values]
+    if name.endswith("_change"):
+        change = kind(*rng.uniform(-1.0, 1.0, len(kind._fields)))
+        expressions = [sum(sp.diff(each, design.parameters[field]) * sp.Float(getattr(change, field), 30)
+                           for field in kind._fields) for each in expressions]  # fmt: skip
+        by = getattr(changes, name.replace("_change", "_by")).of(kind).py_func(*point, p)
+        found = getattr(changes, name).of(kind).py_func(by, change)
+    else:
+        found = getattr(terms, name).of(kind).py_func(*point, p)
+    here = {symbol: sp.Float(value, 30) for symbol, value in zip(symbols, [*point, *p], strict=True)}
+    expected = np.array([float(sp.sympify(each).evalf(30, subs=here)) for each in expressions])
+    return np.abs(np.array(found) - expected).max() / np.abs(expected).max()
 
 
-def test_an_edit_of_generated_equations_or_of_what_makes_them_is_seen(tmp_path, monkeypatch):
-    path = tmp_path / "made.py"
-    path.write_text(signed("a = 1\n"))
-    assert is_current(path)
-    path.write_text(path.read_text().replace("1", "2", 1))
-    assert not is_current(path)
-    path.write_text(signed("a = 1\n"))
-    monkeypatch.setattr(generated_source, "MAKERS", generated_source.MAKERS[1:])
-    assert not is_current(path)
+@pytest.mark.parametrize(("legs", "design", "kind"), [
+    ("rigid", d.TABLE_1, PlainRigid), ("compliant", d.TABLE_1, PlainRolling), ("rigid", d.DETAILED, DetailedRigid),
+    pytest.param("compliant", d.DETAILED, DetailedRolling, marks=pytest.mark.slow),
+], ids=["rigid-plain", "compliant-plain", "rigid-detailed", "compliant-detailed"])
+def test_derived_functions_have_the_derivations_values(legs, design, kind):
+    """By any version of sympy that the project allows, so those of two agree to round-off."""
+    rng = np.random.default_rng(6)
+    for name, arguments, values in exact(legs, design):
+        assert difference(name, arguments, values, kind, design, rng) < 1e-13, name
 
 
 def test_page_of_formulas_is_current(monkeypatch):

@@ -5,7 +5,7 @@ import pytest
 
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, flow
 from stages.analytic.phases.guards import guard
 from stages.analytic.phases.transitions import heel_strike_reset, landing_impulse

@@ -13,7 +13,7 @@ import pytest
 
 from stages.analytic.gait.gait_search import by_stability, find_gait
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
-from stages.analytic.model import equations as eq
+from stages.analytic.model import terms as eq
 from stages.analytic.model.walker import Walker, build_walker
 from stages.analytic.phases.flow import RIGID
 from stages.biped.design import Biped

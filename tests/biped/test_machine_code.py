@@ -6,12 +6,15 @@ import json
 import os
 import pickle
 import shutil
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import pytest
 
 from pipeline.cache.sources import Sources, beside
+from stages.analytic.model import made
 from stages.biped import machine_code
 from tests import commands
 
@@ -38,7 +41,7 @@ hits = sum(times.stats.cache_hits.values())
 print(json.dumps({"answer": answer, "hits": hits, "folder": str(CODE.folder), "refusal": CODE.refusal}))
 """
 AS_USER = """
-import os, runpy, sys
+import email.parser, os, runpy, sys
 sys.dont_write_bytecode = True
 import numba
 if {user} is not None:
@@ -288,3 +291,64 @@ def test_every_source_of_compiled_code_is_in_its_digest(repository: Path, stage:
     inside = [folder.relative_to(repository) for folder in folders]
     outside = [file for file in files if not any(Path(file).is_relative_to(folder) for folder in inside)]
     assert modules and [file for file in outside if not file.endswith("__init__.py")] == []
+
+
+def test_a_text_is_made_once_and_again_where_it_is_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is left whole, for who made it alone, and belongs to the sources; what is brought serves reads only."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    made: list[str] = []
+
+    def make() -> str:
+        made.append("made")
+        return "a = 1\n"
+
+    def kept(by: str = "", shipped: Path | None = None) -> machine_code.Kept:
+        return machine_code.Kept("texts", tmp_path / "sources", by=by, shipped=shipped)
+
+    text = kept().text("a.txt", make)
+    path = kept().folder / "a.txt"
+    assert text == path.read_text() == machine_code.sealed("a = 1\n") == kept().text("a.txt", make)
+    assert len(made) == 1 and [*kept().folder.iterdir()] == [path] and (os.name != "posix" or not
+                                                                         path.parent.stat().st_mode & 0o77)  # fmt: skip
+    content = path.read_bytes()
+    for damaged in (content.replace(b"1", b"2", 1), content[:-30], b"", b"\xff\xfe"):
+        path.write_bytes(damaged)
+        assert kept().text("a.txt", make) == text == path.read_text()
+    assert len(made) == 5
+    (tmp_path / "sources").mkdir()
+    (tmp_path / "sources/one.py").write_text("1")
+    assert len({path.parent, kept().folder, kept("other").folder}) == 3
+    assert kept(shipped=path.parent).text("a.txt", make) == text and len(made) == 5 and not kept().folder.exists()
+
+
+def test_a_text_serves_where_none_can_be_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a folder of one's own it is made each time, and with a full disk too."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    kept = machine_code.Kept("texts", tmp_path, by="")
+    monkeypatch.setattr(kept, "leave", lambda *_: (_ for _ in ()).throw(OSError("full")))
+    assert kept.text("a.txt", str) == machine_code.sealed("")
+    kept.refusal = "others may write"
+    assert kept.text("a.txt", str) == machine_code.sealed("") and not kept.folder.exists()
+
+
+#: Python runs it when it starts: there is no sympy, which says so in its own way.
+NO_SYMPY = "import sys\nsys.modules['sympy'] = None\n"
+
+
+@pytest.mark.parametrize("place", ["cache", None])
+def test_without_sympy_what_is_there_serves_or_one_sentence_says_so(repository: Path, tmp_path: Path, place: str | None,
+                                                                    ) -> None:
+    """Where the equations have been derived it is not even looked for; else nothing is left behind."""
+    made.derived(made.EQUATIONS, "plain_terms", made.by_sympy)
+    (tmp_path / "sitecustomize.py").write_text(NO_SYMPY)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(repository)])}
+    if place:
+        environment["NUMBA_CACHE_DIR"] = str(tmp_path / place)
+    done = subprocess.run([sys.executable, "-m", "pipeline.cli", "gait", "--json"], cwd=repository, env=environment,
+                          text=True, capture_output=True)  # fmt: skip
+    if not place:
+        assert done.returncode == 0 and '"period_s"' in done.stdout and "deriving" not in done.stderr, done.stderr
+        return
+    assert done.returncode == 3 and "Traceback" not in done.stderr
+    assert "cannot be derived without sympy" in json.loads(done.stdout)["reason"]
+    assert not [*(tmp_path / place).rglob("*.txt"), *(tmp_path / place).rglob("*.tmp")]

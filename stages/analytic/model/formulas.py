@@ -1,6 +1,8 @@
-"""Prints the equations of motion as formulas: docs/equations.md."""
+"""Prints the equations of motion as formulas: `python -m stages.analytic.model.formulas` writes docs/equations.md."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import sympy as sp
 
@@ -12,7 +14,7 @@ DOTTED = {
 }
 INTRODUCTION = """# Equations of motion
 
-Printed by `python -m stages.analytic.model.generate` from `stages/analytic/model/derivation.py`; the compiled code
+Printed by `python -m stages.analytic.model.formulas` from `stages/analytic/model/derivation.py`; the compiled code
 comes from the same derivation. A test holds this page to it. Symbols and signs: [model.md](model.md).
 
 The state is $q = (\\theta, L_1, \\psi, L_2)$, eq. (1). Eq. (6) reads, with the sign convention used here,
@@ -78,3 +80,7 @@ def document() -> str:
         " with $\\theta^+ = -\\psi$, $\\psi^+ = -\\theta$:\n", *entries("H", d.handover_matrix(rigid)),
     ]
     return "\n".join(parts).rstrip() + "\n"
+
+
+if __name__ == "__main__":
+    (Path(__file__).parents[3] / "docs/equations.md").write_text(document(), encoding="utf-8")

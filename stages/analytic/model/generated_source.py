@@ -1,38 +1,15 @@
-"""Source of one generated function: common subexpressions taken out, all else written as sympy has it.
-
-A generated file ends with a digest of itself and of the modules that made it: whether it is current is told without
-making it again.
-"""
+"""Source of one generated function: common subexpressions taken out, all else written as sympy has it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from hashlib import sha256
-from pathlib import Path
 
 import sympy as sp
 from sympy.printing.pycode import pycode
 
 from stages.analytic.model import derivation as d
 from stages.analytic.model.simplification import for_code, shortened
-
-#: Modules whose text decides what is generated.
-MAKERS = ("derivation", "simplification", "generated_source", "generate", "generate_derivatives", "kinds")
-
-
-def signed(source: str) -> str:
-    """The text of a generated file with this source."""
-    digest = sha256(source.encode())
-    for name in MAKERS:
-        digest.update((Path(__file__).with_name(f"{name}.py")).read_text(encoding="utf-8").encode())
-    return f"{source}\n# {digest.hexdigest()}\n"
-
-
-def is_current(path: Path) -> bool:
-    """Whether a generated file is what its makers wrote and would write now."""
-    text = path.read_text(encoding="utf-8")
-    return text == signed(text.rpartition("\n# ")[0])
 
 
 def literal(expression: sp.Expr) -> str:

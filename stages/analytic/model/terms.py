@@ -1,4 +1,4 @@
-"""The generated terms of the equations of motion by the kind of walker: plain ones of Table 1, or detailed ones."""
+"""The derived terms of the equations of motion by the kind of walker: plain ones of Table 1, or detailed ones."""
 
 from __future__ import annotations
 
@@ -6,65 +6,32 @@ from collections.abc import Callable
 from typing import Any
 
 from stages.analytic.compiled import ByKind, Numbers, compiled
-from stages.analytic.model import detailed_equations, equations
 from stages.analytic.model.elimination import coupled_factor, factor
-from stages.analytic.model.kinds import (
-    Detailed,
-    DetailedLimited,
-    DetailedRigid,
-    DetailedRolling,
-    Plain,
-    PlainCompliant,
-    PlainRigid,
-    PlainRolling,
-    RubbingRigid,
-    RubbingRolling,
-    StiffDetailedLimited,
-    StiffDetailedRolling,
-    TimedRigid,
-)
+from stages.analytic.model.kinds import Detailed, Plain, PlainCompliant
+from stages.analytic.model.made import OfSets, sets
+from stages.analytic.model.written_out import EXCHANGED, of_each
+
+TERMS = sets(__name__, "terms")
 
 
-def of_kinds(name: str) -> Callable[..., Numbers]:
-    """The generated function `name` of the kind of `p`."""
-    return ByKind({Plain: getattr(equations, name), Detailed: getattr(detailed_equations, name)})
+def term(name: str) -> Callable[..., Numbers]:
+    """The derived function `name` of the kind of `p`."""
+    return OfSets(name, TERMS)
 
 
-compliant_terms, rigid_terms = of_kinds("compliant_terms"), of_kinds("rigid_terms")
-compliant_residual_jacobian = of_kinds("compliant_residual_jacobian")
-rigid_residual_jacobian = of_kinds("rigid_residual_jacobian")
-compliant_reaction, rigid_reaction = of_kinds("compliant_reaction"), of_kinds("rigid_reaction")
-compliant_energy, rigid_energy = of_kinds("compliant_energy"), of_kinds("rigid_energy")
-contact_terms, contact_force_jacobian = of_kinds("contact_terms"), of_kinds("contact_force_jacobian")
-contact_acceleration_jacobian = of_kinds("contact_acceleration_jacobian")
-compliant_handover, rigid_handover = of_kinds("compliant_handover"), of_kinds("rigid_handover")
-compliant_handover_jacobian = of_kinds("compliant_handover_jacobian")
-rigid_handover_jacobian = of_kinds("rigid_handover_jacobian")
-
-
-@compiled
-def plain_inertia(
-    theta: float, L_1: float, psi: float, L_2: float, ddtheta: float, ddL_1: float, ddpsi: float, ddL_2: float,
-    p: PlainCompliant,
-) -> Numbers:  # fmt: skip
-    """`compliant_inertia_jacobian` of plain legs: springs, dampers and gravity are off."""
-    at_rest = PlainRolling(p.M, p.m, p.L_nat, p.r, p.l, 0.0, 0.0, p.I, 0.0, 0.0)
-    return equations.compliant_residual_jacobian(
-        theta, L_1, psi, L_2, 0.0, 0.0, 0.0, 0.0, ddtheta, ddL_1, ddpsi, ddL_2, at_rest)
-
-
-@compiled
-def plain_rigid_inertia(theta: float, psi: float, ddtheta: float, ddpsi: float, p: PlainRigid) -> Numbers:
-    """`rigid_inertia_jacobian` of plain legs: gravity is off."""
-    without_forces = PlainRigid(p.M, p.m, p.L_nat, p.r, p.l, p.I, 0.0, 0.0)
-    return equations.rigid_residual_jacobian(theta, psi, 0.0, 0.0, ddtheta, ddpsi, without_forces)
-
-
+compliant_terms, rigid_terms = term("compliant_terms"), term("rigid_terms")
+compliant_residual_jacobian = term("compliant_residual_jacobian")
+rigid_residual_jacobian = term("rigid_residual_jacobian")
+compliant_reaction, rigid_reaction = term("compliant_reaction"), term("rigid_reaction")
+compliant_energy, rigid_energy = term("compliant_energy"), term("rigid_energy")
+contact_terms, contact_force_jacobian = term("contact_terms"), term("contact_force_jacobian")
+contact_acceleration_jacobian = term("contact_acceleration_jacobian")
+compliant_handover, rigid_handover = term("compliant_handover"), term("rigid_handover")
+compliant_handover_jacobian = term("compliant_handover_jacobian")
+rigid_handover_jacobian = term("rigid_handover_jacobian")
 #: d(M qdd)/d(q, qd) at given qdd, by rows, of (4, 8) and (2, 4).
-compliant_inertia_jacobian: Callable[..., Numbers] = ByKind({
-    Plain: plain_inertia, Detailed: detailed_equations.compliant_inertia_jacobian})
-rigid_inertia_jacobian: Callable[..., Numbers] = ByKind({
-    Plain: plain_rigid_inertia, Detailed: detailed_equations.rigid_inertia_jacobian})
+compliant_inertia_jacobian = term("compliant_inertia_jacobian")
+rigid_inertia_jacobian = term("rigid_inertia_jacobian")
 
 
 @compiled
@@ -91,10 +58,4 @@ def the_same(p: Plain) -> Plain:
 
 
 #: The walker after heel strike: the legs change roles, and their numbers with them. exchanged(p).
-exchanged: Callable[..., Any] = ByKind({
-    Plain: the_same, DetailedRigid: detailed_equations.exchanged_rigid,
-    RubbingRigid: detailed_equations.exchanged_rubbing, RubbingRolling: detailed_equations.exchanged_rubbing_rolling,
-    TimedRigid: detailed_equations.exchanged_timed,
-    StiffDetailedRolling: detailed_equations.exchanged_stiff_rolling,
-    StiffDetailedLimited: detailed_equations.exchanged_stiff_limited,
-    DetailedRolling: detailed_equations.exchanged_rolling, DetailedLimited: detailed_equations.exchanged_limited})
+exchanged: Callable[..., Any] = ByKind({Plain: the_same, **of_each("exchanged", EXCHANGED)})

@@ -1,8 +1,9 @@
-"""Where machine code is kept on disk: in a folder of the user's own, named by all the sources that it was made from.
+"""Where what is made of sources is kept on disk, machine code and derived equations: in a folder of the user's own.
 
-Loading machine code runs it, and the file that it is kept in is a pickle, which runs too. So it is read only where
-nobody else could have put it: a folder of this user's that others cannot write, nor rename or replace from above. If
-there is none, nothing is kept. Numba alone would fall back to the shared temporary folder.
+Loading machine code runs it, and the file that it is kept in is a pickle, which runs too, as does the text of derived
+equations. So it is read only where nobody else could have put it: a folder of this user's that others cannot write, nor
+rename or replace from above. If there is none, nothing is kept. Numba alone would fall back to the shared temporary
+folder.
 
 Numba knows code to be old by the path and time of its own file, not by the files of the functions it calls. Here the
 stamp is a digest of whole folders of sources: any edit of them compiles afresh, undoing it does not, and a copy of the
@@ -20,6 +21,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import cache
+from importlib import metadata
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar, cast
@@ -92,15 +95,28 @@ def _is_alone(found: os.stat_result) -> bool:
     return False
 
 
-class MachineCode:
-    """The machine code of the sources in some folders, kept under `name`.
+@cache
+def sympy_version() -> str:
+    """The version of sympy; where there is none, which is said, that of the equations that came with the package."""
+    try:
+        return metadata.version("sympy")
+    except metadata.PackageNotFoundError:
+        brought = next(SHIPPED.glob("equations-*"), None)
+        if brought is not None:
+            print("note: sympy is not installed: the equations of motion are those that came with this package",
+                  file=sys.stderr)  # fmt: skip
+        return brought.name.split("-")[1] if brought else ""
 
-    `shipped` is a folder that only reads serve: code that came with the package and is vouched for as its sources are;
-    by default the one in `SHIPPED` that was made of the same sources.
+
+class Kept:
+    """What is made of the sources in some folders `by` packages of some versions, kept under `name`.
+
+    `shipped` is a folder that only reads serve: what came with the package and is vouched for as its sources are; by
+    default the one in `SHIPPED` that was made of the same sources.
     """
 
-    def __init__(self, name: str, *sources: Path, shipped: Path | None = None) -> None:
-        self.name, self.stamp = name, digest(*sources)
+    def __init__(self, name: str, *sources: Path, by: str, shipped: Path | None = None) -> None:
+        self.name, self.stamp = name, digest(by, *sources)
         self.folder = home() / f"{name}-{self.stamp[:_DIGITS]}"
         brought = SHIPPED / self.folder.name
         self.shipped = shipped or (brought if brought.is_dir() else None)
@@ -109,6 +125,54 @@ class MachineCode:
             self.refusal = refusal(self.folder)
             with contextlib.suppress(OSError):
                 os.utime(self.folder)  # the newest are those used last
+
+    def places(self) -> list[Path]:
+        """The folders to read from."""
+        return [*([self.shipped] if self.shipped else []), *([] if self.refusal else [self.folder])]
+
+    def text(self, file: str, make: Callable[[], str]) -> str:
+        """The text in a file, which a digest at its end seals. Where it is missing or damaged it is made, and left."""
+        for place in self.places():
+            with contextlib.suppress(OSError, UnicodeDecodeError):
+                content = (place / file).read_text(encoding="utf-8")
+                if content == sealed(content.rpartition("# ")[0]):
+                    return content
+        content = sealed(make())
+        if not self.refusal:
+            with contextlib.suppress(OSError):  # it serves all the same
+                self.leave(file, content.encode())
+        return content
+
+    def leave(self, file: str, content: bytes) -> None:
+        """Leave a whole file, or none; whoever leaves the same just now leaves as good a one."""
+        self.begin()
+        unfinished = self.folder / f"{file}.{os.getpid()}.tmp"
+        unfinished.write_bytes(content)
+        unfinished.replace(self.folder / file)
+
+    def begin(self) -> None:
+        """Make the folder, and remove old ones of its name but those that another checkout may be using."""
+        if not self.folder.is_dir():
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            for folder in self.old(KEPT, self.name):
+                with contextlib.suppress(OSError):
+                    if time.time() - folder.stat().st_mtime > IN_USE_S:
+                        shutil.rmtree(folder, ignore_errors=True)
+
+    def old(self, keep: int, name: str = "*") -> list[Path]:
+        """Folders of one name, or of all, but the `keep` of each that were used last."""
+        by_name: dict[str, list[tuple[float, Path]]] = {}
+        for path in home().glob(f"{name}-{'?' * _DIGITS}"):
+            with contextlib.suppress(OSError):
+                by_name.setdefault(path.name[:-_DIGITS], []).append((path.stat().st_mtime, path))
+        return [path for found in by_name.values() for _, path in sorted(found, reverse=True)[keep:]]
+
+
+class MachineCode(Kept):
+    """The machine code of the sources in some folders, kept under `name`. Some derive equations: sympy's part in it."""
+
+    def __init__(self, name: str, *sources: Path, shipped: Path | None = None) -> None:
+        super().__init__(name, *sources, by=f"{numba.__version__} {sympy_version()}", shipped=shipped)
 
     def compiled(self, function: F, **options: Any) -> F:
         """The function as machine code that is loaded from here, and left here. `options` are numba's.
@@ -124,31 +188,13 @@ class MachineCode:
         except (ImportError, AttributeError, TypeError):
             if not self.refusal:
                 self.begin()
-                with _numba_keeps_in(self.folder):
+                with _numba_keeps_in(self.folder), contextlib.suppress(RuntimeError):  # of text without a file
                     made.enable_caching()
         return cast(F, made)
 
     def is_cold(self) -> bool:
         """Whether nothing is compiled yet of these sources."""
-        places = [*([self.shipped] if self.shipped else []), *([] if self.refusal else [self.folder])]
-        return not any(next(place.rglob("*.nbc"), None) for place in places)
-
-    def begin(self) -> None:
-        """Make the folder, and remove old ones of its name but those that another checkout may be using."""
-        if not self.folder.is_dir():
-            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            for folder in self.old(KEPT, self.name):
-                with contextlib.suppress(OSError):
-                    if time.time() - folder.stat().st_mtime > IN_USE_S:
-                        shutil.rmtree(folder, ignore_errors=True)
-
-    def old(self, keep: int, name: str = "*") -> list[Path]:
-        """Folders of machine code of one name, or of all, but the `keep` of each that were used last."""
-        by_name: dict[str, list[tuple[float, Path]]] = {}
-        for path in home().glob(f"{name}-{'?' * _DIGITS}"):
-            with contextlib.suppress(OSError):
-                by_name.setdefault(path.name[:-_DIGITS], []).append((path.stat().st_mtime, path))
-        return [path for found in by_name.values() for _, path in sorted(found, reverse=True)[keep:]]
+        return not any(next(place.rglob("*.nbc"), None) for place in self.places())
 
 
 @contextlib.contextmanager
@@ -167,9 +213,14 @@ def folder_of(module: ModuleType) -> Path:
     return Path(str(module.__file__)).parent
 
 
-def digest(*sources: Path) -> str:
-    """SHA-256 over the source files in these folders but `NOT_COMPILED`, with their names, and numba's version."""
-    found = hashlib.sha256(numba.__version__.encode())
+def sealed(text: str) -> str:
+    """A text with its digest as the last line."""
+    return f"{text}# {hashlib.sha256(text.encode()).hexdigest()}\n"
+
+
+def digest(by: str, *sources: Path) -> str:
+    """SHA-256 over `by` and the source files in these folders but `NOT_COMPILED`, with their names."""
+    found = hashlib.sha256(by.encode())
     for folder in sources:
         for source in sorted(folder.rglob("*.py")):
             if source.parent.name in NOT_COMPILED:

@@ -7,7 +7,6 @@ changed, importing this or `attach` raises ImportError, AttributeError or TypeEr
 from __future__ import annotations
 
 import hashlib
-import os
 import pickle
 import sys
 from pathlib import Path
@@ -30,10 +29,12 @@ class Code(Protocol):
     folder: Path
     stamp: str
     refusal: str
-    shipped: Path | None
 
-    def begin(self) -> None:
-        """Make the folder."""
+    def places(self) -> list[Path]:
+        """The folders to read from."""
+
+    def leave(self, file: str, content: bytes) -> None:
+        """Leave a whole file, or none."""
 
 
 def attach(dispatcher: Any, code: Code) -> None:
@@ -68,9 +69,7 @@ class _Kept(Cache):  # type: ignore[misc]
         """What was kept for these types, or None. What is damaged, or was made of other sources, counts as missing."""
         target.refresh()
         key = self._keys(signature, target.codegen())
-        folders = [*([self._code.shipped] if self._code.shipped else []),
-                   *([] if self._code.refusal else [self._code.folder])]  # fmt: skip
-        for path, each in ((folder / self._file(each), each) for folder in folders
+        for path, each in ((folder / self._file(each), each) for folder in self._code.places()
                            for each in (key, for_any_processor(key))):  # fmt: skip
             try:
                 content = path.read_bytes()
@@ -87,13 +86,9 @@ class _Kept(Cache):  # type: ignore[misc]
         if self._code.refusal or not self._results.check_cachable(result):
             return
         with self._guard_against_spurious_io_errors():
-            self._code.begin()
             key = self._keys(signature, result.codegen)
             content: bytes = dumps([*self._known(key), self._results.reduce(result)])
-            path = self._code.folder / self._file(key)
-            unfinished = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-            unfinished.write_bytes(hashlib.sha256(content).digest() + content)
-            unfinished.replace(path)
+            self._code.leave(self._file(key), hashlib.sha256(content).digest() + content)
 
     def _known(self, key: Any) -> list[Any]:
         return [numba.__version__, self._code.stamp, key]

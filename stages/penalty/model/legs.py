@@ -1,13 +1,15 @@
-"""The legs of either kind of walker: whose numbers they are, and the generated functions of these."""
+"""The legs of either kind of walker: whose numbers they are, and the derived functions of these."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from stages.analytic.compiled import ByKind, Numbers
-from stages.penalty.compiled import compiled
-from stages.penalty.model.equations import detailed, plain
+from stages.analytic.model.made import EQUATIONS, Made, OfSets, derived
+from stages.biped.machine_code import Kept, sympy_version
+from stages.penalty.compiled import FOLDER, compiled
 from stages.penalty.model.walker import DetailedPenalty, LegNumbers, Penalty
 
 
@@ -25,7 +27,19 @@ def numbers_of_one(p: DetailedPenalty, leg: int) -> LegNumbers:
 
 #: The numbers of a leg: leg_of(p, leg).
 leg_of: Callable[..., Any] = ByKind({Penalty: numbers_of_both, DetailedPenalty: numbers_of_one})
-leg_terms: Callable[..., Numbers] = ByKind({Penalty: plain.leg_terms, LegNumbers: detailed.leg_terms})
-leg_jacobian: Callable[..., Numbers] = ByKind({Penalty: plain.leg_jacobian, LegNumbers: detailed.leg_jacobian})
-leg_by: Callable[..., Numbers] = ByKind({Penalty: plain.leg_by, LegNumbers: detailed.leg_by})
-leg_change: Callable[..., Numbers] = ByKind({Penalty: plain.leg_change, LegNumbers: detailed.leg_change})
+LEGS = Kept(f"legs-{sympy_version()}", FOLDER / "model", by=EQUATIONS.stamp)
+
+
+def by_sympy(name: str) -> str:
+    """The text of the functions of a kind of leg."""
+    from stages.penalty.model.generate import KINDS, module_source
+
+    return module_source(KINDS[name])
+
+
+SETS = {kinds: Made(f"{__name__}.{name}", partial(derived, LEGS, name, by_sympy))
+        for kinds, name in ((Penalty, "plain"), (LegNumbers, "detailed"))}  # fmt: skip
+leg_terms: Callable[..., Numbers] = OfSets("leg_terms", SETS)
+leg_jacobian: Callable[..., Numbers] = OfSets("leg_jacobian", SETS)
+leg_by: Callable[..., Numbers] = OfSets("leg_by", SETS)
+leg_change: Callable[..., Numbers] = OfSets("leg_change", SETS)
