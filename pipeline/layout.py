@@ -29,17 +29,13 @@ def folded(line: str, hang: int | None = None, columns: int | None = None) -> li
     """A line folded between its words; what follows the first is indented by `hang` (default: 2 more than the line)."""
     indent = len(line) - len(line.lstrip())
     below = " " * (indent + 2 if hang is None else hang)
-    room = columns or width()
-    return textwrap.wrap(line, room, subsequent_indent=below, break_long_words=False, break_on_hyphens=False) or [""]
+    return _wrapped(line, columns or width(), below)
 
 
-def beside(head: str, text: str, hang: int | None = None) -> str:
-    """`head`, and beside it `text` folded within what is left of the line, from column `hang` (default: after head)."""
-    start = len(head) if hang is None else hang
-    first, *rest = _wrapped(text, width() - start) if text else [""]
-    if len(head) > start:
-        return "\n".join([head.rstrip(), *(" " * start + line for line in ([first, *rest] if first else []))])
-    return "\n".join([f"{head:<{start}}{first}".rstrip(), *(" " * start + line for line in rest)])
+def beside(head: str, text: str, columns: int | None = None) -> str:
+    """`head`, and beside it `text` folded within what is left of the line."""
+    first, *rest = _wrapped(text, (columns or width()) - len(head)) if text else [""]
+    return "\n".join([f"{head}{first}".rstrip(), *(" " * len(head) + line for line in rest)])
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> Iterator[str]:
@@ -126,8 +122,10 @@ def _row(cells: Sequence[str], sizes: Sequence[int], numbers: Sequence[bool]) ->
         yield (" " * _GAP + (" " * _GAP).join(aligned)).rstrip()
 
 
-def _wrapped(text: str, size: int) -> list[str]:
-    return textwrap.wrap(text, max(1, size), break_long_words=False, break_on_hyphens=False) or [""]
+def _wrapped(text: str, size: int, below: str = "") -> list[str]:
+    return textwrap.wrap(
+        text, max(1, size), subsequent_indent=below, break_long_words=False, break_on_hyphens=False
+    ) or [""]  # fmt: skip
 
 
 def _longest_word(texts: Sequence[str]) -> int:

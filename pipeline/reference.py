@@ -85,14 +85,13 @@ def _parameters(study: Study) -> Iterator[str]:
     for file, kinds in sorted(loading.sections(known.values()).items()):
         yield f"### {file}.yaml\n"
         fields = {key: pair for kind in kinds for key, pair in declared(kind).items()}
-        rows = [
-            (f"`{file}.{key}`", *_field(field, kind), ", ".join(_readers(known, file, key)))
-            for key, (field, kind) in fields.items()
-        ]
+        read = {name: {key for kind in loading.sections([cls]).get(file, ()) for key in declared(kind)}
+                for name, cls in known.items()}  # fmt: skip
+        rows = [(f"`{file}.{key}`", *_field(*pair), ", ".join(name for name, keys in read.items() if key in keys))
+                for key, pair in fields.items()]  # fmt: skip
         yield from [*layout.markdown(("parameter", "meaning", "unit", "allowed", "read by"), rows), ""]
         for key, (field, kind) in fields.items():
-            inner = _row_class(kind)
-            if inner is not None and _is_table(field, kind):
+            if (inner := _rows(field, kind)) is not None:
                 yield f"Columns of `{file}.{key}`:\n"
                 columns = [(f"`{name}`", *_field(*pair)) for name, pair in declared(inner).items()]
                 yield from [*layout.markdown(("column", "meaning", "unit", "allowed"), columns), ""]
@@ -102,7 +101,7 @@ def _field(field: dataclasses.Field[Any], kind: Any) -> tuple[str, str, str]:
     """Meaning, unit and what is allowed."""
     about = field.metadata
     described = about["description"] + (f", {about['symbol']}" if about["symbol"] else "")
-    if _is_table(field, kind):
+    if _rows(field, kind):
         return described, "", "a table"
     if field.default is not dataclasses.MISSING:
         described += f" (without it: {'none' if field.default is None else field.default})"
@@ -111,21 +110,10 @@ def _field(field: dataclasses.Field[Any], kind: Any) -> tuple[str, str, str]:
     return described, "" if about["unit"] == "-" else about["unit"], limits
 
 
-def _is_table(field: dataclasses.Field[Any], kind: Any) -> bool:
-    """Whether a parameter is a table, not a word beside which a row is allowed."""
-    return _row_class(kind) is not None and not field.metadata["choices"]
-
-
-def _row_class(kind: Any) -> type | None:
-    """The class of a table's rows, or None for a parameter that is no table."""
-    kinds = [kind, *typing.get_args(kind)]
+def _rows(field: dataclasses.Field[Any], kind: Any) -> type | None:
+    """The class of a table's rows; None for what is no table, or a word beside which a row is allowed."""
+    kinds = [kind, *typing.get_args(kind)] if not field.metadata["choices"] else []
     return next((item for item in kinds if isinstance(item, type) and dataclasses.is_dataclass(item)), None)
-
-
-def _readers(known: dict[str, type], file: str, key: str) -> Iterator[str]:
-    for name, cls in known.items():
-        if any(key in declared(kind) for kind in loading.sections([cls]).get(file, ())):
-            yield name
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Results as HDF5: a dataclass becomes a group, each field a dataset with units, symbol, long name and dimensions.
 
 A tuple of dataclasses becomes a table, a dataset for each column. The words are netCDF's, so that its readers
-understand them (`hdf5.py`).
+understand them: `pipeline/cache/hdf5`.
 
 The same numbers give the same bytes on every run: no clock time, one library version, fields in order. Whether a stage
 finds the same numbers to the last bit is another matter: on another processor it may not (`processor.py`).
@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 import h5py
 
-from pipeline.cache import hdf5
+from pipeline.cache.hdf5 import dimensions, tables, values
 from pipeline.errors import ArtefactError
 
 #: The form of artefacts: a program reads those of its own number.
@@ -71,7 +71,7 @@ def _written(result: Any) -> Iterator[Any]:
         "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
     ) as file:
         file.attrs["format"] = FORMAT
-        hdf5.write_fields(file, result)
+        tables.write_fields(file, result)
         file.create_group(PROVENANCE)
         yield file
 
@@ -90,7 +90,7 @@ def decode(content: bytes, cls: type[T], name: str) -> T:
     """The result of class `cls` in an artefact's bytes. Raises `ArtefactError`; `name` is how it names the file."""
     with opened(content, name) as file:
         try:
-            return typing.cast(T, hdf5.read_fields(file, cls))
+            return typing.cast(T, tables.read_fields(file, cls))
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
             raise ArtefactError(f"{name}: its fields do not fit this version of the study ({reason})") from None
@@ -133,21 +133,21 @@ def tree(content: bytes, name: str) -> list[Field]:
     """
     with opened(content, name) as file:
         try:
-            return [field for key in hdf5.members_of(file) if key != PROVENANCE
+            return [field for key in dimensions.fields(file) if key != PROVENANCE
                     for field in _branch(file[key], key)]  # fmt: skip
         except UnicodeDecodeError:
             raise ArtefactError(f"{name}: holds text that is not UTF-8; artefacts do not") from None
 
 
 def _branch(item: Any, path: str) -> Iterator[Field]:
-    unit, description, symbol = (str(item.attrs.get(key, "")) for key in hdf5.ATTRIBUTES)
+    unit, description, symbol = (str(item.attrs.get(key, "")) for key in tables.ATTRIBUTES)
     if isinstance(item, h5py.Group):
         yield Field(path, unit, symbol, description, None, None)
-        for key in hdf5.members_of(item):
+        for key in dimensions.fields(item):
             yield from _branch(item[key], f"{path}/{key}")
     else:
-        missing = item.shape is None or (not item.shape and hdf5.NONE in item.attrs)
-        value = None if missing or item.size > _SHORT else hdf5.python(hdf5.read(item))
+        missing = item.shape is None or (not item.shape and values.NONE in item.attrs)
+        value = None if missing or item.size > _SHORT else values.python(values.read(item))
         error = float(item.attrs[_ERROR]) if _ERROR in item.attrs else None
         yield Field(path, unit, symbol, description, item.shape or (), value, error)
 

@@ -14,6 +14,7 @@ from pipeline import layout
 from pipeline.cache import disk
 from pipeline.commands import options
 from pipeline.errors import ANSWER
+from pipeline.graph import FIGURES
 from pipeline.report.page import address, template
 from pipeline.study import Study, shown
 
@@ -39,13 +40,12 @@ def compare(study: Study, other: Path, tolerance: float, page: Path | None, form
     OTHER is a results folder or a study. Ends with 0 if nothing changed and with 3 if something did, or could not be
     compared. --csv prints the numbers.
     """
-    from pipeline.changes.folders import between, plain
+    from pipeline.changes.folders import between
 
     found = between(study, other, tolerance)
     if page is not None:
         disk.write(page, html(found))
-    told = plain(found)
-    form.give(_lines(found), {**told, "changed": found.any}, told["numbers"])
+    form.give(_lines(found), found.plain(), found.numbers)
     if page is not None:
         click.echo(f"written: {shown(page)}", err=True)
     if found.any:
@@ -60,32 +60,33 @@ def _lines(found: Changes) -> Iterator[str]:
         yield f"nothing changed from {shown(found.before)} to {shown(found.after)}{small}"
     if found.parameters:
         yield from layout.titled("Parameters", ("parameter", "before", "after"), [
-            (each.key, *("none" if value is None else value for value in (each.before, each.after)))
-            for each in found.parameters])  # fmt: skip
+            (row["key"], *("none" if value is None else value for value in (row["before"], row["after"])))
+            for row in found.parameters])  # fmt: skip
     if found.claims:
-        turned = [(each.id, each.before or "not judged", each.after or "not judged") for each in found.claims
-                  if each.turned]  # fmt: skip
-        title = f"Claims: {len(turned)} with another verdict, {len(found.claims) - len(turned)} more with other numbers"
+        turned = [(row["id"], row["before"] or "not judged", row["after"] or "not judged") for row in found.turned]
+        others = len(found.claims) - len(turned)
+        title = f"Claims: {len(turned)} with another verdict, {others} more with other numbers"
         yield from layout.titled(title, ("claim", "before", "after"), turned)
     if found.numbers:
         yield from _numbers(found)
     if found.figures:
         yield from layout.titled(f"Figures: {len(found.figures)} changed", ("figure", "what"),
-                                 [(each.name, each.what) for each in found.figures])  # fmt: skip
+                                 [(row["name"], row["what"]) for row in found.figures])  # fmt: skip
 
 
 def _numbers(found: Changes) -> Iterator[str]:
     """How many changed in each stage, and those single ones that changed most."""
-    counted = ", ".join(f"{stage} {count}" for stage, count in Counter(each.stage for each in found.numbers).items())
-    listed = [each for each in found.numbers if each.relative is not None and isinstance(each.before, float)
-              and max(abs(each.before), abs(each.after)) > _ROUND_OFF]  # fmt: skip
+    many = Counter(row["stage"] for row in found.numbers)
+    listed = [row for row in found.numbers if row["relative"] is not None and isinstance(row["before"], float)
+              and max(abs(row["before"]), abs(row["after"])) > _ROUND_OFF]  # fmt: skip
     what = "single ones that changed most:" if listed else "all of them in arrays, words or round-off"
+    counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
     title = f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less; {what}"
     yield from ("", *layout.folded(title, 0))
-    for each in listed[:_PRINTED]:
-        yield f"  {each.stage} {each.path.replace('/', '.')}"
-        values = f"{layout.short(each.before)} -> {layout.short(each.after)} {each.unit}".rstrip()
-        yield f"    {values} ({share(each.relative)})"
+    for row in listed[:_PRINTED]:
+        yield f"  {row['stage']} {row['path']}"
+        values = f"{layout.short(row['before'])} -> {layout.short(row['after'])} {row['unit']}".rstrip()
+        yield f"    {values} ({share(row['relative'])})"
 
 
 def share(relative: float | None) -> str:
@@ -97,14 +98,10 @@ def share(relative: float | None) -> str:
 
 def html(found: Changes) -> bytes:
     """The page, with pictures side by side; self-contained like the report."""
-    pictures = [(each.name, each.what, *map(_picture, (each.before, each.after))) for each in found.figures]
+    folders = [folder / FIGURES.removeprefix("results/") for folder in (found.before, found.after)]
+    pictures = [(row["name"], row["what"], *(address(disk.read(folder / f"{row['name']}.png")) for folder in folders))
+                for row in found.figures]  # fmt: skip
     return template(_TEMPLATE).render(
         found=found, before=shown(found.before), after=shown(found.after), most=_MOST, share=share, short=layout.short,
         pictures=pictures,
     ).encode()  # fmt: skip
-
-
-def _picture(path: Path) -> str:
-    """A picture as an address of data; nothing for a page's fragment or what is not there."""
-    content = disk.read(path) if path.suffix == ".png" else None
-    return "" if content is None else address(content)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact, disk, hdf5
+from pipeline.cache import artefact, disk
+from pipeline.cache.hdf5 import values
 from pipeline.commands import claims
 from pipeline.errors import ArtefactError, StudyError
 from pipeline.graph import CLAIMS, FIGURES
@@ -19,81 +20,46 @@ from pipeline.report.figures import differing, rms
 from pipeline.study import Study, shown
 
 _RESULTS = "results/"
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A parameter of some stages: value before and after, None where no stage there has it."""
-
-    key: str
-    before: str | None
-    after: str | None
-    stages: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """A claim whose verdict or numbers changed; a verdict is None where the claim is not judged there."""
-
-    id: str
-    before: str | None
-    after: str | None
-    measured_before: str
-    measured_after: str
-
-    @property
-    def turned(self) -> bool:
-        """Whether the verdict is another one."""
-        return self.before != self.after
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure that differs: rms over its pixels in grey levels of 255; None where it is in one folder only."""
-
-    name: str
-    what: str
-    rms: float | None
-    before: Path
-    after: Path
-
-
-@dataclass(frozen=True)
-class Change:
-    """A field of a stage: before, after (None where it is not there), its unit, and the relative change.
-
-    The change of a number is a share of what it was. Of an array it is the largest, as a share of its largest value;
-    before and after are then words. What is no number has no relative change.
-    """
-
-    stage: str
-    path: str
-    unit: str
-    before: Any
-    after: Any
-    relative: float | None
+Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Changes:
-    """All that changed from the folder `before` to `after`. `unread` are sentences on what could not be compared.
+    """All that changed from the folder `before` to `after`, as rows; None is what is not there on one side.
 
-    `small` counts the numbers that changed by no more than was asked for; they are no longer among `numbers`.
+    `parameters`: key, before, after, stages. `claims`, whose verdict (before, after) or words (measured_before,
+    measured_after) changed: id. `numbers`: stage, path, unit, before, after and relative change, as a share of what it
+    was; of an array the largest, as a share of its largest value, with words before and after; None for what is no
+    number. `figures`: name, what, rms over its pixels in grey levels of 255. `unread` are sentences on what could not
+    be compared. `small` counts the numbers that changed by no more than was asked for; they are not among `numbers`.
     """
 
     before: Path
     after: Path
-    parameters: list[Parameter] = field(default_factory=list)
-    claims: list[Verdict] = field(default_factory=list)
-    numbers: list[Change] = field(default_factory=list)
+    parameters: list[Row] = field(default_factory=list)
+    claims: list[Row] = field(default_factory=list)
+    numbers: list[Row] = field(default_factory=list)
     small: int = 0
-    figures: list[Picture] = field(default_factory=list)
+    figures: list[Row] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
 
     @property
     def any(self) -> bool:
         """Whether anything changed, or could not be compared."""
         return bool(self.parameters or self.claims or self.numbers or self.figures or self.unread)
+
+    @property
+    def turned(self) -> list[Row]:
+        """The claims with another verdict."""
+        return [claim for claim in self.claims if claim["before"] != claim["after"]]
+
+    def plain(self) -> Row:
+        """Everything as plain values, for JSON."""
+        return {
+            "before": shown(self.before), "after": shown(self.after), "parameters": self.parameters,
+            "claims": self.claims, "numbers": self.numbers, "smaller": self.small, "figures": self.figures,
+            "unread": self.unread, "changed": self.any,
+        }  # fmt: skip
 
 
 def results_of(path: Path) -> Path:
@@ -110,7 +76,7 @@ def between(study: Study, other: Path, tolerance: float) -> Changes:
     if before.resolve() == after.resolve():
         raise StudyError(f"{shown(other)}: these are the results themselves; name others")
     by_key: dict[tuple[str, str | None, str | None], list[str]] = {}
-    every: list[Change] = []
+    every: list[Row] = []
     unread: list[str] = []
     missing: dict[Path, list[str]] = {}
     for stage in study.graph.stages.values():
@@ -126,19 +92,17 @@ def between(study: Study, other: Path, tolerance: float) -> Changes:
             unread.append(f"stage {stage.name}: {'; '.join(error.sentences)}")
     unread += [f"not compared, as {shown(folder)} has no result of: {', '.join(names)}"
                for folder, names in missing.items()]  # fmt: skip
-    large = [change for change in every if change.relative is None or abs(change.relative) > tolerance]
+    large = [row for row in every if row["relative"] is None or abs(row["relative"]) > tolerance]
     return Changes(
         before, after,
-        parameters=[Parameter(*change, tuple(stages)) for change, stages in by_key.items()],
-        claims=_claims(before, after),
-        numbers=sorted(large, key=lambda change: -abs(change.relative or 0.0)), small=len(every) - len(large),
-        figures=_figures(before, after),
-        unread=unread,
+        [{"key": key, "before": was, "after": now, "stages": stages} for (key, was, now), stages in by_key.items()],
+        _claims(before, after), sorted(large, key=lambda row: -abs(row["relative"] or 0.0)), len(every) - len(large),
+        _figures(before, after), unread,
     )  # fmt: skip
 
 
 def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str | None, str | None], list[str]],
-             every: list[Change]) -> None:  # fmt: skip
+             every: list[Row]) -> None:  # fmt: skip
     """Add what differs between two artefacts of a stage. Raises `StudyError`, `ArtefactError` if one is unreadable."""
     names = shown(before), shown(after)
     old, new = disk.content(before, names[0]), disk.content(after, names[1])
@@ -149,48 +113,46 @@ def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str 
     every += changes(stage, old, new, names)
 
 
-def _claims(before: Path, after: Path) -> list[Verdict]:
+def _claims(before: Path, after: Path) -> list[Row]:
     """Claims whose verdict or measured words changed, those with another verdict first.
 
     None where one side has judged none: that its stage has no result there is told by itself.
     """
-    name = CLAIMS.removeprefix(_RESULTS)
-    if not all((folder / name).exists() for folder in (before, after)):
+    paths = [folder / CLAIMS.removeprefix(_RESULTS) for folder in (before, after)]
+    if not all(path.exists() for path in paths):
         return []
-    one, other = ({claim.id: claim for claim in claims.read_file(folder / name).claims} for folder in (before, after))
+    one, other = ({claim.id: (claim.full_verdict, claim.measured) for claim in claims.read_file(path).claims}
+                  for path in paths)  # fmt: skip
     found = []
     for key in dict.fromkeys((*other, *one)):
-        old, new = one.get(key), other.get(key)
-        verdicts = old.full_verdict if old else None, new.full_verdict if new else None
-        measured = old.measured if old else "", new.measured if new else ""
-        if verdicts[0] != verdicts[1] or measured[0] != measured[1]:
-            found.append(Verdict(key, *verdicts, *measured))
-    return sorted(found, key=lambda verdict: not verdict.turned)
+        (was, words), (now, new_words) = one.get(key, (None, "")), other.get(key, (None, ""))
+        if (was, words) != (now, new_words):
+            found.append({"id": key, "before": was, "after": now, "measured_before": words,
+                          "measured_after": new_words})  # fmt: skip
+    return sorted(found, key=lambda row: row["before"] == row["after"])
 
 
-def _figures(before: Path, after: Path) -> list[Picture]:
+def _figures(before: Path, after: Path) -> list[Row]:
     """Pictures with other pixels, those that differ most first, then those that are in one folder only.
 
     None where one side has drawn none.
     """
-    folder = FIGURES.removeprefix(_RESULTS)
-    found: list[Picture] = []
-    if all(any((each / folder).glob("*")) for each in (before, after)):
-        for name, *contents in differing(before / folder, after / folder):
-            one, other = before / folder / name, after / folder / name
-            size: float | None = None
-            if one.suffix not in (".png", ".html"):
-                continue
-            if None in contents:
-                what = "is new" if contents[0] is None else "is no longer there"
-            elif one.suffix == ".html":
-                what = "has other data"
-            else:
-                size = rms(one, other)
-                what = "has another size" if size == float("inf") else f"differs by {size:.2g} of 255 rms"
-            if size != 0.0:
-                found.append(Picture(one.stem, what, size, one, other))
-    return sorted(found, key=lambda picture: -(picture.rms or 0.0))
+    one, other = (folder / FIGURES.removeprefix(_RESULTS) for folder in (before, after))
+    found: list[Row] = []
+    for name, *contents in differing(one, other) if all(any(each.glob("*")) for each in (one, other)) else ():
+        size: float | None = None
+        if not name.endswith((".png", ".html")):
+            continue
+        if None in contents:
+            what = "is new" if contents[0] is None else "is no longer there"
+        elif name.endswith(".html"):
+            what = "has other data"
+        else:
+            size = rms(one / name, other / name)
+            what = "has another size" if size == float("inf") else f"differs by {size:.2g} of 255 rms"
+        if size != 0.0:
+            found.append({"name": Path(name).stem, "what": what, "rms": size})
+    return sorted(found, key=lambda row: -(row["rms"] or 0.0))
 
 
 def parameters(before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[tuple[str, str | None, str | None]]:
@@ -202,25 +164,25 @@ def parameters(before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[
             yield key, one.get(key), other.get(key)
 
 
-def changes(stage: str, before: bytes, after: bytes, names: tuple[str, str]) -> Iterator[Change]:
+def changes(stage: str, before: bytes, after: bytes, names: tuple[str, str]) -> Iterator[Row]:
     """Every field that differs between two artefacts' bytes. Raises `ArtefactError`; `names` are those of the files."""
     one, other = ({field.path: field for field in artefact.tree(content, name) if field.shape is not None}
                   for content, name in zip((before, after), names))  # fmt: skip
     with h5py.File(io.BytesIO(before), "r") as old, h5py.File(io.BytesIO(after), "r") as new:
         for path in dict.fromkeys((*one, *other)):
             unit = (other.get(path) or one[path]).unit
-            values_of = [_value(file[path]) if path in known else None
-                         for file, known in ((old, one), (new, other))]  # fmt: skip
-            change = _change(*values_of)
+            change = _change(*(_value(file[path]) if path in known else None
+                               for file, known in ((old, one), (new, other))))  # fmt: skip
             if change is not None:
-                yield Change(stage, path, "" if unit in ("1", "-") else unit, *change)
+                yield {"stage": stage, "path": path.replace("/", "."), "unit": "" if unit in ("1", "-") else unit,
+                       **dict(zip(("before", "after", "relative"), change))}  # fmt: skip
 
 
 def _value(item: Any) -> Any:
     """An array, or a scalar's value; None where there is none."""
-    if item.shape is None or (not item.shape and hdf5.NONE in item.attrs):
+    if item.shape is None or (not item.shape and values.NONE in item.attrs):
         return None
-    return np.asarray(hdf5.read(item))
+    return np.asarray(values.read(item))
 
 
 def _change(before: Any, after: Any) -> tuple[Any, Any, float | None] | None:
@@ -255,17 +217,3 @@ def _shown(value: Any) -> Any:
     if value.shape:
         return f"array {' x '.join(map(str, value.shape))}"
     return value.item() if hasattr(value.item(), "__float__") else str(value.item())
-
-
-def plain(found: Changes) -> dict[str, Any]:
-    """Everything as plain values, for JSON."""
-    return {
-        "before": shown(found.before),
-        "after": shown(found.after),
-        "parameters": [asdict(each) for each in found.parameters],
-        "claims": [asdict(each) for each in found.claims],
-        "numbers": [{**asdict(each), "path": each.path.replace("/", ".")} for each in found.numbers],
-        "smaller": found.small,
-        "figures": [{"name": each.name, "what": each.what, "rms": each.rms} for each in found.figures],
-        "unread": found.unread,
-    }  # fmt: skip

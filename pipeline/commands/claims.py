@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-import textwrap
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -12,11 +12,10 @@ from typing import Any
 import click
 
 from pipeline import completion, layout
-from pipeline.commands import options
+from pipeline.commands import options, status
 from pipeline.errors import StudyError
 from pipeline.graph import CAPTIONS, CLAIMS
 from pipeline.parameters import levels, yaml_text
-from pipeline.report import standing
 from pipeline.study import Study, shown
 
 #: What a verdict may be; "holds if" is completed by a condition. Then how several are counted, and how they look.
@@ -66,12 +65,10 @@ class Claim:
         yield "implies", self.implies
         yield "measured", self.measured
         yield "verdict", self.full_verdict
-        for cause in self.causes:
-            yield "because", cause
-        if self.rests_on:
-            yield "rests on", ", ".join(self.rests_on)
-        if self.figures:
-            yield "shown in", ", ".join(self.figures)
+        yield from (("because", cause) for cause in self.causes)
+        for name, items in (("rests on", self.rests_on), ("shown in", self.figures)):
+            if items:
+                yield name, ", ".join(items)
 
 
 @dataclass(frozen=True)
@@ -85,13 +82,10 @@ class Claims:
     tables: list[dict[str, Any]] = field(default_factory=list)
     level: str = levels.DEFAULT
 
-    def counts(self) -> dict[str, int]:
-        """How many claims have each verdict."""
-        return {verdict: sum(claim.verdict == verdict for claim in self.claims) for verdict in VERDICTS}
-
     def counted(self) -> str:
         """The verdicts that occur, counted, in words."""
-        many = [f"{count} {VERDICTS[verdict][0]}" for verdict, count in self.counts().items() if count]
+        counts = Counter(claim.verdict for claim in self.claims)
+        many = [f"{counts[verdict]} {words}" for verdict, (words, _) in VERDICTS.items() if counts[verdict]]
         at = "" if self.level == levels.DEFAULT else f" at accuracy {self.level}"
         return f"{len(self.claims)} claims{at}: {', '.join(many)}."
 
@@ -108,7 +102,7 @@ class Claims:
 def claims(study: Study, names: tuple[str, ...], form: options.Form, markdown: bool, into: Path | None) -> None:
     """Print each CLAIM (default: all): what is said, what is measured, the verdict, and why."""
     found = read(study)
-    standing.say(study, study.graph.maker(CLAIMS))
+    status.say(study, study.graph.maker(CLAIMS))
     known = [claim.id for claim in found.claims]
     if unknown := sorted({*names} - {*known}):
         raise StudyError(f'there is no claim "{unknown[0]}" (claims: {", ".join(known)})')
@@ -128,11 +122,10 @@ def claims(study: Study, names: tuple[str, ...], form: options.Form, markdown: b
 
 def as_text(claim: Claim, width: int) -> str:
     """A claim in lines of at most `width` columns."""
-    lines = [f"{claim.id}: {claim.verdict}{claim.beside and f' ({claim.beside})'}"]
-    for name, text in claim.parts():
-        label, below = f"  {name}".ljust(_INDENT), " " * _INDENT
-        lines += textwrap.wrap(text, width, initial_indent=label, subsequent_indent=below, break_on_hyphens=False)
-    return "\n".join(lines)
+    return "\n".join([
+        f"{claim.id}: {claim.verdict}{claim.beside and f' ({claim.beside})'}",
+        *(layout.beside(f"  {name}".ljust(_INDENT), text, width) for name, text in claim.parts() if text),
+    ])  # fmt: skip
 
 
 def as_markdown(found: Claims) -> str:

@@ -37,8 +37,7 @@ def clean(study: Study, dry_run: bool, journals: bool, wait: bool, form: options
             locks.enter_context(disk.locked(folder, shown(folder), "bipedstudy clean", wait, said))
         if not dry_run:
             study.store.sweep()
-        kept = kept_by_questions(study.store) if journals else ()
-        found = [(folder, what, size_of(folder)) for folder, what in (*_old(study), *kept)]
+        found = [(folder, what, size_of(folder)) for folder, what in _removable(study, journals)]
         for folder, what, size in found:
             if not dry_run and folder.is_dir():
                 shutil.rmtree(folder, ignore_errors=True)
@@ -51,34 +50,27 @@ def clean(study: Study, dry_run: bool, journals: bool, wait: bool, form: options
     form.give([f"{total:>9}  in {len(found)} places {how}"], {"removed": not dry_run, "folders": plain})
 
 
-def _old(study: Study) -> Iterator[tuple[Path, str]]:
-    """Every folder that can go, and what it is."""
-    yield from earlier(study.store)
+def _removable(study: Study, journals: bool) -> Iterator[tuple[Path, str]]:
+    """Every folder and file that can go, and what it is; no link is followed."""
+    store = study.store
+    yield from earlier(store)
     folders = {folder for module in study.offered("compiled") for folder in module.CODE.old(1)}
     beside = (study.code_root / study.package).rglob("__pycache__/numba-*")  # where 0.1.0 kept it
     yield from ((folder, "machine code of earlier sources") for folder in sorted({*folders, *beside}))
+    kept = {store.folder / QUESTIONS: "what a question keeps", study.results / SWEEPS / ".cache": "what sweeps keep"}
+    for folder, what in kept.items() if journals else ():
+        if folder.is_dir() and not (folder.is_symlink() or folder.parent.is_symlink()):
+            yield from ((path, what) for path in sorted(folder.glob("*.jsonl"))
+                        if not path.is_symlink() and path.is_file())  # fmt: skip
 
 
-def earlier(store: Store) -> list[tuple[Path, str]]:
+def earlier(store: Store) -> Iterator[tuple[Path, str]]:
     """Folder of each stored result that is not the current one of its stage, and what to call it."""
     current = store.last_keys()
-    found = []
     for folder in sorted(store.folder.iterdir()) if store.folder.is_dir() else ():
         if folder.name not in current and (folder / "manifest.json").exists() and not folder.is_symlink():
             entry = store.entry(folder.name)
-            found.append((folder, f"an earlier result of {entry.stage}" if entry else "a damaged result"))
-    return found
-
-
-def kept_by_questions(store: Store) -> list[tuple[Path, str]]:
-    """Every file in which questions and sweeps keep what they computed, and what to call it; no link is followed."""
-    places = (
-        (store.folder / QUESTIONS, "what a question keeps"),
-        (store.folder.parent / SWEEPS / ".cache", "what sweeps keep"),
-    )
-    return [(path, what) for folder, what in places
-            if not any(each.is_symlink() for each in (folder, folder.parent)) and folder.is_dir()
-            for path in sorted(folder.glob("*.jsonl")) if not path.is_symlink() and path.is_file()]  # fmt: skip
+            yield folder, f"an earlier result of {entry.stage}" if entry else "a damaged result"
 
 
 def size_of(place: Path) -> int:

@@ -1,29 +1,32 @@
-"""`bipedstudy run STAGE` and `bipedstudy run-all`: lock, plan, run, report."""
+"""`bipedstudy run STAGE`, `run-all`, and `sweep SPEC.yaml`, one stage at many points: lock, plan, compute, report."""
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline import completion
+from pipeline import completion, layout
 from pipeline.cache import disk, untouched
 from pipeline.cache.fingerprint import compact
 from pipeline.commands import clean, options
 from pipeline.commands.status import survey
-from pipeline.errors import Declined, StageFailed, StudyError
+from pipeline.errors import ANSWER, Declined, StageFailed, StudyError
 from pipeline.execution import display
 from pipeline.parameters import levels, loading
 from pipeline.study import Study, shown
+from pipeline.sweep import cluster_options
 
 if TYPE_CHECKING:
     from pipeline.execution.executor import Outcome
+    from pipeline.sweep.sweep import Summary
 
 
 @click.command("run", epilog=options.examples("run"))
@@ -89,8 +92,7 @@ def _bring(
     began, shows = time.perf_counter(), display.for_terminal(verbose, form.as_json)
     failed: StageFailed | None = None
     try:
-        command = " ".join(["bipedstudy", *sys.argv[1:]])
-        with disk.locked(study.results, shown(study.results), command, wait, shows.note):
+        with disk.locked(study.results, shown(study.results), _typed(), wait, shows.note):
             with contextlib.suppress(OSError):
                 study.store.sweep()
             _say_what_gives_way(study, values, shows)
@@ -120,6 +122,11 @@ def _bring(
     if failed is not None:
         raise failed
     return outcomes
+
+
+def _typed() -> str:
+    """The command as it was typed: who waits for its lock is told."""
+    return " ".join(["bipedstudy", *sys.argv[1:]])
 
 
 def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.Display) -> None:
@@ -154,3 +161,63 @@ def _say_if_large(study: Study, shows: display.Display) -> None:
     if size > clean.WORTH_A_WORD:
         place = shown(study.store.folder)
         shows.note(f"earlier results take {clean.told(size)} in {place}; bipedstudy clean removes them")
+
+
+@click.command("sweep", epilog=options.examples("sweep"))
+@click.argument("spec", type=click.Path(dir_okay=False, path_type=Path), metavar="SPEC")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="The table (default: results/sweeps).")
+@cluster_options.offered
+@click.option("--dry-run", is_flag=True, help="Say how many points there are and what each computes; run nothing.")
+@click.option("--wait", is_flag=True, help="Wait for another sweep in the same results folder.")
+@options.own_study
+@options.answers
+def sweep(
+    study: Study, spec: Path, out: Path | None, jobs: int | None, cluster: cluster_options.Cluster, dry_run: bool,
+    wait: bool, form: options.Form,
+) -> None:  # fmt: skip
+    """Compute a stage at every point that the file SPEC describes, and write one table with a row for each.
+
+    docs/sweeps.md shows how a SPEC is written. What was computed before is not computed again, also after an
+    interruption. A point without a result is a row with its reason; ends with 3 if no point has one.
+    """
+    from pipeline.sweep import spec as specs
+    from pipeline.sweep.sweep import Sweep
+
+    shows = display.for_terminal(False, not form.is_text)
+    made = Sweep(study, specs.read(spec), shows)
+    if dry_run:
+        names, varied = ", ".join(made.chain.touched), ", ".join(made.spec.names)
+        for line in layout.folded(f"{len(made.points)} points, each computes {names}; varied: {varied}"):
+            click.echo(line)
+        return
+    target = out or made.folder / f"{spec.stem}.h5"
+    with (
+        disk.locked(made.folder, shown(made.folder), _typed(), wait, shows.note),
+        cluster.client(shows.note) as (client, workers),
+    ):
+        summary = made.run(target, workers or jobs or os.cpu_count() or 1, client)
+    form.give(_lines(summary, target), {**dataclasses.asdict(summary), "busy": summary.busy, "table": shown(target)},
+              _rows(target))  # fmt: skip
+    if not summary.outcomes.get("computed"):
+        sys.exit(ANSWER)
+
+
+def _lines(summary: Summary, target: Path) -> Iterator[str]:
+    """A sweep's summary: outcomes, what it cost, and where its table is."""
+    parts = [f"{count} {outcome}" for outcome, count in sorted(summary.outcomes.items())]
+    yield from layout.folded(f"{summary.points} points: {', '.join(parts)}; {summary.reused} were known")
+    if summary.busy is not None:
+        yield from layout.folded(f"{summary.computed_now} points in {summary.seconds:.1f} s on {summary.workers} "
+                                 f"workers; {100 * summary.busy:.0f} % of their time went into points")  # fmt: skip
+    yield f"table: {shown(target)}"
+
+
+def _rows(path: Path) -> Iterator[dict[str, Any]]:
+    """The rows of a sweep's table."""
+    import h5py
+
+    from pipeline.cache.hdf5 import values
+
+    with h5py.File(path) as file:
+        columns = {name: values.plain(item) for name, item in file["table"].items()}
+    yield from (dict(zip(columns, row)) for row in zip(*columns.values()))

@@ -12,9 +12,8 @@ import click
 
 from pipeline import completion, layout, requests
 from pipeline.cache import disk
-from pipeline.commands import options
+from pipeline.commands import options, status
 from pipeline.errors import ArtefactError, StudyError, nearest
-from pipeline.report import standing
 from pipeline.stage_modules import numerical_errors, result_class
 from pipeline.study import Study, shown
 
@@ -42,7 +41,7 @@ def show(study: Study, artefact: str, where: str | None, form: options.Form) -> 
     name, content = shown(path), disk.content(path, shown(path))
     _check_links(content, name)
     about = artefacts.provenance(content, name)
-    standing.say(study, *(each for each, stage in study.graph.stages.items()
+    status.say(study, *(each for each, stage in study.graph.stages.items()
                           if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
     made_by, errors = about.get("stage", ""), {}
     if made_by in study.graph.stages:  # known today, whatever the artefact itself carries
@@ -124,27 +123,11 @@ def _give_part(content: bytes, chosen: str, fields: list[Field], form: options.F
 
 def _whole(item: Any) -> Any:
     """A group as a mapping, a dataset as Python numbers and words."""
+    from pipeline.cache.hdf5 import dimensions, values
+
     if hasattr(item, "items"):
-        from pipeline.cache import hdf5
-
-        return {key: _whole(item[key]) for key in hdf5.members_of(item)}
-    return None if item.shape is None else plain_values(item)
-
-
-def plain_values(item: Any) -> Any:
-    """The content of a dataset as Python numbers, words, or lists of them: None where there is none, a word by name."""
-    import h5py
-
-    from pipeline.cache import hdf5
-
-    value, none = hdf5.python(hdf5.read(item)), set(item.attrs.get(hdf5.NONE, ()))
-    if not isinstance(value, list):
-        return None if none else value
-    names = h5py.check_enum_dtype(item.dtype)
-    if names:
-        words = {place: word for word, place in names.items()}
-        value = [words[place] for place in value]
-    return [None if index in none else each for index, each in enumerate(value)]
+        return {key: _whole(item[key]) for key in dimensions.fields(item)}
+    return None if item.shape is None else values.plain(item)
 
 
 def _rows(value: Any) -> list[dict[str, Any]] | None:
@@ -175,20 +158,14 @@ def _line(field: Field, above: int = 0) -> str:
     name = "  " * (depth + 1) + field.path.rsplit("/", 1)[-1]
     if field.shape is None:
         return layout.beside(f"{name:<{_NAMES}} ", field.description)
-    unit = f" {_unit(field)}".rstrip()
-    near = "" if field.error is None else f" +- {field.error:.0e}"
-    if field.value is not None:
-        content = f"{layout.short(field.value)}{near}{unit}"
-    elif field.shape == ():
-        content = "none"
-    else:
-        content = f"array {_size(field.shape)}{near}{unit}"
-    start = len(name) + 1 if len(name) > _NAMES else _NAMES + 1
-    head = f"{name:<{start}}{content}"
+    near, unit = "" if field.error is None else f" +- {field.error:.0e}", f" {_unit(field)}".rstrip()
+    value = f"array {_size(field.shape)}" if field.value is None else layout.short(field.value)
+    start = max(_NAMES, len(name)) + 1
+    head = f"{name:<{start}}" + ("none" if field.value is None and field.shape == () else f"{value}{near}{unit}")
     if len(head) <= _VALUES:
         return layout.beside(f"{head:<{_VALUES}} ", field.description)
-    lines = layout.folded(head, start)
-    return "\n".join([*lines, layout.beside(" " * _VALUES + " ", field.description)] if field.description else lines)
+    below = [layout.beside(" " * _VALUES + " ", field.description)] if field.description else []
+    return "\n".join([*layout.folded(head, start), *below])
 
 
 def _plain(field: Field) -> dict[str, Any]:

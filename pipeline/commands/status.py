@@ -1,24 +1,33 @@
-"""`bipedstudy status`: which stages are stale, and why; `bipedstudy graph`: the stages and what flows between them."""
+"""Which results are those of the parameters and code at hand, and why the others are not: `status`, and `graph`.
+
+What is not current is said before a result is shown: the stages, what changed, and the command that makes them current.
+That ends no command: where it cannot be told, that is said.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pipeline import layout
+from pipeline.cache import untouched
+from pipeline.cache.store import Entry
 from pipeline.commands import options
-from pipeline.execution.executor import Planner, State
-from pipeline.report.standing import in_short
-from pipeline.study import Study
+from pipeline.errors import StudyError
+from pipeline.study import Study, shown
 
-_WORDS = {
-    State.CURRENT: "current",
-    State.RESTORABLE: "in cache",
-    State.STALE: "stale",
-    State.WAITING: "waiting",
-}
+if TYPE_CHECKING:
+    from pipeline.execution.executor import Assessment
+
+#: Reasons that are named; after an update of the program there may be hundreds.
+_SHOWN = 5
+#: What of two results must be the same, where both have it, for them to belong together.
+_COMMON = ("inputs", "code", "versions")
+#: What the state of a stage that can be restored is called.
+_IN_CACHE = {"restorable": "in cache"}
 
 
 @click.command("status", epilog=options.examples("status"))
@@ -33,14 +42,16 @@ def survey(
     study: Study, values: Mapping[str, Any], form: options.Form, forced: frozenset[str] = frozenset()
 ) -> None:  # fmt: skip
     """Give the state and the reasons of each stage in `values`, its parameters; `forced` ones would run in any case."""
+    from pipeline.execution.executor import Planner
+
     rows: list[dict[str, Any]] = []
     for item in Planner(study, values).survey(tuple(values)):
-        state, reasons = _WORDS[item.state], item.reasons
+        state, reasons = item.state.value, item.reasons
         if item.name in forced:
-            state, reasons = _WORDS[State.STALE], ("asked for by --force",)
-        elif item.state is State.CURRENT and item.entry is not None and item.entry.refused:
+            state, reasons = "stale", ("asked for by --force",)
+        elif state == "current" and item.entry is not None and item.entry.refused:
             state, reasons = "refused", (item.entry.summary,)
-        rows.append({"stage": item.name, "state": state, "reasons": list(reasons)})
+        rows.append({"stage": item.name, "state": _IN_CACHE.get(state, state), "reasons": list(reasons)})
     study.sources.memo.save()
     form.give(
         (layout.beside(f"{row['stage']:<13} {row['state']:<8} ", in_short(row["reasons"])) for row in rows),
@@ -75,3 +86,104 @@ def _flow(row: Mapping[str, Any]) -> Iterator[str]:
     for word, items in (("reads", row["reads"]), ("params", files), ("makes", row["makes"])):
         if items:
             yield layout.beside(f"  {word:<7} ", ", ".join(items))
+
+
+class Standing:
+    """How the results of some stages stand, surveyed once."""
+
+    def __init__(self, study: Study, names: Iterable[str]) -> None:
+        from pipeline.execution.executor import Planner
+
+        self.study, self.doubt = study, ""
+        self.found: dict[str, Assessment] = {}
+        try:
+            wanted = () if untouched.recall(study) else study.graph.needed_for(tuple(names))
+            survey = Planner(study, study.parameters(wanted)).survey(wanted) if wanted else ()
+            self.found = {item.name: item for item in survey if item.state.value != "current"}
+            study.sources.memo.save()
+        except (StudyError, OSError) as error:
+            why = "; ".join(str(error).splitlines())
+            self.doubt = f"whether these results are current cannot be told: {why}"
+
+    def said(self, names: Iterable[str]) -> str:
+        """What is to be said of the results of these stages; nothing where all are current."""
+        asked = set(names)
+        stale = [name for name in self.found if name in asked]
+        if self.doubt or not stale:
+            return self.doubt
+        why: dict[tuple[str, ...], list[str]] = {}
+        for name in stale:
+            why.setdefault(tuple(self._reasons(name)), []).append(name)
+        told = "; ".join(f"{', '.join(alike)} ({in_short(reasons)})" for reasons, alike in why.items())
+        last = [name for name in stale if not any(
+            name in self.study.graph.needed_for((other,)) for other in stale if other != name)]  # fmt: skip
+        command = " ".join(["bipedstudy run", *last, *map(shlex.quote, self._options())])
+        return f"not current: {told}; make {'them' if len(stale) > 1 else 'it'} current with: {command}"
+
+    def _reasons(self, name: str) -> dict[str, None]:
+        """What changed for a stage, and, where it waits for others, for these."""
+        item = self.found[name]
+        if item.state.value != "waiting":
+            return dict.fromkeys(item.reasons)
+        above = [self._reasons(each) for each in self.study.graph.upstream(name)
+                 if each in self.found and self.found[each].entry is None]  # fmt: skip
+        return {**dict.fromkeys(item.own), **{reason: None for each in above for reason in each}}
+
+    def _options(self) -> Iterable[str]:
+        """What the command at hand was told of the study."""
+        for option, place in (("params", self.study.params), ("results", self.study.results)):
+            if place != self.study.root / option:
+                yield from (f"--{option}", shown(place))
+        for setting in self.study.settings:
+            yield from ("--set", setting)
+
+
+def say(study: Study, *names: str) -> None:
+    """Say on standard error which results of these stages are not current."""
+    echo(Standing(study, names).said(names))
+
+
+def echo(said: str) -> None:
+    """A note on standard error, if there is something to say."""
+    if said:
+        click.echo("\n".join(layout.folded(f"note: {said}")), err=True)
+
+
+def made_by(study: Study, name: str) -> Entry | None:
+    """What is known of the making of a stage's result that lies there, by its own word; None for a stranger's.
+
+    Where none lies there it is what was put there last, which may be a reason.
+    """
+    from pipeline.cache import artefact  # with h5py, which takes its time
+
+    last, place = study.store.current(name), study.store.place(study.graph.stages[name].artefact)
+    if not place.exists():
+        return last
+    key = artefact.provenance(place.read_bytes(), shown(place)).get("key", "")
+    return last if last is not None and last.key == key else study.store.entry(key) if key.isalnum() else None
+
+
+def together(study: Study, names: Sequence[str]) -> bool:
+    """Whether the results of these stages, as they lie there, were computed from the same parameters, code and inputs.
+
+    They were not if any that they follow from was computed anew since.
+    """
+    entries = [made_by(study, name) for name in (study.graph.needed_for(tuple(names)) if len(names) > 1 else names)]
+    one: dict[tuple[str, ...], object] = {}
+    for entry in entries:
+        if entry is None:
+            return False
+        parts = {(kind, name): value for kind in _COMMON for name, value in entry.ingredients[kind].items()
+                 if kind != "inputs" or name.startswith("results/")}  # fmt: skip
+        parts |= {("inputs", path): out.content for path, out in entry.outs.items()}
+        parts |= {(file, key): value for file, own in entry.ingredients["parameters"].items()
+                  for key, value in own.items()}  # fmt: skip
+        if any(one.setdefault(name, value) != value for name, value in parts.items()):
+            return False
+    return True
+
+
+def in_short(reasons: Sequence[str]) -> str:
+    """The first reasons, and how many more there are."""
+    more = f"; and {len(reasons) - _SHOWN} more" if len(reasons) > _SHOWN else ""
+    return "; ".join(reasons[:_SHOWN]) + more

@@ -16,9 +16,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact, disk, hdf5
+from pipeline.cache import artefact, disk
 from pipeline.cache.fingerprint import versions
-from pipeline.cache.hdf5 import describe
+from pipeline.cache.hdf5 import dimensions
+from pipeline.cache.hdf5.tables import describe
 from pipeline.cache.sources import Closure
 from pipeline.cache.store import QUESTIONS
 from pipeline.errors import Declined, StageFailed, Stopped, StudyError
@@ -28,7 +29,6 @@ from pipeline.parameters.overrides import rewritten
 from pipeline.study import Study, shown
 from pipeline.sweep import pool
 from pipeline.sweep.journal import COMPUTED, NO_ANSWER, Journal, Row
-from pipeline.sweep.pool import Chunks
 
 #: Rows of a table that are compressed together.
 _CHUNK = 8192
@@ -48,7 +48,7 @@ class Asked:
         self._bar: Any = None
         self._said = time.monotonic()
         self._terminal = threading.RLock()
-        self._soon = threading.Timer(_BAR_AFTER_S, self._still_at_it)
+        self._soon = threading.Timer(_BAR_AFTER_S, self._show, (None, "computing"))
         self._soon.daemon = True
 
     def __enter__(self) -> Asked:
@@ -70,12 +70,6 @@ class Asked:
                 self._bar.stop()
                 self._bar = None
 
-    def _still_at_it(self) -> None:
-        """Open a bar without an end: the question has not yet said how far it is."""
-        with self._terminal:
-            if self._bar is None and not self._soon.finished.is_set():
-                self._show(None, "computing")
-
     def note(self, text: str) -> None:
         """A line on standard error."""
         if self._bar is None:
@@ -87,23 +81,26 @@ class Asked:
         """Move a bar on standard error, if that is a terminal; if not, a line there now and then."""
         if sys.stderr.isatty():
             self._soon.cancel()
-            with self._terminal:
-                self._show(min(1.0, max(0.0, fraction)), what)
+            self._show(min(1.0, max(0.0, fraction)), what)
         elif time.monotonic() - self._said >= _LINE_EVERY_S:
             self._said = time.monotonic()
             print(f"{100 * fraction:.0f} %: {what}", file=sys.stderr, flush=True)
 
     def _show(self, fraction: float | None, what: str) -> None:
-        if self._bar is None:
-            from rich.console import Console
-            from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        """Move the bar; one without a fraction has no end, and is there until the question says how far it is."""
+        with self._terminal:
+            if fraction is None and (self._bar is not None or self._soon.finished.is_set()):
+                return
+            if self._bar is None:
+                from rich.console import Console
+                from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-            columns = BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
-            self._bar = Progress(*columns, transient=True, console=Console(stderr=True))
-            self._bar.add_task("", total=None)
-            self._bar.start()
-        total = None if fraction is None else 1.0
-        self._bar.update(self._bar.task_ids[0], total=total, completed=fraction or 0.0, description=what)
+                columns = BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
+                self._bar = Progress(*columns, transient=True, console=Console(stderr=True))
+                self._bar.add_task("", total=None)
+                self._bar.start()
+            self._bar.update(self._bar.task_ids[0], total=None if fraction is None else 1.0,
+                             completed=fraction or 0.0, description=what)  # fmt: skip
 
     def say_if_cold(self) -> None:
         """Say so if the stage compiles its code at this use, as its module `compiled` knows."""
@@ -157,9 +154,8 @@ class Asked:
                   versions=versions(closure.foreign), engine=engine_code(),
                   function=Function(self._stage, function.__module__, function.__qualname__, plain, tuple(shared)),
                   )  # fmt: skip
-        workers = jobs if self._client is None else self.jobs
-        chunks = Chunks([*waiting], lambda number: (number, waiting[number]), workers)
-        yield from pool.compute(job, chunks, workers, self._client)
+        yield from pool.rows(job, [*waiting], lambda number: (number, waiting[number]),
+                             jobs if self._client is None else self.jobs, self._client)  # fmt: skip
 
     def result(self) -> tuple[Any, str]:
         """The stage's own result as it lies among the study's, and its file; None, and a clause why, without one.
@@ -245,7 +241,7 @@ class BlockTable:
         for name, text in about.items():
             self._table.attrs[name] = text
         storage = {"chunks": (min(_CHUNK, size),), "compression": "gzip", "shuffle": True}
-        row = hdf5.row_scale(self._table, "row", size, **storage)
+        row = dimensions.rows(self._table, "row", size, **storage)
         for column in columns:
             words = {word: place for place, word in enumerate(column.words)}
             stored = self._table.create_dataset(

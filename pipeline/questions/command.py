@@ -194,10 +194,9 @@ class _Option:
             if not isinstance(node.value, dict):
                 raise StudyError(f"{shown(Path(text))}: expected lines of the form key: value")
             return Described(node, shown(Path(text)))
-        node = Node([Node(word, 0) for word in text] if self.kind == _REPEATED else text, 0)
+        plain = yaml_text.scalar(text) if self.kind in (int, float) else list(text) if self.kind == _REPEATED else text
         try:
-            number = self.kind in (int, float)
-            return checked(Node(yaml_text.scalar(text), 0) if number else node, self.field, self.kind)
+            return checked(Node.of(plain), self.field, self.kind)
         except Refused as refused:
             raise StudyError(f"{self.flag} {refused.reason}") from None
 

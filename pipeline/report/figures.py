@@ -15,12 +15,11 @@ import click
 
 from pipeline import completion
 from pipeline.cache import disk, fingerprint, processor
-from pipeline.commands import options
+from pipeline.commands import options, status
 from pipeline.errors import FAILED, Declined, StudyError, is_answer, nearest
 from pipeline.execution import display
 from pipeline.graph import FIGURES
 from pipeline.parameters import loading
-from pipeline.report import standing
 from pipeline.study import Study, shown
 
 #: Largest rms difference of two pictures, in grey levels of 255, called the same. A change of a figure's data by 1e-3
@@ -66,7 +65,7 @@ def figures(
         noted = {""}
         for files, caption, said in draw(study, names, into or study.results / "drawn"):
             if said not in noted:
-                standing.echo(said)
+                status.echo(said)
             noted.add(said)
             click.echo("\n".join([*map(shown, files), caption]))
         return
@@ -75,7 +74,7 @@ def figures(
         raise StudyError(f"{shown(expected)} is not there yet; make it with: bipedstudy run-all")
     present = sorted(path.name for path in expected.iterdir() if not path.name.startswith("."))
     if against is None:
-        standing.say(study, *study.graph.needed_for((study.graph.maker(FIGURES),)))
+        status.say(study, *study.graph.needed_for((study.graph.maker(FIGURES),)))
     if not check:
         for name in present:
             click.echo(shown(expected / name))
@@ -141,7 +140,7 @@ def draw(
     shows = {name: tuple(dict.fromkeys(study.graph.maker(places[key]) for key in drawn.figure(name).inputs))
              for each in asked for name in _chosen(each, drawn.NAMES)}  # fmt: skip
     values = study.parameters((stage.name,))[stage.name]
-    surveyed = standing.Standing(study, {each for makers in shows.values() for each in makers}) if marked else None
+    surveyed = status.Standing(study, {each for makers in shows.values() for each in makers}) if marked else None
     refused = []
     for name, makers in shows.items():
         said = surveyed.said(makers) if surveyed else ""
@@ -155,7 +154,7 @@ def draw(
             continue
         for path, content in files.items():
             disk.write(folder / Path(path).name, content)
-        caption = caption if standing.together(study, makers) else _NO_CAPTION
+        caption = caption if status.together(study, makers) else _NO_CAPTION
         yield [folder / Path(path).name for path in files], caption, said
     if refused:
         raise Declined(refused)
@@ -172,7 +171,7 @@ def _chosen(asked: str, names: tuple[str, ...]) -> list[str]:
 def _parameters(study: Study, values: Any, makers: Sequence[str]) -> Any:
     """What a figure is drawn with: the parameters of the results it shows, and of `values` the drawing's own."""
     plain = loading.as_plain(values)
-    for entry in filter(None, (standing.made_by(study, name) for name in reversed(makers))):
+    for entry in filter(None, (status.made_by(study, name) for name in reversed(makers))):
         for file, own in plain.items():
             own |= {key: value for key, value in entry.ingredients["parameters"].get(file, {}).items() if key in own}
     return loading.from_plain(type(values), plain)

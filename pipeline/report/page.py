@@ -25,12 +25,12 @@ from pipeline.cache.fingerprint import compact
 from pipeline.cache.store import Entry
 from pipeline.commands import claims, options
 from pipeline.commands.claims import Claim, Claims
+from pipeline.commands.status import Standing, echo
 from pipeline.errors import StudyError
 from pipeline.graph import CAPTIONS, CLAIMS, FIGURES, REPORT
 from pipeline.parameters import levels, yaml_text
 from pipeline.parameters.loading import sections
 from pipeline.parameters.value import declared
-from pipeline.report.standing import Standing, echo
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
@@ -63,33 +63,17 @@ def report(study: Study, into: Path | None, no_times: bool) -> None:
 
 
 @dataclass(frozen=True)
-class Figure:
-    """A figure: its name, title and text, and either a picture as an address of data or a fragment of a page.
-
-    `data` are files beside the page, by name and path: the figure's numbers, a picture for print, the results shown.
-    `claims` are those that it shows something of; one that `opens` stands first on the page, one that is
-    `beside_parameters` above their table.
-    """
-
-    name: str
-    title: str
-    text: str
-    picture: str
-    fragment: str
-    claims: tuple[str, ...] = ()
-    opens: bool = False
-    beside_parameters: bool = False
-    data: tuple[tuple[str, str], ...] = ()
-
-
-@dataclass(frozen=True)
 class Content:
     """Everything the page shows. `stages` and `parameters` are rows by column name, `missing` are stages without a
     result, and why.
+
+    `figures` are rows too: name, title and text, and either `picture`, an address of data, or `fragment` of a page;
+    `data`, files beside the page by name and path (numbers, a picture for print, the results shown); `claims` that it
+    shows something of. One that `opens` stands first on the page, one that is `beside_parameters` above their table.
     """
 
     claims: Claims
-    figures: list[Figure]
+    figures: list[Row]
     title: str
     synthetic: str
     stages: list[Row]
@@ -97,13 +81,13 @@ class Content:
     versions: dict[str, str]
     missing: dict[str, str]
 
-    def shown_in(self, claim: str) -> list[Figure]:
+    def shown_in(self, claim: str) -> list[Row]:
         """Figures that show something of a claim."""
-        return [figure for figure in self.figures if claim in figure.claims]
+        return [figure for figure in self.figures if claim in figure["claims"]]
 
-    def shows(self, figure: Figure) -> list[Claim]:
+    def shows(self, figure: Row) -> list[Claim]:
         """The claims that a figure names, of those that are judged here."""
-        return [claim for claim in self.claims.claims if claim.id in figure.claims]
+        return [claim for claim in self.claims.claims if claim.id in figure["claims"]]
 
 
 def refresh(study: Study, failed: Mapping[str, str] = _NONE_FAILED) -> Path | None:
@@ -180,9 +164,9 @@ def template(path: Path) -> Template:
     return environment.from_string(path.read_text(encoding="utf-8"))
 
 
-def address(picture: bytes) -> str:
-    """A PNG as an address of data, as a page without outside references has it."""
-    return "data:image/png;base64," + base64.b64encode(picture).decode()
+def address(picture: bytes | None) -> str:
+    """A PNG as an address of data, as a page without outside references has it; nothing where there is none."""
+    return "" if picture is None else "data:image/png;base64," + base64.b64encode(picture).decode()
 
 
 def undrawn(study: Study) -> list[str]:
@@ -208,7 +192,7 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
             parameters.setdefault(file, {}).update(values)
     return Content(
         claims=claims.read(study) if CLAIMS in files else Claims(),
-        figures=_figures(files, words, {path for entry in there for path in entry.outs}),
+        figures=list(_figures(files, words, {path for entry in there for path in entry.outs})),
         title=str(words.get("title", "Report")),
         synthetic=str(words.get("synthetic", "")),
         stages=[{
@@ -236,25 +220,22 @@ def _words(content: bytes | None) -> dict[str, Any]:
     return plain if isinstance(plain, dict) else {}
 
 
-def _figures(files: Mapping[str, bytes], words: Mapping[str, Any], outs: Collection[str]) -> list[Figure]:
+def _figures(files: Mapping[str, bytes], words: Mapping[str, Any], outs: Collection[str]) -> Iterator[Row]:
     """Figures in the captions' order, then those without a caption by name; `outs` are all files of the results.
 
     One that was not drawn has its caption, which says why.
     """
     captions = {caption["name"]: caption for caption in words.get("figures", ())}
     drawn = {path.removeprefix(FIGURES + "/").rpartition(".")[0]: path for path in sorted(files) if FIGURES in path}
-    found = []
     for name in {**captions, **drawn}:
         caption, path = captions.get(name, {}), drawn.get(name, "")
-        found.append(Figure(
-            name, caption.get("title", name), caption.get("text", ""),
-            picture=address(files[path]) if path.endswith(".png") else "",
-            fragment=files[path].decode() if path.endswith(".html") else "",
-            claims=tuple(caption.get("claims", ())),
-            data=tuple(_data(name, caption.get("shows", ()), outs)),
+        yield {
+            "name": name, "title": caption.get("title", name), "text": caption.get("text", ""),
+            "picture": address(files[path]) if path.endswith(".png") else "",
+            "fragment": files[path].decode() if path.endswith(".html") else "",
+            "claims": caption.get("claims", ()), "data": list(_data(name, caption.get("shows", ()), outs)),
             **{key: bool(caption.get(key, False)) for key in PLACES},
-        ))  # fmt: skip
-    return found
+        }  # fmt: skip
 
 
 def _data(name: str, shows: Collection[str], outs: Collection[str]) -> Iterator[tuple[str, str]]:

@@ -12,7 +12,6 @@ import json
 import logging
 import platform
 import threading
-import uuid
 from collections.abc import Iterator, Mapping
 from typing import Any
 from urllib.parse import urlsplit
@@ -79,15 +78,14 @@ def threads(client: Any) -> int:
     return sum(int(count) for count in client.nthreads().values())
 
 
-def compute(client: Any, job: Job, chunks: Chunks) -> Iterator[tuple[int, Row]]:
-    """Yield the row of each point of `chunks`, as their chunks come back.
+def compute(client: Any, job: Job, chunks: Chunks, name: str) -> Iterator[tuple[int, Row]]:
+    """Yield the row of each point of `chunks`, as their chunks come back. `name` tells this job from others.
 
     Raises `StageFailed` if a worker refuses the job, or the scheduler is lost.
     """
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
-    name = uuid.uuid4().hex  # tells this job from others
     carried: Any = None  # the job, which goes to each worker once and not with each chunk
     sent: dict[Any, list[Task]] = {}
     attempts: dict[int, int] = {}

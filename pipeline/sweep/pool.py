@@ -11,6 +11,7 @@ import shutil
 import tempfile
 import threading
 import time
+import uuid
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Any
@@ -152,16 +153,20 @@ class Chunks:
             self._seconds += seconds
 
 
-def compute(job: Job, chunks: Chunks, workers: int, client: Any = None) -> Iterator[tuple[int, Row]]:
-    """Yield the row of each point of `chunks` as it comes, from `workers` processes, or from the cluster of a client.
+def rows(
+    job: Job, numbers: Sequence[int], task: Callable[[int], Task], workers: int, client: Any
+) -> Iterator[tuple[int, Row]]:  # fmt: skip
+    """The row of each of the numbered tasks as it comes: from processes here, or from the cluster of a `client`."""
+    chunks = Chunks(numbers, task, workers)
+    if client is None:
+        return compute(job, chunks, min(workers, len(numbers)))
+    from pipeline.sweep import cluster
 
-    Closing it ends them.
-    """
-    if client is not None:
-        from pipeline.sweep import cluster
+    return cluster.compute(client, job, chunks, uuid.uuid4().hex)
 
-        yield from cluster.compute(client, job, chunks)
-        return
+
+def compute(job: Job, chunks: Chunks, workers: int) -> Iterator[tuple[int, Row]]:
+    """Yield the row of each point of `chunks` as it comes, from `workers` processes. Closing it ends them."""
     events: queue.SimpleQueue[_Event] = queue.SimpleQueue()
     benches = [Bench(job) for _ in range(workers)]
     for bench in benches:

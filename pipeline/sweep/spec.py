@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
-from pipeline.parameters.value import allowed, declared, shown, values_of
+from pipeline.parameters.value import Refused, allowed, checked, declared, shown
 from pipeline.study import shown as shown_path
 
 if TYPE_CHECKING:
@@ -224,8 +224,15 @@ def read(path: Path) -> Spec:
         for key, node in entries.items()
         if key not in known
     ]
-    values, wrong = values_of(Spec, {key: node for key, node in entries.items() if key in known})
-    problems += [f"{where}{f':{line}' if key in entries else ''}: {sentence}" for key, line, sentence in wrong]
+    values: dict[str, Any] = {}
+    for key, (field, kind) in known.items():
+        if key in entries:
+            try:
+                values[key] = checked(entries[key], field, kind)
+            except Refused as refused:
+                problems.append(f"{where}:{refused.line}: {refused.of(key)}")
+        elif field.default is dataclasses.MISSING:
+            problems.append(f"{where}: {key} is missing; allowed: {allowed(field)}")
     if not problems:
         spec = Spec(**values, name=path.stem)
         for key, text in spec.problems():

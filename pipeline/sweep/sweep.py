@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -20,43 +21,40 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact, disk, fingerprint, hdf5
-from pipeline.cache.hdf5 import describe
+from pipeline.cache import artefact, disk, fingerprint
+from pipeline.cache.hdf5 import dimensions
+from pipeline.cache.hdf5.tables import describe
 from pipeline.cache.store import SWEEPS
 from pipeline.errors import StudyError
 from pipeline.execution.columns import about
 from pipeline.execution.display import Display
-from pipeline.execution.job import Task, task_of
+from pipeline.execution.executor import bring_up_to_date
+from pipeline.execution.job import Job, Task, task_of
 from pipeline.stage_modules import result_class, study_attributes
-from pipeline.study import Study
+from pipeline.study import Study, shown
 from pipeline.sweep import pool
 from pipeline.sweep.chain import Chain
 from pipeline.sweep.journal import COMPUTED, KEPT, NOT_ALLOWED, Journal, Row
-from pipeline.sweep.pool import Chunks
 from pipeline.sweep.spec import Points, Spec
 
 _STORAGE = {"compression": "gzip", "shuffle": True}
 
 
 def table(
-    chain: Chain, points: Points, rows: Iterable[Row], outcomes: Counter[str], note: Callable[[str], None]
+    chain: Chain, lines: Iterable[tuple[Mapping[str, Any], Row]], count: int, note: Callable[[str], None]
 ) -> bytes:
-    """The HDF5 file of a sweep's points with their rows, whose `outcomes` are counted; `note` is told of an output that
-    no result has.
-    """
-    count, reasons = len(points), []
+    """The HDF5 file of a sweep's points with their rows; `note` is told of an output that no result has."""
     given: dict[str, Any] = {}
     found: dict[str, Any] = {}
-    ended = []
-    for index, row in enumerate(rows):
-        for name, value in points[index].items():
+    outcomes, reasons = [], []
+    for index, (point, row) in enumerate(lines):
+        for name, value in point.items():
             _put(given, name, index, value, count)
         for name, value in row.values.items():
             if any(fnmatchcase(name, pattern) for pattern in chain.spec.outputs):
                 _put(found, name, index, value, count)
-        ended.append(row.outcome)
+        outcomes.append(row.outcome)
         reasons.append(row.reason)
-    outcomes.update(ended)
     for pattern in chain.spec.outputs:
         if not any(fnmatchcase(name, pattern) for name in found):
             note(f'{chain.spec.name}: outputs: no point has a result "{pattern}"')
@@ -65,17 +63,17 @@ def table(
         for name, text in study_attributes(chain.study.package, chain.study.code_root).items():
             file.attrs[name] = text
         group = file.create_group("table", track_order=True)
-        row = hdf5.row_scale(group, hdf5.free_name("row", {**given, **found}), count, **_STORAGE)
+        row = dimensions.rows(group, dimensions.free("row", {**given, **found}), count, **_STORAGE)
         columns = {
             name: _write(group, name, column, {"unit": chain.unit(name), "description": "varied"})
             for name, column in given.items()
         }
-        columns["outcome"] = _write(group, "outcome", ended, {"description": "computed, or what kept it from that"})
+        columns["outcome"] = _write(group, "outcome", outcomes, {"description": "computed, or what kept it from that"})
         columns["reason"] = _write(group, "reason", reasons, {"description": "why there is no result"})
         result = result_class(chain.study.package, chain.spec.stage)
         for name in found:
             columns[name] = _write(group, name, found[name], about(result, name))
-        hdf5.attach(group, columns, {}, row)
+        dimensions.attach(group, columns, {}, row)
         group = file.create_group("provenance")
         for name, text in _provenance(chain).items():
             group.attrs[name] = text
@@ -145,52 +143,85 @@ class Sweep:
 
     def run(self, out: Path, workers: int, client: Any = None) -> Summary:
         """Compute what is missing and write the table to `out`. Call it under the lock of `folder`."""
-        job = self.chain.job(self.display)
+        job = self._job()
         shared = disk.digest(json.dumps(self.chain.ground, sort_keys=True).encode())[:32]
         with Journal(self.folder / ".cache" / f"{shared}.jsonl") as journal:
-            unkept: dict[str, Row] = {}
-            keys = [self._key(index, unkept) for index in range(len(self.points))]
-            known = sum(key in journal for key in keys)
+            keys, refused = self._keys()
+            known = sum(key in journal for key in keys if key)
             first: dict[str, int] = {}
             for index, key in enumerate(keys):
-                if key not in journal and key not in unkept:
+                if key and key not in journal:
                     first.setdefault(key, index)
+            missing = sorted(first.values())
             if known:
                 self.display.note(f"{known} of {len(keys)} points are known already")
-            began, point_seconds, meter = time.monotonic(), 0.0, Meter(len(first), self.display)
-            chunks = Chunks([*first.values()], self._task, workers)
-            try:
-                for index, row in pool.compute(job, chunks, min(workers, len(first)), client) if first else ():
-                    if keys[index] in journal or keys[index] in unkept:
-                        continue  # a chunk that was given to another worker may come back twice
-                    point_seconds += row.seconds
-                    if row.outcome in KEPT:
-                        journal.add(keys[index], row)
-                    else:
-                        unkept[keys[index]] = row
-                    meter.one_more(row.outcome != COMPUTED)
-            finally:
-                self.display.close()
+            unkept: dict[str, Row] = {}
+            began, point_seconds = time.monotonic(), 0.0
+            if missing:
+                meter = Meter(len(missing), self.display)
+                try:
+                    for index, row in pool.rows(job, missing, self._task, workers, client):
+                        if keys[index] in journal or keys[index] in unkept:
+                            continue  # a chunk that was given to another worker may come back twice
+                        point_seconds += row.seconds
+                        if row.outcome in KEPT:
+                            journal.add(keys[index], row)
+                        else:
+                            unkept[keys[index]] = row
+                        meter.one_more(row.outcome != COMPUTED)
+                finally:
+                    self.display.close()
             seconds = time.monotonic() - began
             lost = sum(key not in journal and key not in unkept for key in first)
             if lost:
                 raise StudyError(f"{lost} points did not come back; run the sweep again to compute them")
             outcomes: Counter[str] = Counter()
-            rows = (journal.row(key) if key in journal else unkept[key] for key in keys)
-            content = table(self.chain, self.points, rows, outcomes, self.display.note)
+            content = table(self.chain, self._lines(keys, refused, journal, unkept, outcomes), len(keys),
+                                   self.display.note)  # fmt: skip
         disk.write(out, content)
-        return Summary(len(keys), dict(outcomes), known, len(first), seconds, point_seconds, workers)
+        return Summary(len(keys), dict(outcomes), known, len(missing), seconds, point_seconds, workers)
 
     def _task(self, index: int) -> Task:
         return task_of(self.study, self.chain.parameters(self.points[index]), index)
 
-    def _key(self, index: int, unkept: dict[str, Row]) -> str:
-        """Key of a point; its number and a row where its values are not allowed."""
-        try:
-            return self.chain.key(self.chain.parameters(self.points[index]))
-        except StudyError as error:
-            unkept[str(index)] = Row(NOT_ALLOWED, str(error))
-            return str(index)
+    def _keys(self) -> tuple[list[str], dict[int, Row]]:
+        """Key of each point (empty where the values are not allowed), and the rows of those."""
+        keys, refused = [], {}
+        for index in range(len(self.points)):
+            try:
+                keys.append(self.chain.key(self.chain.parameters(self.points[index])))
+            except StudyError as error:
+                keys.append("")
+                refused[index] = Row(NOT_ALLOWED, str(error))
+        return keys, refused
+
+    def _lines(
+        self, keys: list[str], refused: Mapping[int, Row], journal: Journal, unkept: Mapping[str, Row],
+        outcomes: Counter[str],
+    ) -> Iterator[tuple[Mapping[str, Any], Row]]:  # fmt: skip
+        for index, key in enumerate(keys):
+            row = refused.get(index) or (journal.row(key) if key in journal else unkept[key])
+            outcomes[row.outcome] += 1
+            yield self.points[index], row
+
+    def _job(self) -> Job:
+        """The job, after the stages that no point changes have been brought up to date."""
+        fixed: dict[str, bytes] = {}
+        contents: dict[str, str] = {}
+        above = self.chain.above
+        if above:
+            names = self.study.graph.needed_for(above)
+            values = {name: self.chain.base[name] for name in names}
+            place, note = self.study.results, self.display.note
+            with disk.locked(place, shown(place), "bipedstudy sweep", True, note):
+                bring_up_to_date(self.study, values, self.display, jobs=os.cpu_count() or 1)
+                for name in above:
+                    entry = self.study.store.current(name)
+                    assert entry is not None
+                    for path, made in entry.outs.items():
+                        fixed[path] = disk.read(self.study.store.place(path)) or b""
+                        contents[path] = made.content
+        return self.chain.job(fixed, contents)
 
 
 class Meter:

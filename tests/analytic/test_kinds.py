@@ -14,7 +14,7 @@ from stages.analytic.model.kinds import PlainLimited, PlainRigid, PlainRolling, 
 from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.flow import flow
 from stages.analytic.phases.section import section_state
-from tests import commands
+from tests import warm
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed
 
 STIFF = changed(TABLE_1, damping=1e5)
@@ -94,7 +94,7 @@ for y, p in ((y, {NUMBERS[0]}), (numpy.concatenate([y, 0 * y]), {NUMBERS[1]})):
     functions = {{id(f): f for values in modules for f in values if is_jitted(f)}}.values()
     print(*sorted(f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.stats.cache_misses))
 """
-    done = commands.python(program, cwd=Path(__file__).parents[2], env={**os.environ, "NUMBA_CACHE_DIR": str(code)})
+    done = warm.run(program, cwd=Path(__file__).parents[2], env={**os.environ, "NUMBA_CACHE_DIR": str(code)})
     assert done.returncode == 0, done.stderr
     return map(str.split, done.stdout.splitlines())
 

@@ -7,7 +7,7 @@ import os
 import pytest
 
 from pipeline.commands.claims import VERDICTS, Claim, Claims
-from pipeline.report.page import Content, Figure, html
+from pipeline.report import page as page_of
 from tests.comparison.made_up import make_walk
 from tests.figures import browser
 from tests.figures.made_up_results import drawn, twin
@@ -29,12 +29,13 @@ def page(tmp_path_factory):
               for verdict in VERDICTS]  # fmt: skip
     table = {"title": "Table", "columns": ["", "one", "two"], "rows": [["a row", "1.0", ""]]}
     row = {"name": "analytic", "summary": "walks", "key": "0" * 32, "seconds": "1.0", "size": "1.00", "inputs": ""}
-    content = Content(
-        Claims(claims, ["One sentence."], [table]), [Figure("gait_animation", "Gait", "made up", "", fragment)],
-        "A report", "All of it.", [row],
-        {"biped": [{"key": "hip_mass", "value": "0.3", "unit": "kg", "source": "made up"}]}, {"python": "3"},
+    captions = {"figures": [{"name": "gait_animation", "title": "Gait", "text": "made up"}]}
+    figures = list(page_of._figures({"results/figures/gait_animation.html": fragment.encode()}, captions, ()))
+    content = page_of.Content(
+        Claims(claims, ["One sentence."], [table]), figures, "A report", "All of it.", [row],
+        {"biped": [{"key": "hip_mass", "value": "0.3", "unit": "kg", "source": "made up"}]}, {"python": "3"}, {},
     )  # fmt: skip
-    (folder / "report.html").write_bytes(html(content, "seal", "1", {}))
+    (folder / "report.html").write_bytes(page_of.html(content, "seal", "1", {}))
     opened = browser.Page((folder / "report.html").as_uri(), folder / "profile")
     yield opened
     opened.close()

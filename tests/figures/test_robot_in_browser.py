@@ -7,7 +7,7 @@ import os
 import pytest
 
 from pipeline.commands.claims import Claim, Claims
-from pipeline.report.page import Content, Figure, html
+from pipeline.report import page as page_of
 from stages.figures.drawn import robot_in_space
 from tests.figures import browser
 from tests.figures.made_up_results import drawn
@@ -34,9 +34,11 @@ def report(tmp_path_factory):
     fragment = drawn("robot_in_space")
     ids = ("step_frequency", "hip_displacement", "stable_gait", "twin_settles")
     claims = [Claim(name, "1", "said", "meant", "1", "holds", "", [], []) for name in ids]
-    opening = Figure("robot_in_space", "Robot", "made up", "", fragment, robot_in_space.FIGURE.claims, True)
-    content = Content(Claims(claims, [], []), [opening], "A passive biped", "", [], {}, {})
-    (folder / "report.html").write_bytes(html(content, "seal", "", {}))
+    caption = {"name": "robot_in_space", "title": "Robot", "text": "made up", "claims": robot_in_space.FIGURE.claims}
+    captions = {"figures": [{**caption, "opens": True}]}
+    opening = list(page_of._figures({"results/figures/robot_in_space.html": fragment.encode()}, captions, ()))
+    content = page_of.Content(Claims(claims, [], []), opening, "A passive biped", "", [], {}, {}, {})
+    (folder / "report.html").write_bytes(page_of.html(content, "seal", "", {}))
     return folder
 
 

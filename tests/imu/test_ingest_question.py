@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests import commands
+from tests import commands, warm
 from tests.imu.stand_in import make_database, make_run
 
 ACCELERATION, RATE = ("ax", "ay", "az"), ("gx", "gy", "gz")
@@ -33,7 +33,7 @@ def ingest_by_itself(repository: Path, *arguments: object, **environment: str) -
     """The same by a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(repository), **environment}
     code = "from pipeline.cli import main; main()"
-    done = commands.python(code, "ingest", *map(str, arguments), cwd=repository, env=environment)
+    done = warm.run(code, "ingest", *map(str, arguments), cwd=repository, env=environment)
     assert "Traceback" not in done.stderr
     return done.returncode, done.stdout, done.stderr
 

@@ -11,13 +11,13 @@ import pytest
 
 from pipeline import graph
 from pipeline.commands import doctor
-from tests import commands
+from tests import warm
 
 
 def bipedstudy(folder, *arguments, **environment):
     code = "from pipeline.cli import main; main()"
     home = os.pathsep.join(path for path in sys.path if path)
-    done = commands.python(code, *arguments, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment})
+    done = warm.run(code, *arguments, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment}, light=True)
     return done.returncode, done.stdout, done.stderr
 
 

@@ -88,7 +88,7 @@ def sweep(toy):
 def test_a_bench_of_a_cluster_that_nobody_asks_any_more_ends_and_starts_again(sweep, monkeypatch):
     """The client may have been killed."""
     monkeypatch.setattr(cluster, "_IDLE_S", 0.5)
-    job = sweep.chain.job(Display()).text()
+    job = sweep._job().text()
     first = json.loads(cluster.work("name", job, json.dumps([sweep._task(0)])))
     (bench,) = cluster._benches["name"]
     assert first["rows"][0][1]["outcome"] == "computed" and bench._worker is not None
@@ -103,7 +103,7 @@ def test_a_bench_of_a_cluster_that_nobody_asks_any_more_ends_and_starts_again(sw
 
 
 def test_what_a_machine_refuses_is_told_with_its_name(sweep):
-    job = Job.of(sweep.chain.job(Display()).text())
+    job = Job.of(sweep._job().text())
     other = dataclasses.replace(job, versions={**job.versions, "h5py": "0.1"})
     told = json.loads(cluster.work("other", other.text(), json.dumps([sweep._task(0)])))
     cluster.forget("other")

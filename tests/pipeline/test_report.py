@@ -63,7 +63,8 @@ def test_a_figure_names_the_files_with_its_numbers():
     files = {f"results/figures/{name}": b"" for name in ("one.png", "two.html")}
     words = {"figures": [{"name": "one", "shows": ["fall", "side"]}, {"name": "two", "shows": ["fall"]}]}
     one, two = page._figures(files, words, {*files, "results/figures/one.csv", "results/fall.h5"})
-    assert one.data == (("CSV", "figures/one.csv"), ("fall.h5", "fall.h5")) and two.data == (("fall.h5", "fall.h5"),)
+    assert one["data"] == [("CSV", "figures/one.csv"), ("fall.h5", "fall.h5")]
+    assert two["data"] == [("fall.h5", "fall.h5")]
 
 
 def test_before_any_run_it_says_what_to_do(toy):

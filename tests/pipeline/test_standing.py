@@ -7,8 +7,8 @@ import shutil
 
 import pytest
 
+from pipeline.commands.status import Standing, together
 from pipeline.report.figures import draw
-from pipeline.report.standing import Standing, together
 
 HEIGHT = "fall.yaml: height 2 -> 2.5"
 

@@ -96,9 +96,9 @@ def test_known_points_are_not_computed_again_until_the_code_is_edited(toy):
 
 def test_code_edited_during_a_sweep_is_refused(toy):
     sweep = Sweep(toy.study(), spec_of(toy.root, GRID), Display())
-    job = sweep.chain.job(Display())
+    job = sweep._job()
     toy.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.25 * gravity")
-    sweep.chain.job = lambda display: job
+    sweep._job = lambda: job
     with pytest.raises(StudyError, match=r"motion\.py differs from what the sweep was started with"):
         sweep.run(toy.root / "table.h5", 1)
 
@@ -253,7 +253,7 @@ def test_killed_workers_lose_nothing(toy):
 
 
 def test_only_deaths_at_the_same_point_are_counted_together(toy, monkeypatch):
-    bench = Bench(Sweep(toy.study(), spec_of(toy.root, SLOW), Display()).chain.job(Display()))
+    bench = Bench(Sweep(toy.study(), spec_of(toy.root, SLOW), Display())._job())
     #: Of each worker the points that it computes, and the one that it dies at; -1 before it begins one.
     attempts = iter([((), -1), ((), 0), ((), -1), ((0,), 1), ((), 1), ((2,), None)])
 

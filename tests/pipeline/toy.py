@@ -19,7 +19,7 @@ from pipeline.cache.sources import SyntaxMemo, beside
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.study import Study
-from tests import commands
+from tests import warm
 
 HOME = Path(__file__).resolve().parents[2]
 TEMPLATE = Path(__file__).with_name("toy_study")
@@ -97,7 +97,7 @@ class Toy:
     ) -> tuple[int, str, str]:
         """Run `bipedstudy` to its end, after some code: exit code, standard output, standard error."""
         asked = {**self._environment(), **(environment or {})}
-        done = commands.python(before + self._code(), *arguments, cwd=self.root, env=asked)
+        done = warm.run(before + self._code(), *arguments, cwd=self.root, env=asked, light=True)
         return done.returncode, done.stdout, done.stderr
 
 
@@ -108,7 +108,8 @@ def written(root: Path, package: str) -> Toy:
         folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         (root / name).write_text(text)
-    kept = beside(root / package).path
+    kept = beside(root / package)._path
+    assert kept is not None
     kept.parent.mkdir(exist_ok=True)
     kept.write_bytes(_kept())
     return Toy(root, package)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.cache.hdf5 import names
+from pipeline.cache.hdf5.dimensions import names
 from pipeline.errors import StudyError, nearest
 
 if TYPE_CHECKING:

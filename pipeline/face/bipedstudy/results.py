@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.commands import status
 from pipeline.errors import StudyError
-from pipeline.report import standing
 from pipeline.study import Study, locate
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def load(stage: str, study: str | Path | None = None) -> Any:
     if found.borrowed:
         raise StudyError(f"there is no study in {Path.cwd()} or above it to load from; name one: study=DIR")
     found.there(found.graph.stage(stage).artefact)
-    standing.say(found, stage)
+    status.say(found, stage)
     return found.result(stage)
 
 
