@@ -20,11 +20,11 @@ _BY_SIGNAL = 128
 _NOBODY_READS = _BY_SIGNAL + 13
 #: Each command's place in `pipeline`, by what it is for; the stages' questions stand after the study.
 _GROUPS = {
-    "Study": {"init": "commands.init:init", "run-all": "commands.run:run_all", "run": "commands.run:run",
+    "Study": {"init": "commands.house:init", "run-all": "commands.run:run_all", "run": "commands.run:run",
               "status": "commands.status:status", "graph": "commands.status:graph", "sweep": "commands.run:sweep"},
     "Looking": {"show": "commands.show:show", "claims": "commands.claims:claims", "report": "report.page:report",
                 "figures": "report.figures:figures", "compare": "changes.command:compare"},
-    "Housekeeping": {"doctor": "commands.doctor:doctor", "clean": "commands.clean:clean"},
+    "Housekeeping": {"doctor": "commands.house:doctor", "clean": "commands.house:clean"},
 }  # fmt: skip
 _COMMANDS = {name: place for group in _GROUPS.values() for name, place in group.items()}
 #: Most columns of a command's first sentence, which goes over as many lines as it takes.

@@ -29,7 +29,7 @@ HOME = Path(__file__).resolve().parents[1]
 #: What every command of a study can need, and what the stages of this one need beside.
 LIGHT = (
     "h5py", "jinja2", "rich.progress", "yaml", "pipeline.cache.untouched", "pipeline.changes.command", "pipeline.cli",
-    *(f"pipeline.commands.{name}" for name in ("clean", "show", "status")),
+    *(f"pipeline.commands.{name}" for name in ("house", "show", "status")),
     "pipeline.execution.executor", "pipeline.execution.fork_server", "pipeline.questions.asking",
     "pipeline.questions.command",
     "pipeline.report.figures", "pipeline.report.page", "pipeline.sweep.sweep",

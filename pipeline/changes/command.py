@@ -1,26 +1,30 @@
-"""`bipedstudy compare OTHER`: what changed since another results folder."""
+"""`bipedstudy compare OTHER`: parameters, verdicts, numbers and pictures that changed since another results folder."""
 
 from __future__ import annotations
 
+import io
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pipeline import layout
 from pipeline.cache import disk
-from pipeline.commands import options
-from pipeline.errors import ANSWER
-from pipeline.graph import FIGURES
+from pipeline.commands import claims, options
+from pipeline.errors import ANSWER, ArtefactError, StudyError
+from pipeline.graph import CLAIMS, FIGURES
+from pipeline.report.figures import differing, rms
 from pipeline.report.page import address, template
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
-    from pipeline.changes.folders import Changes
+    import numpy as np
 
+Row = dict[str, Any]
+_RESULTS = "results/"
 _TEMPLATE = Path(__file__).with_name("page.html")
 #: Numbers that are printed (all are in --csv), and on the page; smaller ones, in their units, are round-off as a rule.
 _PRINTED, _MOST, _ROUND_OFF = 12, 300, 1e-9
@@ -40,48 +44,47 @@ def compare(study: Study, other: Path, tolerance: float, page: Path | None, form
     OTHER is a results folder or a study. Ends with 0 if nothing changed and with 3 if something did, or could not be
     compared. --csv prints the numbers.
     """
-    from pipeline.changes.folders import between
-
     found = between(study, other, tolerance)
     if page is not None:
         disk.write(page, html(found))
-    form.give(_lines(found), found.plain(), found.numbers)
+    form.give(_lines(found), found, found["numbers"])
     if page is not None:
         click.echo(f"written: {shown(page)}", err=True)
-    if found.any:
+    if found["changed"]:
         sys.exit(ANSWER)
 
 
-def _lines(found: Changes) -> Iterator[str]:
-    for sentence in found.unread:
+def _lines(found: Row) -> Iterator[str]:
+    for sentence in found["unread"]:
         yield from layout.folded(sentence)
-    if not found.any:
-        small = f" ({found.small} numbers changed by less)" if found.small else ""
-        yield f"nothing changed from {shown(found.before)} to {shown(found.after)}{small}"
-    if found.parameters:
+    if not found["changed"]:
+        small = f" ({found['smaller']} numbers changed by less)" if found["smaller"] else ""
+        yield f"nothing changed from {found['before']} to {found['after']}{small}"
+    if found["parameters"]:
         yield from layout.titled("Parameters", ("parameter", "before", "after"), [
             (row["key"], *("none" if value is None else value for value in (row["before"], row["after"])))
-            for row in found.parameters])  # fmt: skip
-    if found.claims:
-        turned = [(row["id"], row["before"] or "not judged", row["after"] or "not judged") for row in found.turned]
-        others = len(found.claims) - len(turned)
+            for row in found["parameters"]])  # fmt: skip
+    if found["claims"]:
+        turned = [(row["id"], row["before"] or "not judged", row["after"] or "not judged") for row in found["claims"]
+                  if row["before"] != row["after"]]  # fmt: skip
+        others = len(found["claims"]) - len(turned)
         title = f"Claims: {len(turned)} with another verdict, {others} more with other numbers"
         yield from layout.titled(title, ("claim", "before", "after"), turned)
-    if found.numbers:
-        yield from _numbers(found)
-    if found.figures:
-        yield from layout.titled(f"Figures: {len(found.figures)} changed", ("figure", "what"),
-                                 [(row["name"], row["what"]) for row in found.figures])  # fmt: skip
+    if found["numbers"]:
+        yield from _numbers(found["numbers"], found["smaller"])
+    if found["figures"]:
+        yield from layout.titled(f"Figures: {len(found['figures'])} changed", ("figure", "what"),
+                                 [(row["name"], row["what"]) for row in found["figures"]])  # fmt: skip
 
 
-def _numbers(found: Changes) -> Iterator[str]:
+def _numbers(rows: list[Row], small: int) -> Iterator[str]:
     """How many changed in each stage, and those single ones that changed most."""
-    many = Counter(row["stage"] for row in found.numbers)
-    listed = [row for row in found.numbers if row["relative"] is not None and isinstance(row["before"], float)
+    many = Counter(row["stage"] for row in rows)
+    listed = [row for row in rows if row["relative"] is not None and isinstance(row["before"], float)
               and max(abs(row["before"]), abs(row["after"])) > _ROUND_OFF]  # fmt: skip
     what = "single ones that changed most:" if listed else "all of them in arrays, words or round-off"
     counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
-    title = f"Numbers: {len(found.numbers)} changed ({counted}), {found.small} by less; {what}"
+    title = f"Numbers: {len(rows)} changed ({counted}), {small} by less; {what}"
     yield from ("", *layout.folded(title, 0))
     for row in listed[:_PRINTED]:
         yield f"  {row['stage']} {row['path']}"
@@ -96,12 +99,190 @@ def share(relative: float | None) -> str:
     return "from zero" if abs(relative) == float("inf") else f"{100 * relative:+.3g} %"
 
 
-def html(found: Changes) -> bytes:
+def html(found: Row) -> bytes:
     """The page, with pictures side by side; self-contained like the report."""
-    folders = [folder / FIGURES.removeprefix("results/") for folder in (found.before, found.after)]
+    folders = [Path(found[side]) / FIGURES.removeprefix(_RESULTS) for side in ("before", "after")]
     pictures = [(row["name"], row["what"], *(address(disk.read(folder / f"{row['name']}.png")) for folder in folders))
-                for row in found.figures]  # fmt: skip
-    return template(_TEMPLATE).render(
-        found=found, before=shown(found.before), after=shown(found.after), most=_MOST, share=share, short=layout.short,
-        pictures=pictures,
-    ).encode()  # fmt: skip
+                for row in found["figures"]]  # fmt: skip
+    page = template(_TEMPLATE).render(found=found, most=_MOST, share=share, short=layout.short, pictures=pictures)
+    return page.encode()
+
+
+def _results_of(path: Path) -> Path:
+    """The results folder that is meant: the folder itself, or `results` in it. Raises `StudyError`."""
+    for folder in (path, path / "results"):
+        if folder.is_dir() and next(folder.glob("*.h5"), None) is not None:
+            return folder
+    raise StudyError(f"{shown(path)}: there are no results there (a folder with the stages' .h5 files)")
+
+
+def between(study: Study, other: Path, tolerance: float) -> Row:
+    """What changed from the results in `other` to those of the study, as plain values. Raises `StudyError`.
+
+    Rows by name, with None for what is not there on one side: `parameters` (key, before, after, stages), `claims` (id;
+    before, after: the verdict; measured_before, measured_after: its words), `numbers` (stage, path, unit, before,
+    after; relative: the change as a share of what it was, of an array the largest as a share of its largest value, None
+    for what is no number), `figures` (name, what, rms over its pixels in grey levels of 255). `unread` are sentences on
+    what could not be compared; `smaller` counts numbers that changed by no more than `tolerance`, which have no row;
+    `changed` tells whether there is anything of all this.
+    """
+    before, after = _results_of(other), _results_of(study.results)
+    if before.resolve() == after.resolve():
+        raise StudyError(f"{shown(other)}: these are the results themselves; name others")
+    by_key: dict[tuple[str, str | None, str | None], list[str]] = {}
+    every: list[Row] = []
+    unread: list[str] = []
+    missing: dict[Path, list[str]] = {}
+    for stage in study.graph.stages.values():
+        name = stage.artefact.removeprefix(_RESULTS)
+        lacking = [folder for folder in (before, after) if not (folder / name).exists()]
+        if len(lacking) == 1:
+            missing.setdefault(lacking[0], []).append(stage.name)
+        if lacking:
+            continue
+        try:
+            _compare(stage.name, before / name, after / name, by_key, every)
+        except ArtefactError as error:
+            unread.append(f"stage {stage.name}: {'; '.join(error.sentences)}")
+    unread += [f"not compared, as {shown(folder)} has no result of: {', '.join(names)}"
+               for folder, names in missing.items()]  # fmt: skip
+    large = [row for row in every if row["relative"] is None or abs(row["relative"]) > tolerance]
+    found = {
+        "before": shown(before), "after": shown(after),
+        "parameters": [{"key": key, "before": was, "after": now, "stages": stages}
+                       for (key, was, now), stages in by_key.items()],
+        "claims": _claims(before, after),
+        "numbers": sorted(large, key=lambda row: -abs(row["relative"] or 0.0)), "smaller": len(every) - len(large),
+        "figures": _figures(before, after), "unread": unread,
+    }  # fmt: skip
+    return {**found, "changed": any(found[name] for name in ("parameters", "claims", "numbers", "figures", "unread"))}
+
+
+def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str | None, str | None], list[str]],
+             every: list[Row]) -> None:  # fmt: skip
+    """Add what differs between two artefacts of a stage. Raises `StudyError`, `ArtefactError` if one is unreadable."""
+    from pipeline.cache import artefact
+
+    names = shown(before), shown(after)
+    old, new = disk.content(before, names[0]), disk.content(after, names[1])
+    if old == new:
+        return
+    for change in parameters(artefact.provenance(old, names[0]), artefact.provenance(new, names[1])):
+        by_key.setdefault(change, []).append(stage)
+    every += changes(stage, old, new, names)
+
+
+def _claims(before: Path, after: Path) -> list[Row]:
+    """Claims whose verdict or measured words changed, those with another verdict first.
+
+    None where one side has judged none: that its stage has no result there is told by itself.
+    """
+    paths = [folder / CLAIMS.removeprefix(_RESULTS) for folder in (before, after)]
+    if not all(path.exists() for path in paths):
+        return []
+    one, other = ({claim.id: (claim.full_verdict, claim.measured) for claim in claims.read_file(path).claims}
+                  for path in paths)  # fmt: skip
+    found = []
+    for key in dict.fromkeys((*other, *one)):
+        (was, words), (now, new_words) = one.get(key, (None, "")), other.get(key, (None, ""))
+        if (was, words) != (now, new_words):
+            found.append({"id": key, "before": was, "after": now, "measured_before": words,
+                          "measured_after": new_words})  # fmt: skip
+    return sorted(found, key=lambda row: row["before"] == row["after"])
+
+
+def _figures(before: Path, after: Path) -> list[Row]:
+    """Pictures with other pixels, those that differ most first, then those that are in one folder only.
+
+    None where one side has drawn none.
+    """
+    one, other = (folder / FIGURES.removeprefix(_RESULTS) for folder in (before, after))
+    found: list[Row] = []
+    for name, *contents in differing(one, other) if all(any(each.glob("*")) for each in (one, other)) else ():
+        size: float | None = None
+        if not name.endswith((".png", ".html")):
+            continue
+        if None in contents:
+            what = "is new" if contents[0] is None else "is no longer there"
+        elif name.endswith(".html"):
+            what = "has other data"
+        else:
+            size = rms(one / name, other / name)
+            what = "has another size" if size == float("inf") else f"differs by {size:.2g} of 255 rms"
+        if size != 0.0:
+            found.append({"name": Path(name).stem, "what": what, "rms": size})
+    return sorted(found, key=lambda row: -(row["rms"] or 0.0))
+
+
+def parameters(before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[tuple[str, str | None, str | None]]:
+    """File.key, value before and after, of those that differ, from what two artefacts say of their making."""
+    one, other = (dict(line.split(" = ", 1) for line in about.get("parameters", "").splitlines() if " = " in line)
+                  for about in (before, after))  # fmt: skip
+    for key in dict.fromkeys((*one, *other)):
+        if one.get(key) != other.get(key):
+            yield key, one.get(key), other.get(key)
+
+
+def changes(stage: str, before: bytes, after: bytes, names: tuple[str, str]) -> Iterator[Row]:
+    """Every field that differs between two artefacts' bytes. Raises `ArtefactError`; `names` are those of the files."""
+    import h5py
+
+    from pipeline.cache import artefact
+
+    one, other = ({field.path: field for field in artefact.tree(content, name) if field.shape is not None}
+                  for content, name in zip((before, after), names))  # fmt: skip
+    with h5py.File(io.BytesIO(before), "r") as old, h5py.File(io.BytesIO(after), "r") as new:
+        for path in dict.fromkeys((*one, *other)):
+            unit = (other.get(path) or one[path]).unit
+            change = _change(*(_value(file[path]) if path in known else None
+                               for file, known in ((old, one), (new, other))))  # fmt: skip
+            if change is not None:
+                yield {"stage": stage, "path": path.replace("/", "."), "unit": "" if unit in ("1", "-") else unit,
+                       **dict(zip(("before", "after", "relative"), change))}  # fmt: skip
+
+
+def _value(item: Any) -> Any:
+    """An array, or a scalar's value; None where there is none."""
+    import numpy as np
+
+    from pipeline.cache.hdf5 import values
+
+    if item.shape is None or (not item.shape and values.NONE in item.attrs):
+        return None
+    return np.asarray(values.read(item))
+
+
+def _change(before: Any, after: Any) -> tuple[Any, Any, float | None] | None:
+    """Before and after as they are shown, and the relative change; None if nothing changed."""
+    if before is None or after is None:
+        return None if before is after else (_shown(before), _shown(after), None)
+    numbers = before.dtype.kind in "biuf" and after.dtype.kind in "biuf"
+    if before.shape != after.shape or not numbers:
+        same = before.shape == after.shape and bool((before == after).all())
+        return None if same else (_shown(before), _shown(after), None)
+    return _apart(before, after)
+
+
+def _apart(before: np.ndarray, after: np.ndarray) -> tuple[Any, Any, float | None] | None:
+    """The same for numbers or arrays of one shape."""
+    import numpy as np
+
+    one, other = before.astype(float), after.astype(float)
+    if np.array_equal(one, other, equal_nan=True):
+        return None
+    if not one.shape:
+        finite = one != 0.0 and np.isfinite(one) and np.isfinite(other)
+        return before.item(), after.item(), float((other - one) / abs(one)) if finite else np.inf
+    size = np.abs(np.concatenate([each[np.isfinite(each)].ravel() for each in (one, other)])).max(initial=0.0)
+    changed = (one != other) & ~(np.isnan(one) & np.isnan(other))
+    apart = np.abs(other[changed] - one[changed])
+    largest = float(apart.max()) if np.isfinite(apart).all() else np.inf
+    return _shown(before), f"differs by {largest:.3g} at most", largest / float(size) if size else np.inf
+
+
+def _shown(value: Any) -> Any:
+    if value is None:
+        return None
+    if value.shape:
+        return f"array {' x '.join(map(str, value.shape))}"
+    return value.item() if hasattr(value.item(), "__float__") else str(value.item())

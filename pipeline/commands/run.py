@@ -16,7 +16,7 @@ import click
 from pipeline import completion, layout
 from pipeline.cache import disk, untouched
 from pipeline.cache.fingerprint import compact
-from pipeline.commands import clean, options
+from pipeline.commands import house, options
 from pipeline.commands.status import survey
 from pipeline.errors import ANSWER, Declined, StageFailed, StudyError
 from pipeline.execution import display
@@ -157,10 +157,10 @@ def _rank(plain: Mapping[str, Mapping[str, Any]]) -> int:
 
 
 def _say_if_large(study: Study, shows: display.Display) -> None:
-    size = sum(clean.size_of(folder) for folder, _ in clean.earlier(study.store))
-    if size > clean.WORTH_A_WORD:
+    size = sum(house.size_of(folder) for folder, _ in house.earlier(study.store))
+    if size > house.WORTH_A_WORD:
         place = shown(study.store.folder)
-        shows.note(f"earlier results take {clean.told(size)} in {place}; bipedstudy clean removes them")
+        shows.note(f"earlier results take {house.told(size)} in {place}; bipedstudy clean removes them")
 
 
 @click.command("sweep", epilog=options.examples("sweep"))
@@ -216,8 +216,8 @@ def _rows(path: Path) -> Iterator[dict[str, Any]]:
     """The rows of a sweep's table."""
     import h5py
 
-    from pipeline.cache.hdf5 import values
+    from pipeline.commands.show import plain_values
 
     with h5py.File(path) as file:
-        columns = {name: values.plain(item) for name, item in file["table"].items()}
+        columns = {name: plain_values(item) for name, item in file["table"].items()}
     yield from (dict(zip(columns, row)) for row in zip(*columns.values()))

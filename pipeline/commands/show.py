@@ -123,11 +123,24 @@ def _give_part(content: bytes, chosen: str, fields: list[Field], form: options.F
 
 def _whole(item: Any) -> Any:
     """A group as a mapping, a dataset as Python numbers and words."""
-    from pipeline.cache.hdf5 import dimensions, values
+    from pipeline.cache.hdf5 import dimensions
 
     if hasattr(item, "items"):
         return {key: _whole(item[key]) for key in dimensions.fields(item)}
-    return None if item.shape is None else values.plain(item)
+    return None if item.shape is None else plain_values(item)
+
+
+def plain_values(item: Any) -> Any:
+    """The content of a dataset as Python numbers, words, or lists of them: None where there is none, a word by name."""
+    import h5py
+
+    from pipeline.cache.hdf5 import values
+
+    value, none = values.python(values.read(item)), set(item.attrs.get(values.NONE, ()))
+    if not isinstance(value, list):
+        return None if none else value
+    words = {place: word for word, place in (h5py.check_enum_dtype(item.dtype) or {}).items()}
+    return [None if index in none else words.get(each, each) if words else each for index, each in enumerate(value)]
 
 
 def _rows(value: Any) -> list[dict[str, Any]] | None:

@@ -28,10 +28,9 @@ def test_the_examples_page_runs_from_top_to_bottom(repository, tmp_path, monkeyp
     assert len(set(slower)) == len(slower), "another mass is another gait"
 
 
-@pytest.mark.parametrize("name", ["named", "results"])
-def test_the_docstrings_show_what_is_so(name):
-    module = importlib.import_module(f"bipedstudy.{name}")
-    assert doctest.testmod(module).failed == 0
+def test_the_docstrings_show_what_is_so():
+    done = doctest.testmod(importlib.import_module("bipedstudy.results"))
+    assert done.attempted > 10 and done.failed == 0
 
 
 def test_every_name_that_is_offered_is_there():

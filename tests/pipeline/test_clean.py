@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from pipeline.cache import disk
-from pipeline.commands import clean
+from pipeline.commands import house
 
 
 def folders(toy):
@@ -22,7 +22,7 @@ def test_earlier_results_go_and_the_current_ones_stay(ran):
     assert code == 0 and "an earlier result of fall: results/.cache/" in out and folders(toy) == before
     assert out.splitlines()[-1].endswith(f"in {len(before) - 4} places would be removed") and len(before) > 4
     told = json.loads(toy.command("clean", "--dry-run", "--json")[1])["folders"]
-    assert all(item["bytes"] == clean.size_of(toy.root / item["folder"]) > 0 for item in told)
+    assert all(item["bytes"] == house.size_of(toy.root / item["folder"]) > 0 for item in told)
     code, out, _ = toy.command("clean")
     assert code == 0 and folders(toy) == known and toy.results() == results
     assert {line.split()[1] for line in toy.command("status")[1].splitlines()} == {"current"}
@@ -86,7 +86,7 @@ def test_a_run_says_when_it_is_worth_it(ran, monkeypatch):
     shows = Display()
     shows.note = said.append
     _say_if_large(toy.study(), shows)
-    monkeypatch.setattr(clean, "WORTH_A_WORD", 1000)
+    monkeypatch.setattr(house, "WORTH_A_WORD", 1000)
     _say_if_large(toy.study(), shows)
     (sentence,) = said
     assert sentence.startswith("earlier results take 0.0 MB in") and sentence.endswith("bipedstudy clean removes them")

@@ -10,8 +10,7 @@ import shutil
 import numpy as np
 import pytest
 
-from pipeline.changes import folders
-from pipeline.changes.command import share
+from pipeline.changes.command import _change, share
 
 
 @pytest.fixture
@@ -112,7 +111,7 @@ def test_what_cannot_be_compared_is_refused(before, other, said):
     ],
 )
 def test_a_change_is_a_share_of_what_was(before, after, expected):
-    found = folders._change(*(None if value is None else np.asarray(value) for value in (before, after)))
+    found = _change(*(None if value is None else np.asarray(value) for value in (before, after)))
     if expected is None:
         assert found is None
     else:

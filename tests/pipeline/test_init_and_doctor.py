@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from pipeline import graph
-from pipeline.commands import doctor
+from pipeline.commands import house
 from tests import warm
 
 
@@ -74,8 +74,8 @@ def test_a_library_that_does_not_load_is_bad_and_says_what_to_install(monkeypatc
     def broken(name):
         raise ImportError("libGL.so.1: cannot open shared object file: No such file or directory")
 
-    monkeypatch.setattr(doctor.importlib, "import_module", broken)
-    found = doctor.exudyn()
+    monkeypatch.setattr(house.importlib, "import_module", broken)
+    found = house.exudyn()
     assert found.state == "bad" and found.text.endswith("apt-get install libgl1 libx11-6")
 
 
@@ -91,19 +91,19 @@ def test_versions_are_held_against_the_lock(tmp_path, line, state, text):
     import importlib.metadata
 
     (tmp_path / "lock.txt").write_text(f"{line}\n    --hash=sha256:00\n")
-    found = doctor.versions(tmp_path / "lock.txt")
+    found = house.versions(tmp_path / "lock.txt")
     assert found.state == state and text.format(importlib.metadata.version("click")) in found.text
 
 
 def test_a_folder_that_cannot_be_written_is_bad(tmp_path):
     (tmp_path / "file").touch()
-    assert doctor.writable("results", tmp_path / "file/below").state == "bad"
-    assert doctor.writable("results", tmp_path / "new/below").state == "good"
+    assert house.writable("results", tmp_path / "file/below").state == "bad"
+    assert house.writable("results", tmp_path / "new/below").state == "good"
 
 
 def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
-    monkeypatch.setattr(doctor.shutil, "disk_usage", lambda path: SimpleNamespace(free=5_000_000))
-    assert doctor.free_space(tmp_path) == doctor.Finding("free disk", "bad", "5 MB")
+    monkeypatch.setattr(house.shutil, "disk_usage", lambda path: SimpleNamespace(free=5_000_000))
+    assert house.free_space(tmp_path) == house.Finding("free disk", "bad", "5 MB")
     for refusal, cold, state, text in (
         ("", True, "warning", "cold: the first use of stage fall compiles it"),
         ("", False, "good", "warm: stage fall in there"),
@@ -111,7 +111,7 @@ def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
     ):
         code = SimpleNamespace(refusal=refusal, folder="there", is_cold=lambda cold=cold: cold)
         stage = SimpleNamespace(__name__="stages.fall.compiled", CODE=code)
-        (found,) = doctor.compiled(SimpleNamespace(offered=lambda name, stage=stage: (stage,)))
+        (found,) = house.compiled(SimpleNamespace(offered=lambda name, stage=stage: (stage,)))
         assert found.state == state and found.text.startswith(text)
 
 

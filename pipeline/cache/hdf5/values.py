@@ -108,12 +108,3 @@ def part_kind(kind: Any) -> Any:
 def is_mapping(kind: Any) -> bool:
     """Whether a type is that of a mapping."""
     return typing.get_origin(kind) in (dict, Mapping)
-
-
-def plain(item: Any) -> Any:
-    """The content of a dataset as Python numbers, words, or lists of them: None where there is none, a word by name."""
-    value, none = python(read(item)), set(item.attrs.get(NONE, ()))
-    if not isinstance(value, list):
-        return None if none else value
-    words = {place: word for word, place in (h5py.check_enum_dtype(item.dtype) or {}).items()}
-    return [None if index in none else words.get(each, each) if words else each for index, each in enumerate(value)]

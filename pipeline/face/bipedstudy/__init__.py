@@ -27,11 +27,6 @@ from typing import Any
 _HERE = Path(__file__).resolve().parent
 _HOME = _HERE.parents[2] if _HERE.parent.name == "face" else _HERE.parent
 _OWN = ("pipeline", "stages")
-_PLACES = {
-    "array": "named", "arrays": "named", "dataset": "named", "Array": "named", "plot": "named",
-    "gait": "results", "walk": "results", "load": "results", "parameters": "results", "stages": "results",
-    "StudyError": "results",
-}  # fmt: skip
 __all__ = ["Array", "StudyError", "array", "arrays", "dataset", "gait", "load", "parameters", "plot", "stages", "walk"]
 
 
@@ -62,9 +57,9 @@ processor.take()
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _PLACES:
+    if name not in __all__:
         raise AttributeError(f"module 'bipedstudy' has no attribute {name!r}; it has {', '.join(__all__)}")
-    return getattr(importlib.import_module(f"bipedstudy.{_PLACES[name]}"), name)
+    return getattr(importlib.import_module("bipedstudy.results"), name)
 
 
 def __dir__() -> list[str]:

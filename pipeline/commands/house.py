@@ -1,0 +1,261 @@
+"""Housekeeping: `bipedstudy init` lays out a study, `doctor` looks at the machine, `clean` removes what is old."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import importlib
+import os
+import platform
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from pipeline import layout, wheels
+from pipeline.cache import disk, processor
+from pipeline.cache.fingerprint import installed
+from pipeline.cache.store import QUESTIONS, SWEEPS, Store
+from pipeline.commands import options
+from pipeline.errors import FAILED, StudyError
+from pipeline.graph import FILE_NAME
+from pipeline.home import face, home
+from pipeline.study import Study, locate, shown
+
+#: Earlier results of this size are worth a word [bytes].
+WORTH_A_WORD = 2_000_000_000
+GOOD, WARNING, BAD = "good", "warning", "bad"
+_LEAST_FREE_MB, _WISHED_FREE_MB = 100, 1000
+_SHOWN_DIFFERENCES = 5
+
+
+@click.command("init", epilog=options.examples("init"))
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("--update", is_flag=True, help="DIR is a study laid out by an earlier version: renew its graph.")
+def init(folder: Path, update: bool) -> None:
+    """Lay out a new study in DIR: parameters to edit, the graph of stages, and a README.
+
+    DIR must not exist yet, or be empty. The parameters are those of the study this program comes with. With --update
+    dvc.yaml is written anew (the old one stays beside it), parameter files that are missing are added, and none is
+    changed.
+    """
+    if update:
+        _update(folder)
+        return
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise StudyError(f"{shown(folder)}: is there already and not an empty folder; choose another")
+    target = folder.absolute()
+    readme = (face() / "new_study.md").read_text(encoding="utf-8").format(name=target.name)
+    with disk.whole(target) as unfinished:
+        for name, content in {**_given(), "README.md": readme.encode(), ".gitignore": b"results/\n"}.items():
+            disk.write(unfinished / name, content)
+        if target.exists():
+            target.rmdir()
+    click.echo(f"a new study is in {shown(target)}; next: cd {shown(target)}, and see its README.md")
+
+
+def _update(folder: Path) -> None:
+    """Bring a study that runs the installed stages to this version. Raises `StudyError` if it has stages of its own."""
+    study = locate(start=folder)
+    if study.borrowed or study.code_root == study.root:
+        raise StudyError(f"{shown(folder)}: is not a study that `init` laid out")
+    for name, new in _given().items():
+        path = study.root / name
+        old = disk.read(path)
+        if name == FILE_NAME and new != old:
+            disk.write(path.with_suffix(".yaml.old"), old or b"")
+            disk.write(path, new)
+            click.echo(f"{shown(path)}: written anew; the old one is {path.name}.old")
+        elif not path.exists():
+            disk.write(path, new)
+            click.echo(f"{shown(path)}: added")
+
+
+def _given() -> dict[str, bytes]:
+    """The parameter files that this program comes with, and its dvc.yaml without the stages' code.
+
+    That lies with the installed package and not in a new study.
+    """
+    text = (home() / FILE_NAME).read_text(encoding="utf-8")
+    kept = "".join(line for line in text.splitlines(keepends=True) if not line.strip().startswith("- stages/"))
+    graph = re.sub(r"^ *deps:\n(?! *- )", "", kept, flags=re.MULTILINE)
+    files = sorted((home() / "params").glob("*.yaml"))
+    return {FILE_NAME: graph.encode(), **{f"params/{file.name}": file.read_bytes() for file in files}}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at: good, a warning (it runs, but see the text), or bad (it cannot run)."""
+
+    what: str
+    state: str
+    text: str
+
+
+@click.command("doctor", epilog=options.examples("doctor"))
+@options.study
+@options.answers_without_rows
+def doctor(study: Study, form: options.Form) -> None:
+    """Look at what the study needs: Exudyn, versions, folders, compiled code, disk, cores.
+
+    Ends with 1 if something is bad; a warning is no failure.
+    """
+    findings = list(examine(study))
+    form.give((layout.beside(f"{found.state:<8} {found.what:<17} ", found.text) for found in findings),
+              [dataclasses.asdict(found) for found in findings])  # fmt: skip
+    if any(found.state == BAD for found in findings):
+        sys.exit(FAILED)
+
+
+def examine(study: Study) -> Iterator[Finding]:
+    """Look at everything, in the order in which trouble is most likely."""
+    lacking = wheels.missing()
+    yield Finding("machine", BAD if lacking else GOOD, lacking or f"{platform.system()} on {platform.machine()}")
+    yield exudyn()
+    yield versions(home() / "requirements/study.txt")
+    if not study.borrowed:
+        yield writable("results folder", study.results)
+    yield writable("temporary folder", Path(tempfile.gettempdir()))
+    yield from compiled(study)
+    yield free_space(Path.cwd() if study.borrowed else study.results)
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    yield Finding("cores", GOOD, f"{count}")
+    yield Finding("processor", GOOD, processor.words())
+
+
+def exudyn() -> Finding:
+    """Whether Exudyn's compiled library loads; it needs libGL and libX11 of the system."""
+    try:
+        importlib.import_module("exudyn").SystemContainer()
+        (version,) = installed(["exudyn"])
+    except Exception as error:
+        hint = "; on Debian: apt-get install libgl1 libx11-6" if "lib" in str(error) else ""
+        return Finding("exudyn", BAD, f"does not load: {error}{hint}")
+    return Finding("exudyn", GOOD, f"{version}, its library loads")
+
+
+def versions(lock: Path) -> Finding:
+    """Installed packages against the lock file."""
+    python = f"Python {sys.version_info.major}.{sys.version_info.minor}"
+    if not lock.is_file():
+        return Finding("versions", WARNING, f"{python}; there is no lock at {lock} to compare with")
+    from packaging.requirements import Requirement  # comes with matplotlib
+
+    wanted = [Requirement(line.rstrip("\\ ")) for line in lock.read_text(encoding="utf-8").splitlines()
+              if line[:1].isalnum()]  # fmt: skip
+    pinned = {each.name: str(each.specifier).removeprefix("==") for each in wanted
+              if each.marker is None or each.marker.evaluate()}  # fmt: skip
+    found = {name: "".join(installed([name])) for name in pinned}
+    missing = [name for name, version in found.items() if not version]
+    other = [f"{name} {version} instead of {pinned[name]}" for name, version in found.items()
+             if version != pinned[name]]  # fmt: skip
+    if missing:
+        return Finding("versions", BAD, f"{python}; not installed: {', '.join(missing)}; make install")
+    if other:
+        more = f" and {len(other) - _SHOWN_DIFFERENCES} more" if len(other) > _SHOWN_DIFFERENCES else ""
+        return Finding("versions", WARNING, f"{python}; {', '.join(other[:_SHOWN_DIFFERENCES])}{more}")
+    return Finding("versions", GOOD, f"{python}; all as in {lock.name}")
+
+
+def writable(what: str, folder: Path) -> Finding:
+    """Whether a file can be made in the folder, or, where it is not there yet, in what is above it."""
+    try:
+        with tempfile.TemporaryFile(dir=_there(folder)):
+            return Finding(what, GOOD, f"{shown(folder)} can be written")
+    except OSError as error:
+        return Finding(what, BAD, f"{shown(folder)} cannot be written: {error.strerror}")
+
+
+def compiled(study: Study) -> Iterator[Finding]:
+    """Whether the machine code of stages that compile (those with a module `compiled`) is on disk already."""
+    for module in study.offered("compiled"):
+        code, stage = module.CODE, module.__name__.split(".")[1]
+        if code.refusal:
+            text = f"none: {code.refusal}, so every process compiles stage {stage} anew; NUMBA_CACHE_DIR names another"
+            yield Finding("compile cache", WARNING, text)
+        elif code.is_cold():
+            yield Finding("compile cache", WARNING, f"cold: the first use of stage {stage} compiles it")
+        else:
+            yield Finding("compile cache", GOOD, f"warm: stage {stage} in {code.folder}")
+
+
+def free_space(folder: Path) -> Finding:
+    """Free disk space where the results go."""
+    free = shutil.disk_usage(_there(folder)).free // 1_000_000
+    state = BAD if free < _LEAST_FREE_MB else WARNING if free < _WISHED_FREE_MB else GOOD
+    return Finding("free disk", state, f"{free} MB")
+
+
+def _there(folder: Path) -> Path:
+    """The folder, or what is above it where it is not there yet."""
+    return next(path for path in (folder, *folder.parents) if path.exists())
+
+
+@click.command("clean", epilog=options.examples("clean"))
+@options.own_study
+@click.option("--dry-run", is_flag=True, help="Say what would be removed; remove nothing.")
+@click.option("--journals", is_flag=True, help="Also what questions and sweeps keep: asked again, they compute anew.")
+@click.option("--wait", is_flag=True, help="Wait for another run in the same results folder.")
+@options.answers_without_rows
+def clean(study: Study, dry_run: bool, journals: bool, wait: bool, form: options.Form) -> None:
+    """Remove earlier results from the cache, and machine code of earlier sources; the current results stay.
+
+    After this an undone edit is computed again. What questions and sweeps keep stays, unless --journals is given.
+    """
+    with contextlib.ExitStack() as locks:
+        for folder in (study.results, *([study.results / SWEEPS] if (study.results / SWEEPS).is_dir() else [])):
+            said = functools.partial(click.echo, err=True)
+            locks.enter_context(disk.locked(folder, shown(folder), "bipedstudy clean", wait, said))
+        if not dry_run:
+            study.store.sweep()
+        found = [(folder, what, size_of(folder)) for folder, what in _removable(study, journals)]
+        for folder, what, size in found:
+            if not dry_run and folder.is_dir():
+                shutil.rmtree(folder, ignore_errors=True)
+            elif not dry_run:
+                folder.unlink(missing_ok=True)
+            if form.is_text:
+                click.echo(layout.beside(f"{told(size):>9}  ", f"{what}: {shown(folder)}"))
+    plain = [{"folder": shown(folder), "what": what, "bytes": size} for folder, what, size in found]
+    total, how = told(sum(size for _, _, size in found)), "would be removed" if dry_run else "removed"
+    form.give([f"{total:>9}  in {len(found)} places {how}"], {"removed": not dry_run, "folders": plain})
+
+
+def _removable(study: Study, journals: bool) -> Iterator[tuple[Path, str]]:
+    """Every folder and file that can go, and what it is; no link is followed."""
+    store = study.store
+    yield from earlier(store)
+    folders = {folder for module in study.offered("compiled") for folder in module.CODE.old(1)}
+    beside = (study.code_root / study.package).rglob("__pycache__/numba-*")  # where 0.1.0 kept it
+    yield from ((folder, "machine code of earlier sources") for folder in sorted({*folders, *beside}))
+    kept = {store.folder / QUESTIONS: "what a question keeps", study.results / SWEEPS / ".cache": "what sweeps keep"}
+    for folder, what in kept.items() if journals else ():
+        if folder.is_dir() and not (folder.is_symlink() or folder.parent.is_symlink()):
+            yield from ((path, what) for path in sorted(folder.glob("*.jsonl"))
+                        if not path.is_symlink() and path.is_file())  # fmt: skip
+
+
+def earlier(store: Store) -> Iterator[tuple[Path, str]]:
+    """Folder of each stored result that is not the current one of its stage, and what to call it."""
+    current = store.last_keys()
+    for folder in sorted(store.folder.iterdir()) if store.folder.is_dir() else ():
+        if folder.name not in current and (folder / "manifest.json").exists() and not folder.is_symlink():
+            entry = store.entry(folder.name)
+            yield folder, f"an earlier result of {entry.stage}" if entry else "a damaged result"
+
+
+def size_of(place: Path) -> int:
+    """Bytes of a file, or of all files in a folder; links are not followed."""
+    paths = place.rglob("*") if place.is_dir() else (place,)
+    return sum(path.lstat().st_size for path in paths if not path.is_dir())
+
+
+def told(number: int) -> str:
+    """A size in words: 0.4 MB, 2.1 GB."""
+    return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.1f} MB"
