@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -292,6 +293,15 @@ def test_every_source_of_compiled_code_is_in_its_digest(repository: Path, stage:
     inside = [folder.relative_to(repository) for folder in folders]
     outside = [file for file in files if not any(Path(file).is_relative_to(folder) for folder in inside)]
     assert modules and [file for file in outside if not file.endswith("__init__.py")] == []
+
+
+def test_what_equations_are_derived_from_and_by_is_in_the_keys(repository: Path) -> None:
+    """A key names the derivation and sympy's version, and so the text: by one version it is the same everywhere."""
+    memo = beside(repository / "stages")
+    closure = Sources(repository, "stages", memo).closure(["stages.analytic.run"])
+    memo.save()
+    assert "sympy" in closure.foreign and "stages/analytic/model/derivation.py" in closure.files
+    assert made.EQUATIONS.folder.name.startswith(f"equations-{metadata.version('sympy')}-")
 
 
 def test_a_text_is_made_once_and_again_where_it_is_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -154,7 +154,7 @@ def test_processes_of_a_stage_have_what_it_loaded(done):
 
 
 def test_what_is_imported_late_is_not_loaded_before(repository):
-    """The derivation of the equations, with SymPy, is imported by no function that stage analytic calls."""
+    """The derivation of the equations, with SymPy, is imported where their text is made alone."""
     files = [path.relative_to(repository).as_posix() for path in (repository / "stages").rglob("*.py")]
     memo = beside(repository / "stages")  # parsing takes two seconds, once
     heads = {file: memo.meaning((repository / file).read_bytes()).heads for file in files}

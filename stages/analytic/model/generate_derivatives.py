@@ -6,7 +6,7 @@ out. The second turns them into the change for given changes of the numbers, whi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import sympy as sp
@@ -30,20 +30,26 @@ OF_FORCES = (d.k, d.b, d.g_x, d.g_y)
 DETAILED_HEADER = HEADER.replace("Compliant, Rigid", "DetailedCompliant, DetailedRigid")
 
 
+def by_numbers(outputs: Sequence[sp.Expr], changes: Mapping[str, sp.Symbol]) -> tuple[list[sp.Expr], list[str]]:
+    """Derivatives of terms by numbers, without zeros, and the source of each term's change for their `changes`."""
+    derivatives: list[sp.Expr] = []
+    sums = []
+    for output in outputs:
+        products, held = [], output.free_symbols
+        for change, symbol in changes.items():
+            if symbol in held and sp.expand(derivative := sp.diff(output, symbol)) != 0:
+                products.append(f"by[{len(derivatives)}] * {change}")
+                derivatives.append(derivative)
+        sums.append(" + ".join(products) or "0.0")
+    return derivatives, sums
+
+
 def pair(
     name: str, arguments: Sequence[sp.Symbol], outputs: Sequence[sp.Expr], doc: str, design: d.Design
 ) -> list[str]:  # fmt: skip
     """Both functions of one term; `name` begins with the kind of legs."""
     kind = kind_of(name, design)
-    derivatives: list[sp.Expr] = []
-    sums = []
-    for output in outputs:
-        products, held = [], output.free_symbols
-        for parameter, symbol in design.parameters.items():
-            if symbol in held and sp.expand(derivative := sp.diff(output, symbol)) != 0:
-                products.append(f"by[{len(derivatives)}] * d.{parameter}")
-                derivatives.append(derivative)
-        sums.append(" + ".join(products) or "0.0")
+    derivatives, sums = by_numbers(outputs, {f"d.{each}": symbol for each, symbol in design.parameters.items()})
     lines = ["@compiled", f"def {name}_change(by: Numbers, d: {kind}) -> Numbers:",
              f'    """Change of {doc}, from `{name}_by`."""',
              "    return (" + ",\n            ".join(sums) + ("," if len(sums) == 1 else "") + ")"]

@@ -18,7 +18,8 @@ from stages.analytic.model.kinds import Detailed, Plain
 from stages.biped.machine_code import Kept, sympy_version
 
 DERIVING = "deriving the equations of motion, some 5 s, once after an install or an edit"
-EQUATIONS = Kept(f"equations-{sympy_version()}", FOLDER / "model", by="sympy")
+#: The folder's name has the version, as text that came with the program serves where there is no sympy.
+EQUATIONS = Kept(f"equations-{sympy_version()}", FOLDER / "model", by=f"sympy {sympy_version()}")
 
 
 class Made(ModuleType):

@@ -9,6 +9,7 @@ from typing import Any
 import sympy as sp
 
 from stages.analytic.model import derivation as analytic
+from stages.analytic.model.generate_derivatives import by_numbers
 from stages.analytic.model.generated_source import function_source
 from stages.penalty.model import derivation as d
 from stages.penalty.model.walker import LegNumbers, Penalty
@@ -65,25 +66,18 @@ def module_source(kind: Kind) -> str:
         kind.function("leg_jacobian", given, by_state,
                       "d(Q - C qd - M qdd + push)/d(phi, L, dphi, dL) at given qdd, N and F, by rows, (4, 4);\n    "
                       "d(rate of penetration, slip)/d(phi, L), (2, 2)."),
-        *by_numbers(kind, given, [*residual, *part.contact]),
+        *change_functions(kind, given, [*residual, *part.contact]),
     ]  # fmt: skip
     assert part.mass[3, 3] == kind.leg.m and part.mass[0, 0] == part.mass[1, 1] == kind.leg.m + kind.leg.m_f
     assert part.push[0] == d.F and part.push[1] == d.N and sp.diff(part.contact[0], d.y) == -1
     return "\n\n".join([HEADER.replace("KIND", kind.numbers.__name__), *functions])
 
 
-def by_numbers(kind: Kind, given: Sequence[sp.Symbol], outputs: Sequence[sp.Expr]) -> list[str]:
+def change_functions(kind: Kind, given: Sequence[sp.Symbol], outputs: Sequence[sp.Expr]) -> list[str]:
     """Two functions: derivatives of a leg's part by its numbers, and its change for a row of their changes."""
-    derivatives: list[sp.Expr] = []
-    sums = []
-    for output in outputs:
-        products = []
-        for place, name in enumerate(kind.numbers._fields):
-            symbol = kind.design.parameters.get(name)
-            if symbol is not None and sp.expand(sp.diff(output, symbol)) != 0:
-                products.append(f"by[{len(derivatives)}] * a[row, start + {place}]")
-                derivatives.append(sp.diff(output, symbol))
-        sums.append(" + ".join(products) or "0.0")
+    parameters, fields = kind.design.parameters, kind.numbers._fields
+    derivatives, sums = by_numbers(outputs, {
+        f"a[row, start + {place}]": parameters[name] for place, name in enumerate(fields) if name in parameters})
     what = "Q - C qd - M qdd + push at given qdd, N and F, (4,), then of penetration, its rate and the slip"
     lines = ["@compiled", "def leg_change(by: Numbers, a: np.ndarray, row: int, start: int, p: "
              f"{kind.numbers.__name__}) -> Numbers:",
