@@ -360,6 +360,42 @@ def test_without_sympy_what_is_there_serves_or_one_sentence_says_so(repository: 
     if not place:
         assert done.returncode == 0 and '"period_s"' in done.stdout and "deriving" not in done.stderr, done.stderr
         return
-    assert done.returncode == 3 and "Traceback" not in done.stderr
+    assert done.returncode == 3 and "Traceback" not in done.stderr and "deriving" not in done.stderr
     assert "cannot be derived without sympy" in json.loads(done.stdout)["reason"]
     assert not [*(tmp_path / place).rglob("*.txt"), *(tmp_path / place).rglob("*.tmp")]
+
+
+#: Makes a text, or is killed while it does.
+MAKES = """
+import sys, time
+from pathlib import Path
+from stages.biped.machine_code import Kept
+
+def make():
+    print("making", flush=True)
+    time.sleep(float(sys.argv[2]))
+    return "a = 1\\n"
+
+print(Kept("texts", Path(sys.argv[1]), by="").text("a.txt", make), end="")
+"""
+
+
+def test_processes_that_make_a_text_at_once_leave_one_and_a_killed_one_leaves_none(
+    repository: Path, tmp_path: Path
+) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(repository), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def maker(seconds: float) -> subprocess.Popen[str]:
+        return subprocess.Popen([sys.executable, "-c", MAKES, str(tmp_path), str(seconds)], env=environment, text=True,
+                                stdout=subprocess.PIPE)  # fmt: skip
+
+    killed = maker(600.0)
+    assert killed.stdout is not None and killed.stdout.readline() == "making\n"
+    killed.kill()
+    killed.communicate()
+    assert not [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
+    found = [process.communicate(timeout=300)[0] for process in [maker(1.0), maker(1.0)]]
+    sealed = machine_code.sealed("a = 1\n")
+    assert all(each.endswith(sealed) for each in found)
+    (left,) = [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
+    assert (left.name, left.read_text()) == ("a.txt", sealed)

@@ -53,25 +53,26 @@ class OfSets(ByKind):
         return getattr(super().of(kind), self.name)
 
 
-def derived(kept: Kept, name: str, derive: Callable[[str], str]) -> str:
+def derived(kept: Kept, name: str, maker: Callable[[str], Callable[[], str]]) -> str:
     """The text of a module of equations. Raises NotDerived where it is to be made and sympy is missing."""
 
     def made() -> str:
-        print(f"note: {DERIVING}: {name.replace('_', ' ')}", file=sys.stderr, flush=True)
         try:
-            return derive(name)
+            make = maker(name)
         except ImportError as missing:
             raise NotDerived(f"the equations of motion cannot be derived without sympy ({missing}): install it, or a "
                              "wheel that brings them") from None  # fmt: skip
+        print(f"note: {DERIVING}: {name.replace('_', ' ')}", file=sys.stderr, flush=True)
+        return make()
 
     return kept.text(f"{name}.txt", made)
 
 
-def by_sympy(name: str) -> str:
-    """The text of one of this package's modules of equations."""
+def by_sympy(name: str) -> Callable[[], str]:
+    """What makes the text of one of this package's modules of equations."""
     from stages.analytic.model.generate import SOURCES
 
-    return SOURCES[name]()
+    return SOURCES[name]
 
 
 def sets(where: str, what: str) -> dict[Any, Any]:

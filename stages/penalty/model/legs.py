@@ -30,11 +30,11 @@ leg_of: Callable[..., Any] = ByKind({Penalty: numbers_of_both, DetailedPenalty: 
 LEGS = Kept(f"legs-{sympy_version()}", FOLDER / "model", by=EQUATIONS.stamp)
 
 
-def by_sympy(name: str) -> str:
-    """The text of the functions of a kind of leg."""
+def by_sympy(name: str) -> Callable[[], str]:
+    """What makes the text of the functions of a kind of leg."""
     from stages.penalty.model.generate import KINDS, module_source
 
-    return module_source(KINDS[name])
+    return partial(module_source, KINDS[name])
 
 
 SETS = {kinds: Made(f"{__name__}.{name}", partial(derived, LEGS, name, by_sympy))
