@@ -20,7 +20,7 @@ from stages.analytic.gait.poincare import poincare_derivative, poincare_map
 from stages.analytic.integration.phase import NO_NODES, integrate
 from stages.analytic.integration.readable import take_step
 from stages.analytic.model.walker import Walker
-from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE
+from stages.analytic.phases.motion import DOUBLE_STANCE, SINGLE_STANCE
 from stages.analytic.phases.section import section_state
 from stages.biped.design import Biped
 from stages.ground.slope import Slope

@@ -16,7 +16,7 @@ import numpy as np
 
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.gait.search_starts import lengths_after_heel_strike
-from stages.analytic.model.kinds import PlainRolling, StiffRolling
+from stages.analytic.model.kinds import PlainCompliant, StiffPlain
 from stages.analytic.model.stiffness import axial_rates
 from stages.analytic.model.walker import Walker, build_walker
 from stages.biped.design import Biped
@@ -53,9 +53,9 @@ def main() -> None:
     for k, b in designs():
         walker = build_walker(Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, k, b, 0.0), Slope(2.0, 9.81))
         rate, decay = axial_rates(walker.p)
-        explicit, period = measured(dataclasses.replace(walker, p=PlainRolling(*walker.p)))
-        implicit, other = measured(dataclasses.replace(walker, p=StiffRolling(*walker.p)))
-        taken = "implicit" if isinstance(walker.p, StiffRolling) else "explicit"
+        explicit, period = measured(dataclasses.replace(walker, p=PlainCompliant(*walker.p)))
+        implicit, other = measured(dataclasses.replace(walker, p=StiffPlain(*walker.p)))
+        taken = "implicit" if walker.stiff else "explicit"
         print(f"{k:10.3g} {b:10.4g} {rate:9.3g} {decay:9.3g} {1e3 * explicit:12.3f} {1e3 * implicit:12.3f} "
               f"{explicit / implicit:7.2f} {abs(period - other):15.1e}  {taken}")
 

@@ -66,10 +66,15 @@ class ByKind:
     `by` is another argument's name, if that one's type decides. Raises TypeError for a `p` of no such kind.
     """
 
+    #: Of the arguments, how many there are, and what the last of them are where they are not given.
+    count, defaults = 0, ()
+
     def __init__(self, choices: Mapping[Any, Callable[..., Any]], by: str = "p") -> None:
         self.choices = choices
         self.chosen: dict[type, Any] = {}
-        self.place = list(inspect.signature(next(iter(choices.values()))).parameters).index(by)
+        names = inspect.signature(next(iter(choices.values()))).parameters
+        self.place, self.count = list(names).index(by), len(names)
+        self.defaults = tuple(each.default for each in names.values() if each.default is not each.empty)
 
     def of(self, kind: type) -> Any:
         """The function for a kind of walker."""
@@ -82,7 +87,9 @@ class ByKind:
         raise TypeError(f"{kind.__name__} is no kind of walker that is known here")
 
     def __call__(self, *arguments: Any) -> Any:
-        return self.of(type(arguments[self.place]))(*arguments)
+        """Call it, with all arguments: numba would compile it apart for those that are left out."""
+        given = len(arguments) - self.count + len(self.defaults)
+        return self.of(type(arguments[self.place]))(*arguments, *self.defaults[max(given, 0):])
 
 
 def extend(function: Callable[..., Any], choices: Mapping[Any, Callable[..., Any]]) -> None:

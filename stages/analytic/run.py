@@ -26,9 +26,8 @@ from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.phases.flow import DOUBLE_STANCE, contact_directions, flow
-from stages.analytic.phases.succession import in_contact
-from stages.analytic.phases.transitions import foot_clearance
+from stages.analytic.phases.guards import foot_clearance
+from stages.analytic.phases.motion import DOUBLE_STANCE, contact_directions, flow, in_contact
 from stages.analytic.result import (
     Elasticities,
     NumericalError,

@@ -19,7 +19,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import FixedPoint, Step, fixed_point, iterate, poincare_map
 from stages.analytic.gait.search_starts import lengths_after_heel_strike
 from stages.analytic.integration import readable
-from stages.analytic.model.kinds import Rigid, Rubbing, Stiff
+from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.stiffness import attainable_tolerance, axial_rates
 from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.phases.section import section_coordinates
@@ -133,7 +133,7 @@ def reference_step(walker: Walker, z: Vector, used: float) -> tuple[str, Step]:
     tolerance than that `used` for the answer; the energy audit then is what is independent.
     """
     rate, decay = (0.0, 0.0) if isinstance(walker.p, Rigid) else axial_rates(walker.p)
-    readable_path = walker.rolls and not walker.timed and not isinstance(walker.p, Rubbing)
+    readable_path = walker.rolls and not walker.timed and walker.p.tau_h == 0.0
     if readable_path and (rate <= EXPLICIT_RATE or decay * RINGING >= rate):
         method = "DOP853" if rate <= EXPLICIT_RATE else "Radau"
         with suppress(readable.TooSlow):
@@ -198,7 +198,7 @@ def derivatives(usual: Parameters, here: Parameters, point: Point) -> Finding:
     """Elasticities of the period against differences of gaits of changed designs, extrapolated. Raises NoGait."""
     tolerance, limit = here.analytic.tolerance, usual.settings.right_within
     walker, found = find_gait(here.biped, here.slope, tolerance)
-    if isinstance(walker.p, Stiff):
+    if walker.stiff:
         return Finding(UNCONFIRMED, reason=TOO_LONG)
     design, tight = DesignPoint(here.biped, here.slope), attainable_tolerance(walker.p, EXACT)
     try:
@@ -234,7 +234,7 @@ def estimate(usual: Parameters, here: Parameters, point: Point) -> Finding:
     """The estimated error of the hip's path against that to a walk at the tightest tolerance. Raises NoGait."""
     tolerance = here.analytic.tolerance
     walker, found = find_gait(here.biped, here.slope, tolerance)
-    if isinstance(walker.p, Stiff):
+    if walker.stiff:
         return Finding(UNCONFIRMED, reason=TOO_LONG)
     said = estimate_errors(walker, found, STEPS, tolerance)
     if not said.given:

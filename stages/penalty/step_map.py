@@ -11,7 +11,7 @@ from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.penalty.model.walker import ANGLE, SIZE, UNITS, VariedPenalty, X
+from stages.penalty.model.walker import ANGLE, SIZE, UNITS, Directions, X
 from stages.penalty.settings import Settings
 from stages.penalty.walk import Ongoing, begin, numbers_of
 from stages.planar.run import COMPLETED, PlanarState
@@ -89,21 +89,21 @@ class PenaltyStepper:
         """
         start = section_state(numbers, self.start)
         columns = np.concatenate([section_columns(), changes.at_start])
-        walk = self._walked(start, self.steps_a_cycle, columns, changes.walker(self.p, len(columns)))
-        assert walk.varied is not None
+        walk = self._walked(start, self.steps_a_cycle, columns, changes.directions(len(columns)))
+        assert walk.directions is not None
         moved = walk.y[SIZE:].reshape(-1, SIZE)
-        delays, ahead = walk.varied.delays * self.own.time, moved[:, X] * self.own.length
+        delays, ahead = walk.directions.delays * self.own.time, moved[:, X] * self.own.length
         for row in (delays, ahead):
             row[:10] /= self.units[PLACES[0]]
         return VariedStep(self._ended(walk, start), self._on_section(walk, moved), delays, ahead)
 
     def _walked(
-        self, start: PlanarState, steps: int, columns: np.ndarray | None = None, varied: VariedPenalty | None = None
+        self, start: PlanarState, steps: int, columns: np.ndarray | None = None, directions: Directions | None = None
     ) -> Ongoing:
         self.steps_walked += steps
         walk = begin(self.p, self.own, start, self.settings, steps)
         if columns is not None:
-            walk.y, walk.varied = np.concatenate([walk.y, columns.ravel()]), varied
+            walk.y, walk.directions = np.concatenate([walk.y, columns.ravel()]), directions
         walk.go_on()
         if walk.outcome != COMPLETED:
             raise NoLimitCycle(walk.message or walk.outcome)

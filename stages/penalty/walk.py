@@ -21,7 +21,7 @@ from stages.penalty.model.walker import (
     RATES,
     SIZE,
     UNITS,
-    VariedPenalty,
+    Directions,
     Walker,
     X,
     Y,
@@ -68,8 +68,8 @@ class Ongoing:
     """A walk on its way: what the watch over an Exudyn run knows as well.
 
     `y`: state (12,), followed by any variations, changed in place, in `scales` as `p` is. `record`: rows of time [s],
-    phase and state at the start of every step, or None if none are kept. `varied`: the walker as the last variations
-    change its numbers.
+    phase and state at the start of every step, or None if none are kept. `directions`: those of the
+    walker's numbers that the last variations go along.
     """
 
     p: Walker
@@ -91,7 +91,7 @@ class Ongoing:
     outcome: str = RUNNING
     message: str = ""
     switches: list[tuple[float, int, bool]] = field(default_factory=list)
-    varied: VariedPenalty | None = None
+    directions: Directions | None = None
 
     @property
     def in_play(self) -> tuple[bool, bool]:
@@ -116,7 +116,7 @@ class Ongoing:
         while True:
             nodes = np.empty((room, 2 + SIZE)) if room else NO_ROOM
             status, taken, length, count, evaluations = integrate(
-                self.phase, self.y, self.varied or self.p, settings.tolerance, limit, steps, length, nodes)
+                self.phase, self.y, self.p, settings.tolerance, limit, steps, length, nodes, self.directions)
             if count < room or not room:
                 break
             self.y[:] = before

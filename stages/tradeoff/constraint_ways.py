@@ -21,8 +21,8 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE, fixed_point, iterate, multipliers_of, poincare_map
 from stages.analytic.integration.readable import STRIDE_ON, accelerations
 from stages.analytic.model.walker import Vector, Walker, build_walker
-from stages.analytic.phases.flow import DOUBLE_STANCE, SINGLE_STANCE, flow
 from stages.analytic.phases.guards import guard
+from stages.analytic.phases.motion import DOUBLE_STANCE, SINGLE_STANCE, flow
 from stages.analytic.phases.section import section_coordinates, section_state
 from stages.analytic.phases.succession import first_phase, succeed
 from stages.analytic.walk.recording import Segment, crossing_state, is_last, next_origin, record

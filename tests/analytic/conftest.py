@@ -3,7 +3,7 @@
 import pytest
 
 from stages.analytic.gait.gait_search import find_gaits
-from stages.analytic.phases.flow import DOUBLE_STANCE
+from stages.analytic.phases.motion import DOUBLE_STANCE
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from tests.analytic.designs import TABLE_1, TABLE_1_RIGID, found_gait

@@ -15,8 +15,8 @@ from stages.analytic.gait.search_starts import lengths_after_heel_strike
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.walker import Vector, Walker, build_walker
 from stages.analytic.parameters import Parameters
+from stages.analytic.phases.guards import foot_clearance
 from stages.analytic.phases.section import section_state
-from stages.analytic.phases.transitions import foot_clearance
 from stages.analytic.result import Result
 from stages.biped.design import Biped
 from stages.biped.rubber import Rubber

@@ -8,15 +8,14 @@ import pytest
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import multiplier_derivatives
 from stages.analytic.derivatives.numbers import left_by_dimensions, moved, sensitive_names
-from stages.analytic.derivatives.section import section_change
 from stages.analytic.derivatives.step_map import varied_step
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative
 from stages.analytic.integration.phase import EVENT, NO_NODES
 from stages.analytic.integration.step import integrate
-from stages.analytic.model.varied import VariedRubbingRolling, varied
-from stages.analytic.phases.flow import HIP_STICKS, ON_BOTH, RUBS_BACK, RUBS_FORWARD
-from stages.analytic.phases.section import section_state
+from stages.analytic.model.kinds import directions
+from stages.analytic.phases.motion import HIP_STICKS, ON_BOTH, RUBS_BACK, RUBS_FORWARD
+from stages.analytic.phases.section import section_state, section_tangent
 from stages.analytic.phases.succession import succeed
 from stages.analytic.walk.recording import record
 from tests.analytic.designs import SLOPE, changed, found_gait
@@ -61,12 +60,12 @@ def test_derivatives_by_numbers_are_exact_where_the_hip_sticks(friction, both, p
     start = together(walker, *both) if both else np.array([-0.05, 1.0, 0.3, 1.0, 0.5, 0.0, -0.5, 0.0])
     along = shares(walker, NUMBERS)
 
-    def walked(p, y):
+    def walked(p, y, numbers=None):
         """The state at the last event, and how long all took."""
         phase, duration = HIP_STICKS + (ON_BOTH if both else 0), 0.0
         for each in range(phases):
-            phase = phase if each == 0 else succeed(phase, y, p)[0]
-            status, more, *_ = integrate(phase, y, p, 1e-13, 30.0, 100_000, 0.02, NO_NODES)
+            phase = phase if each == 0 else succeed(phase, y, p, numbers)[0]
+            status, more, *_ = integrate(phase, y, p, 1e-13, 30.0, 100_000, 0.02, NO_NODES, numbers)
             assert status == EVENT
             duration += more
         assert phases == 1 or phase not in STUCK
@@ -78,17 +77,18 @@ def test_derivatives_by_numbers_are_exact_where_the_hip_sticks(friction, both, p
             y = section_state(np.array([start[0], start[1], start[3], start[4], start[5]]), p)
         return y
 
-    p = varied(walker.p, along, len(along))
-    assert isinstance(p, VariedRubbingRolling)
-    own = section_change(start, p) if both else np.zeros(8 * len(along))
-    y, _ = walked(p, np.concatenate([start, own]))
+    numbers = directions(along, len(along))
+    own = np.zeros(8 * len(along))
+    if both:
+        own = section_tangent(start[[0, 1, 3, 4, 5]], start, walker.p, numbers)[40:]
+    y, _ = walked(walker.p, np.concatenate([start, own]), numbers)
     for row, name in enumerate(NUMBERS):
 
         def there(share):
             beside = moved(walker, share * along[row]).p  # noqa: B023
             return np.append(*walked(beside, begun(beside)))
 
-        found = np.append(y[8 * row + 8 : 8 * row + 16], p.delays[row])
+        found = np.append(y[8 * row + 8 : 8 * row + 16], numbers.delays[row])
         wanted = extrapolated(there, 1e-5)
         assert found == pytest.approx(wanted, rel=0, abs=3e-6 * max(1.0, np.abs(found).max())), name
 

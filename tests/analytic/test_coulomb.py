@@ -15,11 +15,18 @@ from stages.analytic.integration.phase import EVENT, STEP_LIMIT
 from stages.analytic.integration.readable import terms
 from stages.analytic.model.walker import build_walker
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.phases.coulomb_guard import slip_speed
-from stages.analytic.phases.coulomb_impact import LIFTS, SLIPS, STICKS, UNDECIDED, land, limited_reset, trailing_impulse
-from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SINGLE_STANCE, SLIDING_BACK, SLIDING_FORWARD
+from stages.analytic.phases.guards import contact_rates
+from stages.analytic.phases.impact import (
+    LIFTS,
+    SLIPS,
+    STICKS,
+    UNDECIDED,
+    heel_strike_reset,
+    land,
+    trailing_impulse,
+)
+from stages.analytic.phases.motion import DOUBLE_STANCE, HOVERING, SINGLE_STANCE, SLIDING_BACK, SLIDING_FORWARD
 from stages.analytic.phases.section import section_state
-from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.run import run
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
@@ -82,7 +89,7 @@ def test_impulses_are_complementary(friction, landings):
         free = y[4:].copy()
         kind, *_ = trailing_impulse(y, walker.p)
         whole = before.copy()
-        assert limited_reset(whole, walker.p) == (kind != UNDECIDED)
+        assert heel_strike_reset(whole, walker.p) == (kind != UNDECIDED)
         if kind == UNDECIDED:
             continue
         found.append(kind)
@@ -123,7 +130,7 @@ def test_derivative_of_the_impact(kind, landings):
             landed = state[:8].copy()
             land(landed, walker.p)
             kinds.append(trailing_impulse(landed, walker.p)[0])
-            limited_reset(state, walker.p)
+            heel_strike_reset(state, walker.p)
             results.append(state)
         if kinds == [kind] * 3:
             seen += 1
@@ -142,7 +149,7 @@ def test_every_phase_keeps_its_law(gait, step):
     for segment in step[:-1]:
         states = dense_states(walker, segment)
         tangential, normal = accelerations_and_forces(segment.phase, states, walker.p)[:, 6:].T
-        rise, slip = np.array([slip_speed(y, walker.p) for y in states]).T
+        rise, slip = np.array([contact_rates(y, walker.p) for y in states]).T
         height = np.array([clearance(y, walker.p)[0] for y in states])
         assert normal.min() >= -1e-12
         if segment.phase == HOVERING:
@@ -166,7 +173,7 @@ def test_events_lie_where_the_laws_change(gait, step):
             continue
         tangential, normal = accelerations_and_forces(segment.phase, segment.end[None], walker.p)[0, 6:]
         left = 1.1 * normal - abs(tangential) if segment.phase == DOUBLE_STANCE else normal
-        slip = abs(slip_speed(segment.end, walker.p)[1]) if segment.phase in SLIDES else np.inf
+        slip = abs(contact_rates(segment.end, walker.p)[1]) if segment.phase in SLIDES else np.inf
         assert min(abs(left), slip) <= 1e-12
 
 
@@ -221,7 +228,7 @@ def test_hop_after_heel_strike_is_resolved(gait, step):
     assert hop.phase == HOVERING and hop.duration < 1e-3
     heights = np.array([clearance(y, walker.p)[0] for y in dense_states(walker, hop)])
     assert heights.max() > 0 and abs(heights[-1]) <= 1e-13
-    rates = [slip_speed(y, walker.p)[0] for y in (hop.states[0], hop.end)]
+    rates = [contact_rates(y, walker.p)[0] for y in (hop.states[0], hop.end)]
     assert rates[0] == pytest.approx(point.z[5], rel=1e-9)
     assert hop.duration == pytest.approx(2 * rates[0] * hop.duration / (rates[0] - rates[1]), rel=0.05)
 

@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 from stages.analytic.model import derivation as d
+from stages.analytic.model.kinds import present
 from tests.analytic.designs import HEAVY_LEGS, TABLE_1_RIGID, changed, random_states, walker_of
 
 LEGS = ("compliant", "rigid")
@@ -19,8 +20,10 @@ def numeric(legs, expression):
     """A function (state, p) of an expression or matrix."""
     equations = equations_of(legs)
     symbols = list(equations.coordinates) + list(equations.rates)
-    function = sp.lambdify([symbols, [d.PARAMETERS[name] for name in WALKERS[legs].p._fields]], expression, "numpy")
-    return lambda y: np.asarray(function(y, WALKERS[legs].p), dtype=float)
+    names = present(WALKERS[legs].p)
+    numbers = [getattr(WALKERS[legs].p, name) for name in names]
+    function = sp.lambdify([symbols, [d.PARAMETERS[name] for name in names]], expression, "numpy")
+    return lambda y: np.asarray(function(y, numbers), dtype=float)
 
 
 @each_kind

@@ -10,14 +10,12 @@ from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import APART, LEADING, multiplier_derivatives
 from stages.analytic.derivatives.numbers import changes_of, moved, sensitive_names
 from stages.analytic.derivatives.step_map import varied_step, walk_derivatives
-from stages.analytic.derivatives.walking import limited_varied_reset, varied_land
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
-from stages.analytic.model.kinds import StiffRolling
-from stages.analytic.model.varied import varied
-from stages.analytic.phases.coulomb_impact import LIFTS, SLIPS, STICKS, land, limited_reset, trailing_impulse
-from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SLIDING_BACK, SLIDING_FORWARD
+from stages.analytic.model.kinds import directions
+from stages.analytic.phases.impact import LIFTS, SLIPS, STICKS, heel_strike_reset, land, trailing_impulse
+from stages.analytic.phases.motion import DOUBLE_STANCE, HOVERING, SLIDING_BACK, SLIDING_FORWARD
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from stages.ground.friction_coefficients import Friction
@@ -258,7 +256,7 @@ def test_impact_with_limited_friction_answers_to_the_numbers(kind):
             landed = state.copy()
             land(landed, p)
             kinds.append(trailing_impulse(landed, p)[0])
-            limited_reset(state, p)
+            heel_strike_reset(state, p)
             return state
 
         found = slope_of(reset, 1e-4)
@@ -266,10 +264,10 @@ def test_impact_with_limited_friction_answers_to_the_numbers(kind):
             continue
         seen += 1
         carried = np.concatenate([y, direction])
-        assert limited_varied_reset(carried, varied(walker.p, along, 1))
+        assert heel_strike_reset(carried, walker.p, directions(along, 1))
         assert np.abs(carried[8:] - found).max() <= 1e-7 * max(1.0, np.abs(found).max())
         landed = np.concatenate([y, direction])
-        varied_land(landed, varied(walker.p, along, 1))
+        land(landed, walker.p, directions(along, 1))
         assert kind == LIFTS or np.abs(landed[8:] - carried[8:]).max() > 1e-6
     assert seen >= 5
 
@@ -279,7 +277,7 @@ def test_stiff_legs_have_derivatives_too():
     """Implicit steps carry them as well."""
     design = DesignPoint(STIFF, SLOPE)
     walker, point = stiff_gait(STIFF, 1e-12)
-    assert type(walker.p) is StiffRolling
+    assert walker.stiff
     names = ("biped.hip_mass", "biped.foot_com", "ground.slope_deg")
     given = gait_derivatives(design, point, names, 1e-12).elasticities()["period_s"]
     for index, parameter in enumerate(names):

@@ -30,6 +30,7 @@ from stages.analytic.maps.answers import (
     corrected,
     followed,
     in_parts,
+    numbers_of,
 )
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.questions import map as design_map
@@ -195,15 +196,15 @@ def test_a_gait_follows_from_its_neighbour_for_every_kind_of_walker(design, name
     for share in (0.5, 0.25):
         part = design.with_value(name, design.value(name) + share * (to - design.value(name)))
         beside = part.walker()
-        exact = corrected(beside, known.towards(np.array(beside.p)), 1e-10)
-        errors.append(np.abs(known.towards(np.array(beside.p)) - exact.z).max())
+        exact = corrected(beside, known.towards(numbers_of(beside)), 1e-10)
+        errors.append(np.abs(known.towards(numbers_of(beside)) - exact.z).max())
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.25)
 
 
 def test_a_correction_that_leads_nowhere_is_no_answer():
     walker = BASE.walker()
     assert corrected(walker, np.array([-0.6, 1.0, 1.0, 0.05, 0.0]), TOLERANCE) is None
-    assert Anchors([]).nearest(np.array(walker.p), 3) == []
+    assert Anchors([]).nearest(numbers_of(walker), 3) == []
 
 
 def test_blocks_do_not_depend_on_each_other():

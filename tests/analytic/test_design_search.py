@@ -8,7 +8,7 @@ import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.numbers import moved, sensitive_names
-from stages.analytic.design.goals import GOALS, shift_to_letting_go
+from stages.analytic.design.goals import GOALS
 from stages.analytic.design.search import Problem, search_design
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps, report_gait
@@ -16,10 +16,10 @@ from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.integration.phase import EVENT, NO_NODES
 from stages.analytic.integration.step import integrate
-from stages.analytic.model.varied import varied
+from stages.analytic.model.kinds import directions
 from stages.analytic.model.walker import build_walker
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.phases.flow import HIP_STICKS
+from stages.analytic.phases.motion import HIP_STICKS
 from stages.analytic.questions import design as design_question
 from stages.analytic.walk.recording import in_single_stance
 from stages.ground.slope import Slope
@@ -254,21 +254,19 @@ def test_the_largest_of_a_stride_is_what_the_report_samples(detailed_gait, goal)
 
 
 def test_where_a_hip_lets_go_variations_are_brought_to_that_event():
-    """As differences of reruns to the event have them; the integration itself leaves them at a fixed time."""
+    """As differences of reruns to the event have them."""
     walker = build_walker(dataclasses.replace(RUBBING, legs="rigid", hip_friction=0.05), SLOPE)
     start = np.array([-0.05, 0.02, 0.5, -0.5])
     along = np.zeros((5, len(walker.p)))
     along[4, walker.p._fields.index("tau_h")] = walker.p.tau_h
 
-    def to_event(numbers, y):
-        assert integrate(HIP_STICKS, y, numbers, 1e-13, 30.0, 100_000, 0.02, NO_NODES)[0] == EVENT
+    def to_event(p, y, numbers=None):
+        assert integrate(HIP_STICKS, y, p, 1e-13, 30.0, 100_000, 0.02, NO_NODES, numbers)[0] == EVENT
         return y
 
-    p = varied(walker.p, along, 5)
-    y = to_event(p, np.concatenate([start, np.eye(4).ravel(), np.zeros(4)]))
-    before = y.copy()
-    shift_to_letting_go(HIP_STICKS, y, p, walker, along)
-    assert np.abs(y[4:] - before[4:]).max() > 1e-2
+    numbers = directions(along, 5)
+    y = to_event(walker.p, np.concatenate([start, np.eye(4).ravel(), np.zeros(4)]), numbers)
+    assert np.abs(numbers.delays).max() > 1e-2
     for row in range(5):
 
         def there(h):

@@ -11,18 +11,12 @@ from stages.analytic.gait.gait_report import limp_of, report_gait
 from stages.analytic.gait.gait_search import step_length, step_lengths
 from stages.analytic.gait.poincare import fixed_point, iterate, poincare_derivative, poincare_map
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import (
-    DetailedLimited,
-    DetailedRigid,
-    DetailedRolling,
-    StiffDetailedRolling,
-    with_legs_exchanged,
-)
+from stages.analytic.model.kinds import DetailedCompliant, DetailedRigid, with_legs_exchanged
 from stages.analytic.model.walker import build_walker
-from stages.analytic.phases.flow import RIGID, SINGLE_STANCE, flow
-from stages.analytic.phases.guards import guard
+from stages.analytic.phases.guards import foot_clearance, guard
+from stages.analytic.phases.impact import heel_strike_reset
+from stages.analytic.phases.motion import RIGID, SINGLE_STANCE, flow
 from stages.analytic.phases.section import section_state
-from stages.analytic.phases.transitions import foot_clearance, heel_strike_reset
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import sample_walk
 from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, changed, random_states
@@ -37,7 +31,7 @@ LAME = changed(
 LAME_RIGID = changed(LAME, legs="rigid")
 #: The kinds of walkers there are with details.
 KINDS = pytest.mark.parametrize(("legs", "friction", "kind"), [
-    ("rigid", None, DetailedRigid), ("compliant", None, DetailedRolling), ("compliant", FRICTION, DetailedLimited)])
+    ("rigid", None, DetailedRigid), ("compliant", None, DetailedCompliant), ("compliant", FRICTION, DetailedCompliant)])
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +57,7 @@ def test_without_details_the_detailed_equations_are_table_1s(legs, friction, kin
 
 def test_stiff_legs_are_stiff_with_details():
     stiff = build_walker(changed(LAME, stiffness=1e9, damping=2e4), SLOPE)
-    assert type(stiff.p) is StiffDetailedRolling and type(stiff.exchanged.p) is StiffDetailedRolling
+    assert stiff.stiff and stiff.exchanged.stiff
 
 
 def test_the_baseline_of_the_twin():
@@ -255,8 +249,8 @@ def test_guard_changes_sign_at_heel_strike(lame):
 
 def test_a_design_stays_detailed_where_a_detail_passes_zero():
     design = DesignPoint(TABLE_1, SLOPE)
-    assert not isinstance(design.walker().p, DetailedRolling)
-    assert isinstance(design.with_value("biped.frame_mass", 0.0).walker().p, DetailedRolling)
+    assert not isinstance(design.walker().p, DetailedCompliant)
+    assert isinstance(design.with_value("biped.frame_mass", 0.0).walker().p, DetailedCompliant)
     assert design.value("biped.other_leg_length") == 0.333 and design.value("biped.hip_gravity_mass") == 0.316
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from stages.analytic.integration.dop853_step import error_norm, take_step
 from stages.analytic.integration.dop853_tableau import A, B
 from stages.analytic.integration.integrator import STAGES, step_factor
-from stages.analytic.phases.flow import SINGLE_STANCE, flow
+from stages.analytic.phases.motion import SINGLE_STANCE, flow
 from tests.analytic.designs import walker_of
 
 

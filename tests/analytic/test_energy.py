@@ -4,7 +4,7 @@ import pytest
 
 from stages.analytic.gait.gait_report import audit
 from stages.analytic.gait.gait_search import step_length
-from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID
+from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from tests.analytic.designs import HEAVY_LEGS, TABLE_1, TABLE_1_RIGID, changed, found_gait

@@ -4,7 +4,21 @@ import numpy as np
 import pytest
 
 from stages.analytic.model import terms as eq
-from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE, double_acceleration, flow
+from stages.analytic.model.kinds import directions
+from stages.analytic.phases.motion import (
+    DOUBLE_STANCE,
+    NORMAL,
+    PHASES,
+    RIGID,
+    ROLL,
+    RUB,
+    SINGLE_STANCE,
+    SLIDE,
+    STICKS,
+    accelerations,
+    flow,
+    motion,
+)
 from tests.analytic.designs import HEAVY_LEGS, TABLE_1_RIGID, changed, double_stance_states, random_states, walker_of
 
 
@@ -67,7 +81,38 @@ def test_rolling_feet_feel_all_the_force_that_moves_the_mass_centre():
 def test_double_stance_accelerations_keep_the_second_foot_rolling():
     walker = walker_of(HEAVY_LEGS)
     for y in double_stance_states(walker, 50):
-        qdd, *_ = double_acceleration(y, walker.p)
+        qdd, *_ = motion(DOUBLE_STANCE, y, walker.p)
         c = eq.contact_terms(*y, walker.p)
         assert abs(np.dot(c[0:4], qdd) + c[8]) <= 1e-12
         assert abs(np.dot(c[4:8], qdd) + c[9]) <= 1e-12
+
+
+BOTH = changed(HEAVY_LEGS, frame_mass=0.01, frame_com=0.02, other_foot_mass=0.33, hip_stiffness=0.05, hip_damping=5e-4)
+
+
+@pytest.mark.parametrize("phase", range(SINGLE_STANCE, len(PHASES)))
+def test_each_phase_holds_what_its_row_says(phase):
+    """And tangents are differences of the flow: along a variation of the state, and along one of all numbers too."""
+    p, rng = walker_of(BOTH).p._replace(mu_s=0.9, mu_d=0.7, tau_h=0.01), np.random.default_rng(phase)
+    row = PHASES[phase]
+    for y in random_states(walker_of(BOTH), 4, seed=phase):
+        qdd, (normal, along_ground, torque) = map(np.array, accelerations(phase, y, p))
+        c = np.array(eq.contact_terms(*y, p))
+        rows = ((row[NORMAL], c[0:4], c[8]), (row[ROLL], c[4:8], c[9]), (row[STICKS], [1, 0, 1, 0], 0))
+        for held, part, bias in rows:
+            assert not held or abs(np.dot(part, qdd) + bias) <= 1e-9 * max(1.0, np.abs(qdd).max())
+        assert row[ROLL] or along_ground == pytest.approx(-row[SLIDE] * p.mu_d * normal)
+        assert (row[NORMAL] or normal == 0.0) and (row[STICKS] or torque == -row[RUB] * p.tau_h)
+        moves, numbers = rng.normal(size=(2, 8)), rng.normal(size=len(p)) * np.array(p)
+
+        def rates(h, move, by, y=y):
+            found = np.empty(8)
+            flow(phase, y + h * move, p._make((np.array(p) + h * by).tolist()), found)
+            return found
+
+        whole = np.empty(24)
+        flow(phase, np.concatenate([y, *moves]), p, whole, directions(numbers[None, :], 2))
+        for column, by in enumerate((0.0 * numbers, numbers)):
+            ends = [(rates(h, moves[column], by) - rates(-h, moves[column], by)) / (2 * h) for h in (2e-5, 1e-5)]
+            wanted, found = (4 * ends[1] - ends[0]) / 3, whole[8 * column + 8 : 8 * column + 16]
+            assert found == pytest.approx(wanted, rel=0, abs=1e-6 * max(1.0, np.abs(wanted).max()))

@@ -13,13 +13,12 @@ from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative
 from stages.analytic.integration.phase import EVENT, NO_NODES
 from stages.analytic.integration.step import integrate
-from stages.analytic.model.kinds import RubbingRigid, with_legs_exchanged
+from stages.analytic.model.kinds import DetailedRigid, with_legs_exchanged
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import build_walker
-from stages.analytic.phases.flow import HIP_STICKS, RUBS_BACK, RUBS_FORWARD
-from stages.analytic.phases.hip_friction import hip_phase, holding_torque
+from stages.analytic.phases.motion import HIP_STICKS, RUBS_BACK, RUBS_FORWARD, holding_torque
 from stages.analytic.phases.section import section_state
-from stages.analytic.phases.succession import succeed
+from stages.analytic.phases.succession import first_phase, succeed
 from stages.analytic.walk.recording import crossing_state, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from tests.analytic.designs import SLOPE, TABLE_1_RIGID, changed, found_gait
@@ -48,7 +47,7 @@ def test_without_friction_nothing_rubs(free):
 @pytest.mark.parametrize("friction", [1e-4, 3e-3])
 def test_multipliers_are_those_of_differences(free, friction):
     walker = rubbing(friction)
-    assert isinstance(walker.p, RubbingRigid)
+    assert isinstance(walker.p, DetailedRigid)
     point = fixed_point(walker, free[1].z, 1e-13)
     assert np.abs(point.monodromy_matrix - map_slope(walker, point.z, SIZES)).max() < 1e-7
 
@@ -75,10 +74,10 @@ def test_the_map_is_exact_through_turning_and_sticking(friction, z, phases):
 def test_a_hip_that_sticks_lets_go_where_friction_is_used_up(side):
     """Either way, from legs that are together and swing as one."""
     walker, y = rubbing(0.05), side * np.array([-0.05, 0.05, 0.5, -0.5])
-    assert hip_phase(y, walker.p) == (HIP_STICKS, True)
+    assert first_phase(y, walker.p) == (HIP_STICKS, True)
     status, *_ = integrate(HIP_STICKS, y, walker.p, 1e-12, 30.0, 10_000, 0.02, NO_NODES)
     assert status == EVENT and abs(y[2] + y[3]) < 1e-12
-    needed = holding_torque(y, walker.p, 0.0)[0]
+    needed = holding_torque(HIP_STICKS, y, walker.p)
     assert abs(needed) == pytest.approx(walker.p.tau_h, rel=1e-9)
     assert succeed(HIP_STICKS, y, walker.p) == (RUBS_BACK if needed > 0 else RUBS_FORWARD, True)
 

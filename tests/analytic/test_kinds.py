@@ -10,9 +10,21 @@ from numba.extending import is_jitted
 
 from stages.analytic.compiled import ByKind
 from stages.analytic.integration.step import walk_step
-from stages.analytic.model.kinds import PlainLimited, PlainRigid, PlainRolling, StiffLimited, StiffRolling
+from stages.analytic.model.kinds import (
+    Detailed,
+    DetailedCompliant,
+    DetailedRigid,
+    PlainCompliant,
+    PlainRigid,
+    StiffDetailed,
+    StiffPlain,
+    exchange,
+    present,
+    with_legs_exchanged,
+)
+from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import build_walker
-from stages.analytic.phases.flow import flow
+from stages.analytic.phases.motion import flow
 from stages.analytic.phases.section import section_state
 from tests import warm
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed
@@ -20,21 +32,31 @@ from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, chan
 STIFF = changed(TABLE_1, damping=1e5)
 
 
-@pytest.mark.parametrize("design, friction, kind", [
-    (TABLE_1_RIGID, None, PlainRigid), (TABLE_1_RIGID, FRICTION, PlainRigid),
-    (changed(STIFF, legs="rigid"), None, PlainRigid),
-    (TABLE_1, None, PlainRolling), (TABLE_1, FRICTION, PlainLimited),
-    (STIFF, None, StiffRolling), (STIFF, FRICTION, StiffLimited),
+@pytest.mark.parametrize("design, friction, kind, more", [
+    (TABLE_1_RIGID, None, PlainRigid, ()), (TABLE_1_RIGID, FRICTION, PlainRigid, ()),
+    (changed(STIFF, legs="rigid"), None, PlainRigid, ()),
+    (TABLE_1, None, PlainCompliant, ()), (TABLE_1, FRICTION, PlainCompliant, ("mu_s", "mu_d")),
+    (STIFF, None, StiffPlain, ()), (STIFF, FRICTION, StiffPlain, ("mu_s", "mu_d")),
+    (changed(STIFF, frame_mass=0.01, frame_com=0.02), None, StiffDetailed, ()),
+    (changed(STIFF, hip_friction=1e-3), None, DetailedCompliant, ("tau_h",)),
+    (changed(TABLE_1_RIGID, hip_friction=1e-3), None, DetailedRigid, ("tau_h",)),
+    (changed(TABLE_1_RIGID, feet_retract=True, strike_time=0.5), None, DetailedRigid, ("T",)),
 ])
-def test_kind_of_walker_is_its_type(design, friction, kind):
+def test_a_walker_has_the_type_and_the_numbers_that_its_design_needs(design, friction, kind, more):
     walker = build_walker(design, SLOPE, friction)
     assert type(walker.p) is kind
-    assert walker.rigid == (kind is PlainRigid) and walker.rolls == (kind not in (PlainLimited, StiffLimited))
+    assert walker.rigid == (kind in (PlainRigid, DetailedRigid)) and walker.rolls == ("mu_s" not in more)
+    assert walker.stiff == (kind in (StiffPlain, StiffDetailed)) and walker.timed == ("T" in more)
+    tail = 2 if walker.rigid else 3
+    assert present(walker.p) == [*kind._fields[:-tail], *more]
 
 
-def test_no_kind_holds_numbers_it_does_not_need():
-    assert set(PlainRolling._fields) - set(PlainRigid._fields) == {"k", "b"}
-    assert set(PlainLimited._fields) - set(PlainRolling._fields) == {"mu_s", "mu_d"}
+@pytest.mark.parametrize("kind", [PlainRigid, PlainCompliant, DetailedRigid, DetailedCompliant, StiffDetailed])
+def test_legs_are_exchanged_alike_by_both(kind):
+    p = kind(*np.linspace(1.0, 2.0, len(kind._fields)).tolist())
+    assert exchanged(p) == with_legs_exchanged(p) and type(exchanged(p)) is kind
+    assert issubclass(kind, Detailed) == (with_legs_exchanged(p) != p)
+    assert not issubclass(kind, Detailed) or len(set(exchange(kind._fields)[0])) == len(p)
 
 
 def reached(function, kind, found):
@@ -56,40 +78,36 @@ def of_module(functions, part):
 
 
 def test_a_step_calls_only_what_its_kind_of_walker_needs():
-    step = {kind: reached(walk_step, kind, set()) for kind in (PlainRigid, PlainRolling, PlainLimited, StiffRolling)}
+    step = {kind: reached(walk_step, kind, set()) for kind in (PlainRigid, PlainCompliant, StiffPlain)}
     names = {kind: {f.py_func.__name__ for f in functions} for kind, functions in step.items()}
-    assert of_module(step[PlainLimited], "coulomb") and {"single_rates", "strike"} <= names[PlainLimited]
-    for kind in (PlainRigid, PlainRolling, StiffRolling):
-        assert not of_module(step[kind], "coulomb")
-    assert not {name for name in names[PlainRolling] if "sliding" in name or "rigid" in name}
-    assert not {name for name in names[PlainRigid] if "compliant" in name or "double" in name}
-    assert of_module(step[StiffRolling], "radau") and not of_module(step[PlainRolling], "radau")
-    assert not any(of_module(functions, "derivatives") for functions in step.values())
+    assert {"compliant_rates", "strike"} <= names[PlainCompliant] & names[StiffPlain]
+    assert not {name for name in names[PlainCompliant] if "rigid" in name}
+    assert not {name for name in names[PlainRigid] if "compliant" in name or name == "strike"}
+    assert of_module(step[StiffPlain], "radau") and not of_module(step[PlainCompliant], "radau")
+    for functions in step.values():
+        assert not of_module(functions, "detailed")
 
 
-#: Numbers of a rolling walker, and of one that carries changes of its numbers.
-NUMBERS = ("walker_of().p", "varied(walker_of().p, numpy.ones((1, 10)), 1)")
-#: What begins a step, which is quickly compiled, and all that a heel strike calls.
-BEGINS = "compiled(lambda phase, y, p: first_phase(y, exchanged(p)))"
-STRIKES = "succeed"
+#: Directions of the numbers that the variations go along: none, and one.
+DIRECTIONS = ("None", "directions(numpy.ones((1, 13)), 1)")
+FLOWS = "lambda y, p, d: flow(1, y, p, y.copy(), d)"
+STRIKES = "lambda y, p, d: succeed(1, y, p, d)"
 
 
 def compiled_for(called, code):
-    """Names of the functions compiled for each of `NUMBERS`, one after the other, in a process without machine code."""
+    """Names of the functions compiled for each of `DIRECTIONS`, one after the other, in a process without machine code.
+    """
     program = f"""
 import sys
 import numpy
 from numba.extending import is_jitted
-from stages.analytic.compiled import compiled
-from stages.analytic.derivatives import walking
-from stages.analytic.model.terms import exchanged
-from stages.analytic.model.varied import varied
-from stages.analytic.phases.succession import first_phase, succeed
+from stages.analytic.model.kinds import directions
+from stages.analytic.phases.motion import flow
+from stages.analytic.phases.succession import succeed
 from tests.analytic.designs import walker_of
 called = {called}
-y = numpy.array([0.28, 1.0, 0.27, 1.0, 0.5, 0.0, 0.4, 0.0])
-for y, p in ((y, {NUMBERS[0]}), (numpy.concatenate([y, 0 * y]), {NUMBERS[1]})):
-    called(1, y, p)
+for d in ({", ".join(DIRECTIONS)}):
+    called(numpy.array([0.28, 1.0, 0.27, 1.0, 0.5, 0.0, 0.4, 0.0] + 8 * [0.0]), walker_of().p, d)
     modules = [vars(module).values() for name, module in sys.modules.items() if name.startswith("stages")]
     functions = {{id(f): f for values in modules for f in values if is_jitted(f)}}.values()
     print(*sorted(f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.stats.cache_misses))
@@ -99,19 +117,15 @@ for y, p in ((y, {NUMBERS[0]}), (numpy.concatenate([y, 0 * y]), {NUMBERS[1]})):
     return map(str.split, done.stdout.splitlines())
 
 
-@pytest.mark.parametrize(("called", "own"), [
-    (BEGINS, ("phases.succession.rolling_phase", "derivatives.walking.plain_exchanged")),
-    pytest.param(STRIKES, ("phases.transitions.rolling_reset", "derivatives.walking.rolling_varied_reset"),
-                 marks=pytest.mark.slow)])  # fmt: skip
-def test_compiler_follows_the_kind(called, own, tmp_path):
-    """Of a rolling walker nothing of Coulomb's is compiled.
-
-    Nor is what carries changes of the walker's numbers, unless they are asked for.
-    """
-    for names, needed in zip(compiled_for(called, tmp_path), own, strict=True):
+@pytest.mark.parametrize(("called", "needed"), [
+    (FLOWS, "phases.motion.compliant_rates"),
+    pytest.param(STRIKES, "phases.impact.compliant_reset", marks=pytest.mark.slow)])
+def test_what_is_not_asked_for_is_not_compiled(called, needed, tmp_path):
+    """Derivatives by the walker's numbers, unless variations go along them; what other legs need."""
+    for names, asked in zip(compiled_for(called, tmp_path), (False, True), strict=True):
         assert f"stages.analytic.{needed}" in names
-        assert any("derivatives" in name for name in names) == needed.startswith("derivatives")
-        assert not [name for name in names if "coulomb" in name or "rigid" in name or "limited" in name]
+        assert any(".derivatives." in name for name in names) == asked
+        assert not [name for name in names if "detailed" in name or "rigid" in name]
 
 
 def test_numbers_of_no_kind_are_refused():

@@ -6,7 +6,7 @@ import pytest
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
 from stages.analytic.model import terms as eq
-from stages.analytic.phases.flow import DOUBLE_STANCE
+from stages.analytic.phases.motion import DOUBLE_STANCE
 from stages.analytic.phases.section import section_coordinates, section_state
 from stages.analytic.walk.recording import record
 from stages.analytic.walk.validity import dense_states

@@ -8,9 +8,8 @@ from stages.analytic.gait.poincare import poincare_derivative, poincare_map
 from stages.analytic.integration.integrator import STAGES
 from stages.analytic.integration.radau import A_INVERSE, A, C, error_norm, jacobian, take_step
 from stages.analytic.integration.readable import take_step as readable_step
-from stages.analytic.model.kinds import Stiff
 from stages.analytic.model.stiffness import axial_rates
-from stages.analytic.phases.flow import SINGLE_STANCE, flow
+from stages.analytic.phases.motion import SINGLE_STANCE, flow
 from tests.analytic.designs import FRICTION, TABLE_1, changed, random_states, stiff_gait, walker_of
 from tests.analytic.test_dop853 import fixed_steps
 
@@ -82,7 +81,7 @@ def test_estimate_is_not_smaller_than_the_error():
 @pytest.mark.parametrize("design", STIFF, ids=lambda d: f"k {d.stiffness:g}, b {d.damping:g}")
 def test_stiff_legs_take_implicit_steps_and_few_of_them(design):
     walker, point = stiff_gait(design, 1e-9)
-    assert isinstance(walker.p, Stiff)
+    assert walker.stiff
     assert point.residual <= max(1e-10, np.finfo(float).eps * walker.p.k)  # the spring force's round-off
     assert abs(report_gait(walker, point, 1e-9, FRICTION.static_friction).energy.residual) <= 1e-7
     rate, _ = axial_rates(walker.p)
@@ -99,8 +98,8 @@ def test_step_of_no_length_stays_where_it_is():
 
 
 def test_table_1_takes_explicit_steps():
-    assert not isinstance(walker_of().p, Stiff)
-    assert not isinstance(walker_of(changed(STIFF[1], legs="rigid")).p, Stiff)
+    assert not walker_of().stiff
+    assert not walker_of(changed(STIFF[1], legs="rigid")).stiff
 
 
 def test_variations_through_implicit_steps_are_the_derivative():
@@ -116,7 +115,7 @@ def test_variations_through_implicit_steps_are_the_derivative():
 def test_implicit_path_agrees_with_an_integrator_of_another_make():
     """SciPy's on lambdified equations, with events of its own."""
     walker, point = stiff_gait(changed(TABLE_1, damping=1.5e3), 1e-11)
-    assert isinstance(walker.p, Stiff)
+    assert walker.stiff
     other = readable_step(walker, point.z, 1e-10)
     np.testing.assert_allclose(other.z, point.z, atol=2e-8)
     assert other.period == pytest.approx(point.steps[0].period, abs=2e-8)

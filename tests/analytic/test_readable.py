@@ -12,8 +12,8 @@ from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.integration import readable
 from stages.analytic.integration.readable import derivative, heel_strike, refine, take_step
 from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.phases.impact import heel_strike_reset
 from stages.analytic.phases.section import section_state
-from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.run import run
 from tests.analytic.designs import FRICTION, HEAVY_LEGS, RUBBER, SLOPE, TABLE_1, found_gait, random_states, walker_of
 from tests.analytic.test_detailed import LAME

@@ -6,7 +6,7 @@ import pytest
 from stages.analytic.gait.gait_report import audit
 from stages.analytic.gait.gait_search import find_gaits, step_length
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
-from stages.analytic.phases.flow import RIGID
+from stages.analytic.phases.motion import RIGID
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from tests.analytic.designs import TABLE_1_RIGID, changed, walker_of

@@ -13,8 +13,8 @@ import pytest
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model import terms as eq
-from stages.analytic.phases.flow import RIGID
-from stages.analytic.phases.transitions import heel_strike_reset
+from stages.analytic.phases.impact import heel_strike_reset
+from stages.analytic.phases.motion import RIGID
 from tests.analytic.designs import TABLE_1, TABLE_1_RIGID, changed, walker_of
 
 

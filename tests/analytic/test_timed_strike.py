@@ -15,7 +15,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
-from stages.analytic.model.kinds import TimedRigid, with_legs_exchanged
+from stages.analytic.model.kinds import DetailedRigid, with_legs_exchanged
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.section import section_state
@@ -52,7 +52,7 @@ def later(free):
 def test_put_down_when_they_would_land_the_gait_is_that_of_feet_that_land(free):
     walker, point = free
     own, found = find_gait(timed(point.period * walker.time), SLOPE, TOLERANCE)
-    assert isinstance(own.p, TimedRigid) and own.section_size == 4 == len(found.z)
+    assert isinstance(own.p, DetailedRigid) and own.timed and own.section_size == 4 == len(found.z)
     assert found.z == pytest.approx(section_state(point.z, walker.p), abs=1e-10)
     report = report_gait(own, found, TOLERANCE, 1.1)
     assert np.abs(report.put_down.rise_m).max() < 1e-11

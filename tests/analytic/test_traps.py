@@ -6,9 +6,9 @@ Scuffing has its test beside the guards, in test_transitions; slip of the traili
 import numpy as np
 
 from stages.analytic.gait.poincare import fixed_point, poincare_map
-from stages.analytic.phases.flow import SINGLE_STANCE
+from stages.analytic.phases.impact import heel_strike_reset
+from stages.analytic.phases.motion import SINGLE_STANCE
 from stages.analytic.phases.section import section_coordinates
-from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.walk.recording import states_at
 
 #: One millionth of a second, as a common setting of event location has it.

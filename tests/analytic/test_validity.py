@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.analytic.phases.flow import DOUBLE_STANCE, RIGID, SINGLE_STANCE
+from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.phases.section import section_state
 from stages.analytic.run import without_impact
 from stages.analytic.walk.recording import record, states_at

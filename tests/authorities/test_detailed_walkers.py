@@ -13,7 +13,7 @@ import pytest
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import build_walker
-from stages.analytic.phases.flow import RIGID, flow
+from stages.analytic.phases.motion import RIGID, flow
 from stages.analytic.walk.driven_stance import driven_stance
 from stages.biped.design import Biped
 from stages.ground.slope import Slope

@@ -14,7 +14,7 @@ import pytest
 from stages.analytic.integration.phase import EVENT, NO_NODES
 from stages.analytic.integration.step import integrate
 from stages.analytic.model.walker import build_walker
-from stages.analytic.phases.flow import RIGID
+from stages.analytic.phases.motion import RIGID
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 

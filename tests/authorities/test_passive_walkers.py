@@ -15,7 +15,7 @@ from stages.analytic.gait.gait_search import by_stability, find_gait
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model import terms as eq
 from stages.analytic.model.walker import Walker, build_walker
-from stages.analytic.phases.flow import RIGID
+from stages.analytic.phases.motion import RIGID
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.phases.flow import SINGLE_STANCE
+from stages.analytic.phases.motion import SINGLE_STANCE
 from stages.analytic.walk.recording import record
 from stages.analytic.walk.sampling import sample_walk
 from stages.calibration.information.identifiability import free_names

@@ -12,7 +12,7 @@ from stages.penalty.model.changes import changes_of, names_of
 from stages.penalty.model.generate import KINDS, module_source
 from stages.penalty.model.walker import SIZE, build_penalty
 from stages.penalty.motion.accelerations import accelerations
-from stages.penalty.motion.engine import penalty_rates, varied_rates
+from stages.penalty.motion.engine import penalty_rates
 from stages.penalty.motion.feet import AWAITED, LANDED, OUT, phase_of
 from stages.penalty.motion.hip import hip_load
 from stages.penalty.response import changed
@@ -93,7 +93,7 @@ def test_changes_of_the_numbers_follow_the_rates(machine, slope, contact, law):
     for y in states(9, 4, machine):
         whole = np.concatenate([y, np.zeros(SIZE * len(names))])
         rates = np.empty_like(whole)
-        varied_rates(STANDING, whole, changes.walker(p, len(names)), rates)
+        penalty_rates(STANDING, whole, p, rates, changes.directions(len(names)))
         for name, scale, own in zip(names, changes.scales, rates[SIZE:].reshape(-1, SIZE), strict=True):
 
             def there(share):

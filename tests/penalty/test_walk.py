@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.phases.flow import SINGLE_STANCE
+from stages.analytic.phases.motion import SINGLE_STANCE
 from stages.analytic.walk.recording import crossing_state, record
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.gait import StanceState

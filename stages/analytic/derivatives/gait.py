@@ -13,14 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stages.analytic.derivatives.numbers import Changes, changes_of
-from stages.analytic.derivatives.section import section_change
 from stages.analytic.derivatives.step_map import exchanged_rows, walk_derivatives
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import FixedPoint
-from stages.analytic.model.kinds import natural_lengths, radii
+from stages.analytic.model.kinds import directions, natural_lengths, radii
 from stages.analytic.model.stiffness import attainable_tolerance
-from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_state, section_tangent
 
@@ -88,9 +86,8 @@ def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, .
 def moved_state(walker: Walker, z: Vector, dz: np.ndarray, along: np.ndarray) -> tuple[Vector, np.ndarray]:
     """The state on the section at coordinates `z`, and its derivatives (size, n) where these have `dz` (j, n)."""
     y, size = section_state(z, walker.p), walker.size
-    tangent = section_tangent(z, y, walker.p).reshape(-1, size)
-    own = section_change(y, varied(walker.p, along, len(along))).reshape(-1, size)
-    return y, tangent.T @ dz + own.T
+    tangents = section_tangent(z, y, walker.p, directions(along, len(along))).reshape(-1, size)
+    return y, tangents[: z.size].T @ dz + tangents[z.size :].T
 
 
 def step_length_change(walker: Walker, y: Vector, dy: np.ndarray, along: np.ndarray) -> Vector:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.kinds import present
 from stages.analytic.model.walker import Vector, Walker
 from stages.biped.accuracy.scales import powers
 from stages.biped.design import Biped
@@ -76,7 +77,7 @@ def moved(walker: Walker, change: Vector) -> Walker:
 
 def _fields(design: DesignPoint) -> list[tuple[Any, dataclasses.Field[Any]]]:
     """The numbers of the design that move the walker's, with the object that holds each."""
-    numbers = set(design.walker().p._fields) | {"a", "g"}
+    numbers = {*present(design.walker().p), "a", "g"}
     owners = (design.biped, design.slope, *((design.friction,) if design.friction else ()))
     return [(owner, field) for owner in owners for field in dataclasses.fields(owner)
             if field.metadata["symbol"] in numbers and getattr(owner, field.name) is not None]

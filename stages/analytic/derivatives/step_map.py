@@ -10,15 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.analytic.derivatives import walking
-from stages.analytic.derivatives.section import coordinate_changes, section_change
 from stages.analytic.gait.poincare import Step, advance, start_state
-from stages.analytic.model.kinds import Plain, exchange
-from stages.analytic.model.varied import varied
+from stages.analytic.model.kinds import Plain, directions, exchange
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates, section_derivative, section_tangent
-
-assert walking  # what a varied walker does is registered there
 
 
 @dataclass(frozen=True)
@@ -41,14 +36,14 @@ def varied_step(walker: Walker, z: Vector, along: np.ndarray, tolerance: float) 
     """
     z = np.asarray(z, dtype=float)
     start, size, free = start_state(walker, z), walker.size, z.size
-    p = varied(walker.p, along, free + len(along))
-    y = np.concatenate([start, section_tangent(z, start, walker.p), section_change(start, p)])
-    double, period, evaluations = advance(walker, y, tolerance, p)
+    numbers = directions(along, free + len(along))
+    y = np.concatenate([start, section_tangent(z, start, walker.p, numbers)])
+    double, period, evaluations = advance(walker, y, tolerance, numbers)
     end = y[:size].copy()
     after = walker.exchanged.p
     step = Step(section_coordinates(end, after), end, period, double, evaluations)
-    by_state = section_derivative(y[: size * (1 + free)], after)
-    return VariedStep(step, by_state, coordinate_changes(y, p), p.delays[:free], p.delays[free:])
+    by, delays = section_derivative(y, after, numbers), numbers.delays
+    return VariedStep(step, by[:, :free], by[:, free:], delays[:free], delays[free:])
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -28,13 +27,11 @@ from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, FixedPoint, step_failure
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
-from stages.analytic.model.kinds import Kind
+from stages.analytic.model.kinds import Directions, Kind, directions
 from stages.analytic.model.stiffness import attainable_tolerance
-from stages.analytic.model.varied import Varied, varied
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import flow
 from stages.analytic.phases.guards import guard
-from stages.analytic.phases.hip_friction import hip_guard, of_hip, sign_of
+from stages.analytic.phases.motion import flow
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import first_phase, succeed
 from stages.analytic.walk.recording import Segment, in_single_stance, states_at
@@ -121,24 +118,23 @@ def extreme_derivatives(gait: VariedGait, quantity: Quantity, tolerance: float) 
     """Derivatives (3 m, n) of `extremes` for whole shares of the gait's parameters. Raises StepFailed."""
     walker, along = gait.walker, gait.changes.along
     found, tolerance = pieces(walker, gait.point, quantity, tolerance), attainable_tolerance(walker.p, tolerance)
-    p: Any = varied(walker.p, along, len(along))
+    numbers = directions(along, len(along))
     y = np.concatenate([section_state(gait.point.z, walker.p), gait.state.T.ravel()])
-    phase, _ = first_phase(y, p)
+    phase, _ = first_phase(y, walker.p)
     rows: list[np.ndarray] = []
     for piece in found:
         if phase != piece.segment.phase:
             raise StepFailed("an event of the hip comes and goes with the integration's steps")
-        start = y.copy()
-        finish(phase, y, p, tolerance)
-        shift_to_letting_go(phase, y, p, piece.walker, along)
+        start, p = y.copy(), piece.walker.p
+        finish(phase, y, p, numbers, tolerance)
         if piece.times.size:
             inside = y if piece.times[1] == piece.segment.duration else carried(
-                phase, start, p, piece.segment, piece.times[1])
+                phase, start, p, numbers, piece.segment, piece.times[1])
             rows += [changes(quantity, phase, state, piece.walker, along) for state in (start, inside, y)]
-        phase, _ = succeed(phase, y, p)
+        phase, _ = succeed(phase, y, p, numbers)
         if piece.segment.last:
             along = exchanged_rows(piece.walker, along)
-            p = varied(piece.walker.exchanged.p, along, len(along))
+            numbers = directions(along, len(along))
     return np.array(rows)
 
 
@@ -149,42 +145,21 @@ def changes(quantity: Quantity, phase: int, y: Vector, walker: Walker, along: np
     return np.array([change(quantity, phase, state, walker.p, move, numbers) for move, numbers in pairs])
 
 
-def shift_to_letting_go(phase: int, y: Vector, p: Varied, walker: Walker, along: np.ndarray) -> None:
-    """Variations where a hip that stuck lets go are at a fixed time, as nothing jumps there: bring them to that event.
-
-    In place, and only there.
-    """
-    size = walker.size
-    state = y[:size].copy()
-    if not (of_hip(phase, state, walker.p) and sign_of(phase) == 0):
-        return
-
-    def left(phase: int, states: np.ndarray, numbers: Kind) -> Vector:
-        return np.array([hip_guard(phase, each, numbers) for each in states])
-
-    rates = np.empty(size)
-    flow(phase, state, walker.p, rates)
-    closing = change(left, phase, state, walker.p, rates, np.zeros(len(walker.p)))
-    delays = -changes(left, phase, y, walker, along) / closing
-    y[size:] += np.outer(delays, rates).ravel()
-
-
-def finish(phase: int, y: Vector, p: Varied, tolerance: float) -> None:
+def finish(phase: int, y: Vector, p: Kind, numbers: Directions, tolerance: float) -> None:
     """Take state and variations to the event that ends the phase, in place."""
-    numbers: Any = p
     status, *_ = integrate(
-        phase, y, numbers, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, NO_NODES)
+        phase, y, p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, 0.02, NO_NODES, numbers)
     if status != EVENT:
         raise StepFailed(step_failure(status, phase))
 
 
-def carried(phase: int, y: Vector, p: Varied, segment: Segment, time: float) -> Vector:
+def carried(phase: int, y: Vector, p: Kind, numbers: Directions, segment: Segment, time: float) -> Vector:
     """State and variations at a time inside the segment, from those at its start, by the integrator's own steps."""
     stages = np.empty((STAGES, y.size))
     for length in np.diff(np.append(segment.times[segment.times < time], time)):
         new = np.empty(y.size)
-        flow(phase, y, p, stages[0])
-        take_step(phase, y, length, p, stages, new)
+        flow(phase, y, p, stages[0], numbers)
+        take_step(phase, y, length, p, stages, new, numbers)
         y = new
     return y
 

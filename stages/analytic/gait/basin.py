@@ -49,7 +49,7 @@ def walk_starts(
             ending[i] = NO_START
             continue
         for _ in range(steps):
-            status, _, _, _, _ = walk_step(y, standing, tolerance, time_limit, step_limit)
+            status, _, _, _, _ = walk_step(y, standing, tolerance, time_limit, step_limit, None)
             why = unlanded(status, y)
             if why != REACHES:
                 ending[i] = why

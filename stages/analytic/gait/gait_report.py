@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -12,13 +13,12 @@ from stages.analytic.compiled import Numbers
 from stages.analytic.gait.gait_search import describe, step_lengths
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import Detailed, Kind, Limited, Rigid, RubbingRigid, RubbingRolling
+from stages.analytic.model.kinds import Detailed, Kind, Rigid
 from stages.analytic.model.walker import Walker
-from stages.analytic.phases.coulomb_guard import slip_speed
-from stages.analytic.phases.flow import DOUBLE_STANCE, HIP_STICKS
-from stages.analytic.phases.hip_friction import sign_of
+from stages.analytic.phases.guards import contact_rates
+from stages.analytic.phases.motion import PHASES, RUB, SLIDE, in_contact
 from stages.analytic.phases.section import section_state
-from stages.analytic.phases.succession import in_contact, succeed
+from stages.analytic.phases.succession import succeed
 from stages.analytic.result import EnergyAudit, Validity
 from stages.analytic.walk.recording import Segment, is_last, record, rise, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
@@ -122,13 +122,9 @@ def damper_loss(walker: Walker, segment: Segment) -> float:
 
 def detailed_power(p: Detailed, phase: int, states: np.ndarray) -> np.ndarray:
     """Power (n,) that the dampers of detailed legs and the hip's friction take at states (n, size)."""
-    if isinstance(p, Rigid):
-        rate = states[:, 2] + states[:, 3]
-        rubbed = p.tau_h * np.abs(rate) if isinstance(p, RubbingRigid) and phase != HIP_STICKS else 0.0
-        return np.asarray(p.b_h * rate**2 + rubbed)
-    rate = states[:, 4] + states[:, 6]
-    rubbed = p.tau_h * np.abs(rate) if isinstance(p, RubbingRolling) and sign_of(phase) != 0 else 0.0
-    return np.asarray(p.b * states[:, 5] ** 2 + p.b_2 * states[:, 7] ** 2 + p.b_h * rate**2 + rubbed)
+    rate = states[:, 2] + states[:, 3] if isinstance(p, Rigid) else states[:, 4] + states[:, 6]
+    hip = p.b_h * rate**2 + p.tau_h * np.abs(PHASES[phase, RUB] * rate)
+    return np.asarray(hip if isinstance(p, Rigid) else p.b * states[:, 5] ** 2 + p.b_2 * states[:, 7] ** 2 + hip)
 
 
 def weight_of(p: Kind) -> float:
@@ -138,13 +134,13 @@ def weight_of(p: Kind) -> float:
 
 def friction_loss(walker: Walker, segment: Segment) -> float:
     """Integral of -lambda_2 times the slip velocity over a segment in which the trailing foot slides, dimensionless."""
-    p = walker.p
-    if not isinstance(p, Limited) or segment.phase == DOUBLE_STANCE or not in_contact(segment.phase):
+    p: Any = walker.p
+    if PHASES[segment.phase, SLIDE] == 0:
         return 0.0
 
     def power(states: np.ndarray) -> np.ndarray:
         friction = accelerations_and_forces(segment.phase, states, p)[:, 6]
-        slip = np.array([slip_speed(y, p)[1] for y in states])
+        slip = np.array([contact_rates(y, p)[1] for y in states])
         return np.asarray(-friction * slip)
 
     return quadrature(walker, segment, power)
@@ -162,7 +158,7 @@ def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudi
         if in_contact(segment.phase):
             continue
         after, standing = segment.end.copy(), walker.on(segment.stance_leg)
-        succeed(segment.phase, after, standing.p)
+        succeed(segment.phase, after, standing.p, None)
         landed = standing.exchanged if is_last(segment) else standing
         impact += energy(standing, segment.end)[0] - energy(landed, after)[0]
     unit = walker.energy / sum(map(is_last, segments))

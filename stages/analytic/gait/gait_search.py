@@ -51,15 +51,12 @@ from stages.analytic.model.kinds import (
     Compliant,
     Detailed,
     DetailedRigid,
-    DetailedRolling,
-    Limited,
     PlainRigid,
-    PlainRolling,
-    TimedRigid,
+    Rigid,
     natural_lengths,
     radii,
 )
-from stages.analytic.model.stiffness import attainable_tolerance, compliant, fastest_rate
+from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate, judged
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_state
 from stages.biped.design import Biped
@@ -140,7 +137,7 @@ def softer(p: Compliant, rate: float) -> Compliant:
     """The walker with springs and dampers weakened, same damping ratio, to a fastest axial rate of `rate`."""
     factor = rate / fastest_rate(p)
     other = {"k_2": p.k_2 * factor**2, "b_2": p.b_2 * factor} if isinstance(p, Detailed) else {}
-    return compliant(p._replace(k=p.k * factor**2, b=p.b * factor, **other))
+    return judged(p._replace(k=p.k * factor**2, b=p.b * factor, **other))
 
 
 def stiffen(walker: Walker, p: Compliant, gaits: list[FixedPoint], rate: float) -> list[FixedPoint]:
@@ -160,7 +157,7 @@ def rigid_landings(walker: Walker, p: Compliant) -> list[Vector]:
     """Landings of the gaits of the same biped with rigid legs."""
     numbers = p._asdict()
     kind: Any = DetailedRigid if isinstance(p, Detailed) else PlainRigid
-    rigid = dataclasses.replace(walker, p=kind(*(numbers[name] for name in kind._fields)))
+    rigid = dataclasses.replace(walker, p=kind(*(numbers[name] for name in kind._fields[:-2])))
     starts: list[Vector] = []
     for point in converge(rigid, ranked_starts(rigid)[0], SEARCH_TOLERANCE, unstable=True):
         with suppress(StepFailed):
@@ -206,7 +203,7 @@ def gaits_kept(walker: Walker, tolerance: float, unstable: bool) -> list[FixedPo
     found: list[FixedPoint] = []
     if walker.p.g_x <= 0.0:
         return found
-    if isinstance(walker.p, TimedRigid):
+    if isinstance(walker.p, Rigid) and walker.timed:
         return timed_gaits(walker, walker.p, tolerance)
     tolerance = attainable_tolerance(walker.p, tolerance)
     met: list[Vector] = []
@@ -218,16 +215,16 @@ def gaits_kept(walker: Walker, tolerance: float, unstable: bool) -> list[FixedPo
     return sorted(found, key=by_stability)
 
 
-def timed_gaits(walker: Walker, p: TimedRigid, tolerance: float) -> list[FixedPoint]:
+def timed_gaits(walker: Walker, p: Rigid, tolerance: float) -> list[FixedPoint]:
     """Gaits of feet that are put down at a given time: followed from those of feet that land by themselves."""
-    landing = dataclasses.replace(walker, p=DetailedRigid(*p[: len(DetailedRigid._fields)]))
+    landing = dataclasses.replace(walker, p=p._replace(T=np.inf))
     found: list[FixedPoint] = []
     for point in find_gaits(landing, SEARCH_TOLERANCE, unstable=True):
         here: FixedPoint | None = None
         z, parts = section_state(point.z, landing.p), max(1, int(np.ceil(abs(p.T / point.period - 1.0) / TIME_SHARE)))
         for part in range(1, parts + 1):
             time = point.period + (p.T - point.period) * part / parts
-            there = dataclasses.replace(walker, p=TimedRigid(*p[:-1], time if part < parts else p.T))
+            there = dataclasses.replace(walker, p=p._replace(T=time if part < parts else p.T))
             here = fixed_point(there, z, tolerance)
             if here is None:
                 break
@@ -241,7 +238,7 @@ def why_no_gait(walker: Walker) -> str:
     """Reason why the search found nothing."""
     if walker.p.g_x <= 0.0:
         return "no periodic gait: on level ground gravity does no work, and every heel strike loses energy"
-    if isinstance(walker.p, Limited) and (reason := why_no_step(walker, walker.p)):
+    if not walker.rolls and (reason := why_no_step(walker)):
         return f"no periodic gait found: from the gait of the same biped with rolling feet, {reason}"
     if walker.timed:
         return ("no periodic gait found with steps of this time: from the gaits of the same biped whose feet land by "
@@ -260,10 +257,10 @@ def why_no_gait(walker: Walker) -> str:
         + (f"; {rigid}" if rigid else ""))
 
 
-def why_no_step(walker: Walker, p: Limited) -> str:
+def why_no_step(walker: Walker) -> str:
     """Why a walker with limited friction makes no step from the gait of the same biped with rolling feet, if so."""
-    kind: Any = DetailedRolling if isinstance(p, Detailed) else PlainRolling
-    rolling = dataclasses.replace(walker, p=compliant(p[: len(kind._fields)]))
+    p: Any = walker.p
+    rolling = dataclasses.replace(walker, p=p._replace(mu_s=np.inf, mu_d=np.inf))
     for point in find_gaits(rolling, SEARCH_TOLERANCE, unstable=False)[:1]:
         try:
             poincare_map(walker, np.append(point.z, [0.0, 0.0]), SEARCH_TOLERANCE)

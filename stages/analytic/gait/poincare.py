@@ -11,18 +11,17 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.integration.phase import BOTTOMED, CHATTER, EVENT, FALL, STEP_FLOOR, TIME_LIMIT, WEDGED
 from stages.analytic.integration.step import walk_step
-from stages.analytic.model.kinds import Rigid
+from stages.analytic.model.kinds import Directions, Rigid
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import HOVERING, SINGLE_STANCE
+from stages.analytic.phases.motion import HOVERING, SINGLE_STANCE, in_contact
 from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
-from stages.analytic.phases.succession import in_contact
 
 #: Longest phase, in pendulum times sqrt(L/g); a step takes about 2.6.
 TIME_LIMIT_OF_A_PHASE = 30.0
@@ -85,15 +84,15 @@ def start_state(walker: Walker, z: Vector) -> Vector:
 
 
 def advance(
-    walker: Walker, y: Vector, tolerance: float, p: Any = None
+    walker: Walker, y: Vector, tolerance: float, directions: Directions | None = None
 ) -> tuple[float, float, int]:
     """Advance state and variations by one step, in place; returns double stance time, period, evaluations.
 
-    `p` stands for the walker's numbers where they vary as well (`model.varied`). Raises StepFailed as `require_landing`
+    The last variations go with `directions` of the walker's numbers, if given. Raises StepFailed as `require_landing`
     does.
     """
     status, phase, double, period, evaluations = walk_step(
-        y, walker.p if p is None else p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE)
+        y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, directions)
     require_landing(walker, y, status, phase)
     return double, period, evaluations
 

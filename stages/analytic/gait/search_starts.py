@@ -19,7 +19,6 @@ from stages.analytic.model.kinds import (
     Compliant,
     Detailed,
     Kind,
-    Limited,
     Rigid,
     Stiff,
     natural_lengths,
@@ -27,9 +26,9 @@ from stages.analytic.model.kinds import (
 )
 from stages.analytic.model.stiffness import STIFF_RATE, axial_rates, fastest_rate
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import RIGID
+from stages.analytic.phases.impact import heel_strike_reset
+from stages.analytic.phases.motion import RIGID
 from stages.analytic.phases.section import section_state
-from stages.analytic.phases.transitions import heel_strike_reset
 from stages.analytic.walk.recording import record
 
 #: Documented range of the search: stance angle at heel strike [rad] and stance rate [sqrt(g/L)].
@@ -104,7 +103,7 @@ def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
 
 def at_rest(p: Compliant) -> list[float]:
     """The section coordinates that tell how a trailing foot moves which friction may not hold: it does not."""
-    return [0.0, 0.0] if isinstance(p, Limited) else []
+    return [0.0, 0.0] if p.mu_s < np.inf else []
 
 
 def grid(walker: Walker, angles: Vector = ANGLES, rates: Vector = RATES) -> Iterator[Vector]:

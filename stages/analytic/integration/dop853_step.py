@@ -7,7 +7,7 @@ import numpy as np
 from stages.analytic.compiled import compiled
 from stages.analytic.integration.dop853_tableau import E3, E5, A, B
 from stages.analytic.model.made import Made
-from stages.analytic.phases.flow import flow
+from stages.analytic.phases.motion import flow
 
 STEP_HEADER = '''from __future__ import annotations
 
@@ -15,7 +15,9 @@ from math import sqrt
 
 
 @compiled
-def take_step(phase: int, y: Vector, h: float, p: Kind, stages: np.ndarray, new: Vector) -> int:
+def take_step(
+    phase: int, y: Vector, h: float, p: Kind, stages: np.ndarray, new: Vector, directions: Directions | None = None
+) -> int:
     """Advance `y` by `h` into `new`; returns how often the rates were evaluated.
 
     `stages[0]` must hold dy/dt at `y`; the other rows are overwritten.
@@ -47,7 +49,7 @@ def source() -> str:
     lines = [STEP_HEADER]
     for stage in range(1, 12):
         lines += ["    for n in range(size):", f"        new[n] = y[n] + h * ({combination(A[stage, :stage])})",
-                  f"    flow(phase, new, p, stages[{stage}])"]
+                  f"    flow(phase, new, p, stages[{stage}], directions)"]
     lines += ["    for n in range(size):", f"        new[n] = y[n] + h * ({combination(B)})",
               f"    return {len(B)}", "", "", ERROR_HEADER]
     lines += [f"        e5 = {combination(E5)}", f"        e3 = {combination(E3)}", ERROR_END]

@@ -11,8 +11,10 @@ from stages.analytic.model.kinds import Kind, Stiff
 #: Stages of DOP853, and rows of the array that a step works in.
 STAGES = 12
 
-#: Advance `y` by `h` into `new`; how often the rates were evaluated: take_step(phase, y, h, p, stages, new). `stages`
-#: (12, size) holds dy/dt at `y` in its first row; the other rows are overwritten.
+
+#: Advance `y` by `h` into `new`; how often the rates were evaluated:
+#: take_step(phase, y, h, p, stages, new, directions). `stages` (12, size) holds dy/dt at `y` in its first row; the
+#: other rows are overwritten.
 take_step: Callable[..., int] = ByKind({Stiff: radau.take_step, Kind: dop853_step.take_step})
 #: Estimated error of the step just taken, in units of the tolerance; NaN if it is not finite:
 #: error_norm(y, new, h, p, stages, tolerance).

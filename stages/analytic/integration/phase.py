@@ -1,7 +1,8 @@
 """Integrates one phase to its event, which is located to the integrator's own accuracy.
 
-An event is found by taking the last step again with a shorter length until the guard is zero, so its state
-carries the error of the integrator's step and no interpolant comes in.
+A phase is watched by its guards, that of the feet and that of a hip that rubs or sticks; the first that falls through
+zero ends it, or the time at which a foot is put down. An event is found by taking the last step again with a shorter
+length until the guard is zero, so its state carries the error of the integrator's step and no interpolant comes in.
 """
 
 from __future__ import annotations
@@ -13,22 +14,20 @@ import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled, inlined
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
-from stages.analytic.model.kinds import (
-    Compliant,
-    DetailedCompliant,
-    Kind,
-    Limited,
-    PlainCompliant,
-    Rigid,
-    Rolling,
-    Smooth,
-)
-from stages.analytic.model.varied import Varied, VariedCompliant, VariedRigidLegs, VariedSmooth, keep_delay
+from stages.analytic.model import terms as eq
+from stages.analytic.model.kinds import T_END, Compliant, Directions, Kind, Rigid
 from stages.analytic.model.walker import Vector
-from stages.analytic.phases.coulomb_guard import wedges
-from stages.analytic.phases.flow import DOUBLE_STANCE, HOVERING, SLIDING_FORWARD, flow
-from stages.analytic.phases.guards import guard
-from stages.analytic.phases.transitions import hidden_crossing
+from stages.analytic.phases.guards import guard, wedges
+from stages.analytic.phases.motion import (
+    DOUBLE_STANCE,
+    HIP_STICKS,
+    HOVERING,
+    PHASES,
+    RUBS_FORWARD,
+    SLIDE,
+    flow,
+    shape,
+)
 
 EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED, WEDGED, CHATTER = 0, 1, 2, 3, 4, 5, 6, 7
 
@@ -36,11 +35,13 @@ EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED, WEDGED, CHATTER = 0, 
 FALLEN = 0.3
 SMALLEST_STEP = 1e-14
 GUARD_STEP = 1e-7
-#: A sliding or hovering phase may start where its guard is zero up to round-off, and be short: its first step is at
-#: most this long, so that what the guard does first is seen.
+#: A phase may start where a guard is zero up to round-off, as sliding, hovering and rubbing do, and be short: what the
+#: guard does first is looked for; sliding's and hovering's first step is at most this long.
 GUARD_FLOOR, FIRST_STEP = 1e-12, 1e-5
 #: For a phase of which no steps are kept.
 NO_NODES = np.empty((0, 10))
+#: Columns of what is known of each guard: value, rate, whether its fall is an event, whether it starts at zero.
+VALUE, RATE, ARMED, LEAVING = 0, 1, 2, 3
 
 
 @compiled
@@ -50,55 +51,20 @@ def rigid_failure(phase: int, y: Vector, p: Rigid) -> int:
 
 
 @compiled
-def equal_legs_bottomed(y: Vector, p: PlainCompliant) -> bool:
-    """`is_bottomed` of equal legs."""
-    return bool(min(y[1], y[3]) <= max(p.r, p.l))
-
-
-@compiled
-def detailed_legs_bottomed(y: Vector, p: DetailedCompliant) -> bool:
-    """`is_bottomed` of legs that may differ."""
-    return bool(y[1] <= max(p.r, p.l) or y[3] <= max(p.r_2, p.l_2))
-
-
-#: Whether a leg is pressed down to its foot or its mass: is_bottomed(y, p).
-is_bottomed: Callable[..., bool] = ByKind({
-    PlainCompliant: equal_legs_bottomed, DetailedCompliant: detailed_legs_bottomed})
-
-
-@inlined
-def rolling_failure(phase: int, y: Vector, p: Compliant) -> int:
-    """`failure` of compliant legs whose feet roll."""
+def compliant_failure(phase: int, y: Vector, p: Compliant) -> int:
+    """`failure` of compliant legs: one is pressed down to its foot or its mass, or friction wedges a sliding foot."""
     if not (cos(y[0]) > FALLEN) or abs(y[2]) > 3.0:
         return FALL
-    return BOTTOMED if is_bottomed(y, p) else EVENT
+    radius, _, height = eq.swing_leg(p)
+    if y[1] <= max(p.r, p.l) or y[3] <= max(radius, height):
+        return BOTTOMED
+    if PHASES[phase, SLIDE] != 0 and wedges(y, p, -PHASES[phase, SLIDE] * p.mu_d):
+        return WEDGED
+    return EVENT
 
 
-@compiled
-def limited_failure(phase: int, y: Vector, p: Limited) -> int:
-    """`failure` with limited friction: it may wedge a sliding foot."""
-    status = rolling_failure(phase, y, p)
-    if status == EVENT and DOUBLE_STANCE < phase < HOVERING:
-        return WEDGED if wedges(y, p, -p.mu_d if phase == SLIDING_FORWARD else p.mu_d) else EVENT
-    return status
-
-
-@compiled
-def four(p: Kind) -> int:
-    """`state_size` of rigid legs."""
-    return 4
-
-
-@compiled
-def eight(p: Kind) -> int:
-    """`state_size` of compliant legs."""
-    return 8
-
-
-#: Length of a state and of each of its variations: state_size(p).
-state_size: Callable[..., int] = ByKind({Rigid | VariedRigidLegs: four, Compliant | VariedCompliant: eight})
 #: The status that ends a phase before its event, or EVENT if nothing does: failure(phase, y, p).
-failure: Callable[..., int] = ByKind({Rigid: rigid_failure, Rolling: rolling_failure, Limited: limited_failure})
+failure: Callable[..., int] = ByKind({Rigid: rigid_failure, Compliant: compliant_failure})
 
 
 @inlined
@@ -117,6 +83,32 @@ def store_node(nodes: np.ndarray, count: int, time: float, phase: int, y: Vector
     for i in range(size):
         nodes[count, 2 + i] = y[i]
     return count + 1
+
+
+@compiled
+def hidden_crossing(g0: float, d0: float, g1: float, d1: float, h: float) -> bool:
+    """Whether the cubic through values g and rates d at both ends of a step crosses zero twice inside it."""
+    if g0 * g1 <= 0.0:
+        return False
+    a = 6.0 * (g0 - g1) + 3.0 * h * (d0 + d1)
+    b = 6.0 * (g1 - g0) - 2.0 * h * (2.0 * d0 + d1)
+    c = h * d0
+    discriminant = b * b - 4.0 * a * c
+    if discriminant <= 0.0:
+        return False
+    root = np.sqrt(discriminant)
+    for extremum in ((-b - root) / (2.0 * a), (-b + root) / (2.0 * a)) if a != 0.0 else (-c / b, -c / b):
+        if 0.0 < extremum < 1.0:
+            s = extremum
+            value = (
+                g0 * (1.0 + 2.0 * s) * (1.0 - s) ** 2
+                + h * d0 * s * (1.0 - s) ** 2
+                + g1 * s * s * (3.0 - 2.0 * s)
+                - h * d1 * s * s * (1.0 - s)
+            )
+            if value * g0 < 0.0:
+                return True
+    return False
 
 
 @inlined
@@ -140,23 +132,30 @@ def falling_root(g0: float, d0: float, g1: float, d1: float) -> float:
 
 
 @inlined
+def look(phase: int, y: Vector, p: Kind, rates: Vector, count: int, rows: np.ndarray) -> None:
+    """What the first `count` guards of a phase are at a state and its rates, into `rows`."""
+    for which in range(count):
+        value, rate, armed = guard(phase, y, p, rates, 0, None, which)
+        rows[which, VALUE], rows[which, RATE], rows[which, ARMED] = value, rate, 1.0 if armed else 0.0
+
+
+@inlined
 def locate(
-    phase: int, y: Vector, h: float, g0: float, d0: float, g1: float, d1: float, p: Kind | Varied,
-    stages: np.ndarray, event: Vector, rates: Vector,
+    phase: int, y: Vector, h: float, which: int, before: Vector, after: Vector, p: Kind, stages: np.ndarray,
+    event: Vector, rates: Vector, directions: Directions | None,
 ) -> float:  # fmt: skip
     """Shorten the step from `y` until the guard is zero at its end; returns the length of that step.
 
-    Leaves the state there in `event` and its rates in `rates`.
-
-    Newton's method inside a shrinking bracket, until a correction is lost in round-off.
+    `before` and `after` are what it is at both ends of the whole step. Leaves the state there in `event` and its rates
+    in `rates`. Newton's method inside a shrinking bracket, until a correction is lost in round-off.
     """
     low, high = 0.0, h
-    length = h * falling_root(g0, h * d0, g1, h * d1)
+    length = h * falling_root(before[VALUE], h * before[RATE], after[VALUE], h * after[RATE])
     last = h
     for _ in range(60):
-        take_step(phase, y, length, p, stages, event)
-        flow(phase, event, p, rates)
-        value, rate, _ = guard(phase, event, p, rates, 0)
+        take_step(phase, y, length, p, stages, event, directions)
+        flow(phase, event, p, rates, directions)
+        value, rate, _ = guard(phase, event, p, rates, 0, None, which)
         if value > 0.0:
             low = length
         else:
@@ -172,83 +171,163 @@ def locate(
     return length
 
 
+@compiled
+def keep_delay(directions: Directions | None, column: int, delay: float) -> None:
+    """By how much a variation delays an event."""
+    if directions is not None:
+        directions.delays[column] += delay
+
+
 @inlined
 def shift_to_event(
-    phase: int, y: Vector, p: Kind | Varied, event: Vector, event_rates: Vector, rate: float
-) -> None:  # fmt: skip
-    """Variations at fixed time become variations at the event, in `y`; `rate` is that of the guard there."""
-    base = state_size(p)
+    phase: int, y: Vector, p: Kind, event: Vector, rates: Vector, which: int, directions: Directions | None
+) -> None:
+    """Variations at fixed time become variations at the event of a guard, in `y`; `rates` are those there."""
+    base, _ = shape(p)
+    rate = guard(phase, event, p, rates, 0, None, which)[1]
     for start in range(base, y.size, base):
-        delay = -guard(phase, event, p, event, start)[1] / rate
-        keep_delay(p, start, delay)
+        delay = -guard(phase, event, p, event, start, directions, which)[1] / rate
+        keep_delay(directions, start // base - 1, delay)
         for i in range(base):
-            y[start + i] += event_rates[i] * delay
+            y[start + i] += rates[i] * delay
 
 
 @compiled
-def integrate_smooth(
-    phase: int, y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int, h: float, nodes: np.ndarray
+def shift_to_time(y: Vector, rates: Vector, base: int, directions: Directions | None) -> None:
+    """Variations at a fixed time become variations at the end of the step, whose time may move, in `y`."""
+    if directions is not None:
+        count = directions.rows.shape[0]
+        for row in range(count):
+            start, later = y.size - base * (count - row), directions.rows[row, T_END]
+            directions.delays[start // base - 1] += later
+            for i in range(base):
+                y[start + i] += rates[i] * later
+
+
+@inlined
+def first_event(
+    phase: int, y: Vector, h: float, count: int, before: np.ndarray, after: np.ndarray, p: Kind, stages: np.ndarray,
+    event: Vector, rates: Vector, directions: Directions | None,
+) -> tuple[int, float]:  # fmt: skip
+    """Which guard falls through zero first in a step of length `h`, and after which time; -1 if none is an event.
+
+    Leaves the state there in `event` and its rates in `rates`.
+    """
+    first, least, last = -1, h, -1
+    for which in range(count):
+        armed = before[which, ARMED] + after[which, ARMED] > 0.0
+        if armed and before[which, VALUE] > 0.0 and after[which, VALUE] <= 0.0:
+            length = locate(phase, y, h, which, before[which], after[which], p, stages, event, rates, directions)
+            last = which
+            if length <= least and guard(phase, event, p, rates, 0, None, which)[2]:
+                first, least = which, length
+    if first >= 0 and last != first:
+        take_step(phase, y, least, p, stages, event, directions)
+        flow(phase, event, p, rates, directions)
+    return first, least
+
+
+@inlined
+def unseen(h: float, count: int, before: np.ndarray, after: np.ndarray) -> float:
+    """Factor by which a step of length `h` is to be shortened, to see what its guards do inside it; 1 if they are seen.
+
+    Two crossings in one step are not seen. Nor is a guard that starts at zero and rises and falls within the step: the
+    fall is to be apart.
+    """
+    for which in range(count):
+        g0, g1 = before[which], after[which]
+        if g1[ARMED] > 0.0 and h > GUARD_STEP and hidden_crossing(g0[VALUE], g0[RATE], g1[VALUE], g1[RATE], h):
+            return 0.5
+        if g0[LEAVING] > 0.0 and g1[VALUE] < -GUARD_FLOOR:
+            return 0.25
+    return 1.0
+
+
+@inlined
+def begin(phase: int, count: int, rows: np.ndarray) -> bool:
+    """Whether a trailing foot leaves the ground at once; else mark which guards start at zero."""
+    falls = rows[0, VALUE] < 0.0 or (rows[0, VALUE] == 0.0 and rows[0, RATE] < 0.0)
+    if falls and (phase == DOUBLE_STANCE or phase > HIP_STICKS):
+        return True
+    for which in range(0 if phase <= HOVERING else 1, count):
+        if abs(rows[which, VALUE]) <= GUARD_FLOOR and phase > DOUBLE_STANCE:
+            rows[which, VALUE], rows[which, LEAVING] = 0.0, 1.0
+    return False
+
+
+@inlined
+def go_on(count: int, before: np.ndarray, after: np.ndarray) -> None:
+    """What the guards are at the end of a step is what they are before the next."""
+    for which in range(count):
+        leaving = before[which, LEAVING] > 0.0 and after[which, VALUE] <= GUARD_FLOOR
+        for column in (VALUE, RATE, ARMED):
+            before[which, column] = after[which, column]
+        before[which, LEAVING] = 1.0 if leaving else 0.0
+        if leaving:
+            before[which, VALUE] = 0.0
+
+
+@compiled
+def integrate(
+    phase: int, y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int, h: float, nodes: np.ndarray,
+    directions: Directions | None = None,
 ) -> tuple[int, float, float, int, int]:  # fmt: skip
-    """Integrate `y` in place to the event of the phase.
+    """Integrate `y`, state and variations, in place to the event of the phase.
 
     Returns (status, duration, last step size, nodes filled, evaluations). Each accepted step start is recorded as
     (duration, phase, state) in `nodes` while there is room.
     """
-    size, base, count = y.size, state_size(p), 0
+    size, (base, end), filled, time, evaluations, rejected = y.size, shape(p), 0, 0.0, 1, False
     stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
     event, event_rates = np.empty(size), np.empty(size)
-    time, evaluations = 0.0, 1
-    flow(phase, y, p, stages[0])
-    g0, d0, armed0 = guard(phase, y, p, stages[0], 0)
-    rejected = False
-    if phase == DOUBLE_STANCE and (g0 < 0.0 or (g0 == 0.0 and d0 < 0.0)):
-        return EVENT, 0.0, h, count, evaluations
-    leaving = phase > DOUBLE_STANCE and abs(g0) <= GUARD_FLOOR
-    if phase > DOUBLE_STANCE:
+    before, after = np.zeros((2, 4)), np.zeros((2, 4))
+    count = 0 if end < np.inf else 2 if phase >= RUBS_FORWARD else 1
+    flow(phase, y, p, stages[0], directions)
+    look(phase, y, p, stages[0], count, before)
+    if end < np.inf and end > time_limit:
+        return TIME_LIMIT, time, h, filled, evaluations
+    if begin(phase, count, before):
+        return EVENT, time, h, filled, evaluations
+    if DOUBLE_STANCE < phase <= HOVERING:
         h = min(h, FIRST_STEP)
-        g0 = 0.0 if leaving else g0
     for _ in range(step_limit):
         if h < SMALLEST_STEP:
-            return STEP_FLOOR, time, h, count, evaluations
-        evaluations += take_step(phase, y, h, p, stages, new)
-        error = error_norm(y, new, h, p, stages, tolerance)
+            return STEP_FLOOR, time, h, filled, evaluations
+        last = h >= end - time
+        step = end - time if last else h
+        evaluations += take_step(phase, y, step, p, stages, new, directions)
+        error = error_norm(y, new, step, p, stages, tolerance)
         if not error <= 1.0:  # written so that NaN is refused
-            h *= step_factor(error) if error == error else 0.1
+            h = step * (step_factor(error) if error == error else 0.1)
             rejected = True
             continue
-        flow(phase, new, p, rates)
-        g1, d1, armed = guard(phase, new, p, rates, 0)
-        if armed and h > GUARD_STEP and hidden_crossing(g0, d0, g1, d1, h):
-            h *= 0.5
+        flow(phase, new, p, rates, directions)
+        look(phase, new, p, rates, count, after)
+        factor = unseen(step, count, before, after)
+        if factor < 1.0:
+            if step <= GUARD_STEP:
+                return EVENT, time, h, filled, evaluations
+            h = step * factor
             continue
-        if leaving and g1 < -GUARD_FLOOR:  # it rises and falls within the step: shorten it, to see the fall apart
-            if h <= GUARD_STEP:
-                return EVENT, time, h, count, evaluations
-            h *= 0.25
-            continue
-        leaving = leaving and g1 <= GUARD_FLOOR
-        count = store_node(nodes, count, time, phase, y, base)
-        if g0 > 0.0 and g1 <= 0.0 and (armed or armed0):
-            length = locate(phase, y, h, g0, d0, g1, d1, p, stages, event, event_rates)
-            _, rate, over = guard(phase, event, p, event_rates, 0)
-            if over:
-                copy(event, y)
-                shift_to_event(phase, y, p, event, event_rates, rate)
-                return EVENT, time + length, h, count, evaluations
-        time += h
+        filled = store_node(nodes, filled, time, phase, y, base)
+        which, length = first_event(
+            phase, y, step, count, before, after, p, stages, event, event_rates, directions)
+        if which >= 0:
+            copy(event, y)
+            shift_to_event(phase, y, p, event, event_rates, which, directions)
+            return EVENT, time + length, h, filled, evaluations
+        time += step
         copy(new, y)
         copy(rates, stages[0])
-        g0, d0, armed0 = 0.0 if leaving else g1, d1, armed
+        go_on(count, before, after)
         status = failure(phase, y, p)
         if status != EVENT:
-            return status, time, h, count, evaluations
+            return status, time, h, filled, evaluations
+        if last:
+            shift_to_time(y, rates, base, directions)
+            return EVENT, end, h, filled, evaluations
         if time > time_limit:
-            return TIME_LIMIT, time, h, count, evaluations
-        h *= min(1.0, step_factor(error)) if rejected else step_factor(error)
+            return TIME_LIMIT, time, h, filled, evaluations
+        h = step * (min(1.0, step_factor(error)) if rejected else step_factor(error))
         rejected = False
-    return STEP_LIMIT, time, h, count, evaluations
-
-
-#: Integrate `y` in place to the event of the phase: integrate(phase, y, p, tolerance, time_limit, step_limit, h, nodes)
-#: as `integrate_smooth` says. Friction at the hip has its own, `rubbing`.
-integrate: Callable[..., tuple[int, float, float, int, int]] = ByKind({Smooth | VariedSmooth: integrate_smooth})
+    return STEP_LIMIT, time, h, filled, evaluations

@@ -17,10 +17,9 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from stages.analytic.compiled import compiled, inlined
-from stages.analytic.model.kinds import Compliant
-from stages.analytic.model.varied import plain
+from stages.analytic.model.kinds import Compliant, Directions
 from stages.analytic.model.walker import Vector
-from stages.analytic.phases.flow import flow
+from stages.analytic.phases.motion import flow
 
 STAGES = 7
 
@@ -89,7 +88,7 @@ def jacobian(phase: int, y: Vector, p: Compliant) -> np.ndarray:
     for i in range(n):
         augmented[i] = y[i]
         augmented[n * (i + 1) + i] = 1.0
-    flow(phase, augmented, p, rates)
+    flow(phase, augmented, p, rates, None)
     for i in range(n):
         for j in range(n):
             matrix[i, j] = rates[n * (j + 1) + i]
@@ -137,7 +136,46 @@ def apply(matrix: np.ndarray, vector: Vector, result: Vector) -> None:
 
 
 @inlined
-def solve_stages(phase: int, y: Vector, h: float, p: Compliant, inverses: np.ndarray) -> tuple[np.ndarray, int]:
+def residuals(
+    phase: int, y: Vector, h: float, p: Compliant, z: np.ndarray, point: Vector, rates: np.ndarray,
+    directions: Directions | None,
+) -> None:  # fmt: skip
+    """What the stages' equations leave at increments `z`, f(y + z) - A^-1 z / h, into `rates` (s, size)."""
+    for i in range(STAGES):
+        for m in range(y.size):
+            point[m] = y[m] + z[i, m]
+        flow(phase, point, p, rates[i], directions)
+    for i in range(STAGES):
+        for m in range(y.size):
+            total = 0.0
+            for j in range(STAGES):
+                total += A_INVERSE[i, j] * z[j, m]
+            rates[i, m] -= total / h
+
+
+@inlined
+def corrections(inverses: np.ndarray, rates: np.ndarray, part: Vector, solved: Vector, change: np.ndarray) -> None:
+    """Newton's correction of the increments for the residuals in `rates`, into `change` (s, size)."""
+    size = part.size
+    for i in range(STAGES):
+        for m in range(size):
+            change[i, m] = 0.0
+    for k in range(VALUES.size):
+        for m in range(size):
+            value = 0.0j
+            for j in range(STAGES):
+                value += ROWS[k, j] * rates[j, m]
+            part[m] = value
+        apply(inverses[k], part, solved)
+        for i in range(STAGES):
+            for m in range(size):
+                change[i, m] += (COLUMNS[i, k] * solved[m]).real
+
+
+@inlined
+def solve_stages(
+    phase: int, y: Vector, h: float, p: Compliant, inverses: np.ndarray, directions: Directions | None
+) -> tuple[np.ndarray, int]:
     """Increments z of the stages, z = h A f(y + z), shape (s, size), and the iterations; z[0, 0] is NaN on failure.
 
     `inverses` are those of value / h - J, one for each value of A^-1.
@@ -145,31 +183,10 @@ def solve_stages(phase: int, y: Vector, h: float, p: Compliant, inverses: np.nda
     n, size = SIZE, y.size
     z, rates, change = np.zeros((STAGES, size)), np.empty((STAGES, size)), np.empty((STAGES, size))
     point, part, solved = np.empty(size), np.empty(size, np.complex128), np.empty(size, np.complex128)
-    last, small = 1e300, max(SMALL, SHARE_OF_ROUND_OFF * plain(p).k)
+    last, small = 1e300, max(SMALL, SHARE_OF_ROUND_OFF * p.k)
     for iteration in range(ITERATIONS):
-        for i in range(STAGES):
-            for m in range(size):
-                point[m] = y[m] + z[i, m]
-            flow(phase, point, p, rates[i])
-        for i in range(STAGES):
-            for m in range(size):
-                total = 0.0
-                for j in range(STAGES):
-                    total += A_INVERSE[i, j] * z[j, m]
-                rates[i, m] -= total / h
-        for i in range(STAGES):
-            for m in range(size):
-                change[i, m] = 0.0
-        for k in range(VALUES.size):
-            for m in range(size):
-                value = 0.0j
-                for j in range(STAGES):
-                    value += ROWS[k, j] * rates[j, m]
-                part[m] = value
-            apply(inverses[k], part, solved)
-            for i in range(STAGES):
-                for m in range(size):
-                    change[i, m] += (COLUMNS[i, k] * solved[m]).real
+        residuals(phase, y, h, p, z, point, rates, directions)
+        corrections(inverses, rates, part, solved, change)
         largest, of_variations = 0.0, 0.0
         for i in range(STAGES):
             for m in range(size):
@@ -190,7 +207,9 @@ def solve_stages(phase: int, y: Vector, h: float, p: Compliant, inverses: np.nda
 
 
 @compiled
-def take_step(phase: int, y: Vector, h: float, p: Compliant, stages: np.ndarray, new: Vector) -> int:
+def take_step(
+    phase: int, y: Vector, h: float, p: Compliant, stages: np.ndarray, new: Vector, directions: Directions | None = None
+) -> int:
     """Advance `y` by `h` into `new`, and its estimated error into `stages[1]`; returns the evaluations of the rates,
     with one for each column of the Jacobian.
 
@@ -201,11 +220,11 @@ def take_step(phase: int, y: Vector, h: float, p: Compliant, stages: np.ndarray,
         for m in range(size):
             new[m], stages[1, m] = y[m], 0.0
         return 0
-    matrix = jacobian(phase, y, plain(p))
+    matrix = jacobian(phase, y, p)
     inverses = np.empty((VALUES.size, n, n), np.complex128)
     for k in range(VALUES.size):
         invert(VALUES[k] / h, matrix, inverses[k])
-    z, iterations = solve_stages(phase, y, h, p, inverses)
+    z, iterations = solve_stages(phase, y, h, p, inverses, directions)
     if np.isnan(z[0, 0]):
         for m in range(size):
             new[m], stages[1, m] = np.nan, np.nan
@@ -224,7 +243,7 @@ def take_step(phase: int, y: Vector, h: float, p: Compliant, stages: np.ndarray,
             new[m] = y[m] + stages[1, m]
         rates = stages[2]
         if repeat == 0:
-            flow(phase, new, p, rates)
+            flow(phase, new, p, rates, directions)
     for m in range(size):
         new[m] = y[m] + z[STAGES - 1, m]
     return STAGES * iterations + SIZE + 1

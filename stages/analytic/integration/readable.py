@@ -21,10 +21,10 @@ from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE, FixedPoint, Ste
 from stages.analytic.model import derivation as d
 from stages.analytic.model.kinds import (
     Detailed,
+    DetailedCompliant,
     DetailedRigid,
-    DetailedRolling,
+    PlainCompliant,
     PlainRigid,
-    PlainRolling,
     Rigid,
     natural_lengths,
     radii,
@@ -65,8 +65,9 @@ def terms(legs: str, detailed: bool = False) -> Terms:
     q, qd, jacobian = equations.coordinates, equations.rates, equations.constraint_jacobian
     bias = d.time_derivative(jacobian, q, qd).T * qd
     force = equations.applied_force - equations.coriolis * qd
-    kinds: tuple[Any, Any] = (DetailedRigid, DetailedRolling) if detailed else (PlainRigid, PlainRolling)
-    names = kinds[0 if legs == "rigid" else 1]._fields  # no term holds friction
+    kinds: tuple[Any, Any] = (DetailedRigid, DetailedCompliant) if detailed else (PlainRigid, PlainCompliant)
+    fields = kinds[0 if legs == "rigid" else 1]._fields
+    names = [name for name in fields if name in design.parameters]  # no term holds friction
     arguments = [[*q, *qd], [design.parameters[name] for name in names]]
 
     def function(matrix: sp.Matrix) -> Callable[..., np.ndarray]:

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.integration import rubbing
 from stages.analytic.integration.phase import CHATTER, EVENT, STEP_LIMIT, WEDGED, integrate
-from stages.analytic.model.kinds import Kind
+from stages.analytic.model.kinds import Directions, Kind
 from stages.analytic.model.walker import Vector
-from stages.analytic.phases.succession import ends_step, first_phase, in_contact, succeed
-
-assert rubbing  # what walkers do whose hip rubs or whose strike is timed is registered there
+from stages.analytic.phases.motion import in_contact
+from stages.analytic.phases.succession import ends_step, first_phase, succeed
 
 #: A trailing foot that changes between rolling, sliding and hovering more often than this does so without end.
 MOST_PHASES = 100
@@ -24,7 +22,7 @@ MOST_EVALUATIONS = 24
 
 @compiled
 def walk_step(
-    y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int
+    y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int, directions: Directions | None = None
 ) -> tuple[int, int, float, float, int]:
     """Advance state and variations by one step, in place; compliant legs start in double stance.
 
@@ -36,7 +34,8 @@ def walk_step(
     for _ in range(MOST_PHASES):  # one call, no constants in it: each constant is compiled apart
         if not decided:
             return WEDGED, phase, double, time, evaluations
-        status, duration, h, _, more = integrate(phase, y, p, tolerance, time_limit, step_limit, h, no_nodes)
+        status, duration, h, _, more = integrate(
+            phase, y, p, tolerance, time_limit, step_limit, h, no_nodes, directions)
         time += duration
         evaluations += more
         if status != EVENT:
@@ -46,7 +45,7 @@ def walk_step(
         if in_contact(phase):
             double = time
         ended, last = phase, ends_step(phase, y, p)
-        phase, decided = succeed(phase, y, p)
+        phase, decided = succeed(phase, y, p, directions)
         if last:
             return EVENT if decided else WEDGED, ended, double, time, evaluations
         h = max(min(h, FIRST_LENGTH), LEAST_LENGTH)

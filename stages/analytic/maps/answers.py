@@ -25,8 +25,8 @@ from stages.analytic.gait.gait_search import Followed, find_gait, find_gaits, st
 from stages.analytic.gait.gait_search import search as search_gait
 from stages.analytic.gait.poincare import FixedPoint, by_stability, is_new, is_walking, iterate, repeated, round_off
 from stages.analytic.maps.box import Box
-from stages.analytic.model.kinds import Plain, Rigid
-from stages.analytic.model.stiffness import attainable_tolerance, compliant
+from stages.analytic.model.kinds import Plain, present
+from stages.analytic.model.stiffness import attainable_tolerance, judged
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.walk.recording import Segment, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
@@ -90,17 +90,17 @@ def exact(walker: Walker, z: Vector, tolerance: float) -> FixedPoint:
 
 def along_tangent(walker: Walker, known: Anchor, tolerance: float) -> FixedPoint | None:
     """The design's gait from an anchor in one part."""
-    return corrected(walker, known.towards(np.array(walker.p)), tolerance)
+    return corrected(walker, known.towards(numbers_of(walker)), tolerance)
 
 
 def in_parts(walker: Walker, known: Anchor, tolerance: float) -> FixedPoint | None:
     """The design's gait from an anchor, followed along the straight line between them in parts."""
-    start, end = known.numbers, np.array(walker.p)
+    start, end = known.numbers, numbers_of(walker)
     done, part, at = 0.0, PARTS[0], known
     while True:
         there = min(1.0, done + part)
         beside = walker if there > 1 - 1e-9 else with_numbers(walker, start + there * (end - start))
-        found = corrected(beside, at.towards(np.array(beside.p)), tolerance if beside is walker else 1e-6)
+        found = corrected(beside, at.towards(numbers_of(beside)), tolerance if beside is walker else 1e-6)
         if found is not None and beside is walker:
             return found
         further = None if found is None else anchor(beside, found, 1e-6)
@@ -232,7 +232,7 @@ def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: Way = 
     Newton's method may leave the family for another one. So a gait that is unstable where the anchor is stable is taken
     once a second anchor leads to it too; else the most stable of those that all these anchors lead to, also in parts.
     """
-    near = anchors.nearest(np.array(walker.p), TRIED)
+    near = anchors.nearest(numbers_of(walker), TRIED)
     doubtful: list[tuple[Way, FixedPoint]] = []
     for lead, way in ((along_tangent, None), (in_parts, Way.HOMOTOPY)):
         for rank, known in enumerate(near):
@@ -251,11 +251,11 @@ def beside(
     tolerance: float,
 ) -> Anchors:  # fmt: skip
     """The designs of the block that are answered and nearest, as anchors."""
-    numbers = np.array(walker.p)
-    known = [index for index in answers if (other := walkers[index]) is not None and type(other.p) is type(walker.p)]
+    numbers = numbers_of(walker)
+    known = [index for index in answers if (other := walkers[index]) is not None and alike(other, walker)]
     if not known:
         return Anchors([])
-    distances = far.distances(np.array([np.array(each.p) for index in known if (each := walkers[index])]), numbers)
+    distances = far.distances(np.array([numbers_of(each) for index in known if (each := walkers[index])]), numbers)
     found = []
     for place in np.argsort(distances, kind="stable")[:TRIED].tolist():
         other = walkers[known[place]]
@@ -324,22 +324,30 @@ def anchor(walker: Walker, point: FixedPoint, tolerance: float) -> Anchor | None
 
     Of a detailed walker it is always that of a stride: the legs of its neighbours may differ where its own do not.
     """
-    along, steps = np.eye(len(walker.p)), 1 if isinstance(walker.p, Plain) else 2
+    places = [walker.p._fields.index(name) for name in present(walker.p)]
+    along, steps = np.eye(len(walker.p))[places], 1 if isinstance(walker.p, Plain) else 2
     try:
         end = walk_derivatives(walker, point.z, along, steps, attainable_tolerance(walker.p, tolerance))[-1]
         slopes = np.linalg.solve(np.eye(point.z.size) - end.by_start, end.along)
     except (StepFailed, np.linalg.LinAlgError):
         return None
-    return Anchor(np.array(walker.p), point.z, slopes, by_stability(point) < 1)
+    return Anchor(numbers_of(walker), point.z, slopes, by_stability(point) < 1)
 
 
 def with_numbers(walker: Walker, numbers: Vector) -> Walker:
     """The walker with other numbers, in the same units."""
-    values = tuple(numbers.tolist())
-    if isinstance(walker.p, Rigid):
-        kind: Any = type(walker.p)
-        return dataclasses.replace(walker, p=kind(*values))
-    return dataclasses.replace(walker, p=compliant(values))
+    p: Any = walker.p
+    return dataclasses.replace(walker, p=judged(p._replace(**dict(zip(present(p), numbers.tolist(), strict=True)))))
+
+
+def numbers_of(walker: Walker) -> Vector:
+    """The numbers that a walker has."""
+    return np.array([getattr(walker.p, name) for name in present(walker.p)])
+
+
+def alike(one: Walker, other: Walker) -> bool:
+    """Whether walkers have the same numbers, whatever their values, and steps of one kind."""
+    return type(one.p) is type(other.p) and present(one.p) == present(other.p) and one.stiff == other.stiff
 
 
 class Anchors:

@@ -1,8 +1,8 @@
-"""The numbers of a walker, in a type that says what kind of walker it is.
+"""The numbers of a walker, in a type that says how long its state is and which terms its equations have.
 
-Compiled code takes them as `p`, asks for them by the paper's symbols, `p.r`, and is compiled for the type: what a kind
-does not need is not compiled for it. A plain one is Table 1's biped, and has no more than that. All are dimensionless:
-total mass, leg length and pendulum time are one.
+Compiled code takes them as `p`, asks for them by the paper's symbols, `p.r`, and is compiled for the type. All are
+dimensionless: total mass, leg length and pendulum time are one. What a walker does not have is a number that leaves it
+out: no friction at the hip, no limit to that at the feet, no time at which a step ends.
 
 The numbers of a detailed design have types of their own. Those of the stance leg have the names of Table 1's walker,
 those of the swing leg end in _2; `derivation.Leg` says what they are. The legs change roles from step to step, and so
@@ -12,11 +12,17 @@ do their numbers (`terms.exchanged`).
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
 
 
 class PlainRigid(NamedTuple):
-    """Legs of fixed length: the trailing foot leaves the ground at heel strike, no double stance."""
+    """Table 1's walker with legs of fixed length: the trailing foot leaves the ground at heel strike.
+
+    Hips with friction resist with the torque tau_h; feet that retract are put down at the time T of a step.
+    """
 
     M: float
     m: float
@@ -26,25 +32,16 @@ class PlainRigid(NamedTuple):
     I: float  # noqa: E741
     g_x: float
     g_y: float
+    T: float = inf
+    tau_h: float = 0.0
 
 
-class PlainRolling(NamedTuple):
-    """Compliant legs; a foot on the ground rolls, whatever friction that takes."""
+class PlainCompliant(NamedTuple):
+    """Table 1's walker: compliant legs.
 
-    M: float
-    m: float
-    L_nat: float
-    r: float
-    l: float  # noqa: E741
-    k: float
-    b: float
-    I: float  # noqa: E741
-    g_x: float
-    g_y: float
-
-
-class PlainLimited(NamedTuple):
-    """Compliant legs; the trailing foot has friction mu_s at rest and mu_d in motion, so that it may slip and rise."""
+    The trailing foot has friction mu_s at rest and mu_d in motion, so that it may slip and rise; without limits it
+    rolls, whatever friction that takes.
+    """
 
     M: float
     m: float
@@ -56,20 +53,9 @@ class PlainLimited(NamedTuple):
     I: float  # noqa: E741
     g_x: float
     g_y: float
-    mu_s: float
-    mu_d: float
-
-
-class StiffRolling(PlainRolling):
-    """A rolling walker whose legs are stiff to an explicit integrator."""
-
-    __slots__ = ()
-
-
-class StiffLimited(PlainLimited):
-    """A walker with limited friction whose legs are stiff to an explicit integrator."""
-
-    __slots__ = ()
+    mu_s: float = inf
+    mu_d: float = inf
+    tau_h: float = 0.0
 
 
 class DetailedRigid(NamedTuple):
@@ -102,10 +88,12 @@ class DetailedRigid(NamedTuple):
     phi_h: float
     g_x: float
     g_y: float
+    T: float = inf
+    tau_h: float = 0.0
 
 
-class DetailedRolling(NamedTuple):
-    """`PlainRolling` with frames, hip and legs of their own."""
+class DetailedCompliant(NamedTuple):
+    """`PlainCompliant` with frames, hip and legs of their own."""
 
     M: float
     M_g: float
@@ -138,81 +126,54 @@ class DetailedRolling(NamedTuple):
     phi_h: float
     g_x: float
     g_y: float
+    mu_s: float = inf
+    mu_d: float = inf
+    tau_h: float = 0.0
 
 
-#: Numbers that kinds have beside those of another: friction's torque at the hip, coefficients of friction at the foot,
-#: the time of the step.
-TORQUE, COEFFICIENTS, TIME = ("tau_h",), ("mu_s", "mu_d"), ("T",)
-
-if TYPE_CHECKING:
-    from typing_extensions import Self
-
-    class Extended:
-        """Takes the numbers of another kind and more."""
-
-        def __new__(cls, *numbers: float) -> Self: ...
-
-    class RubbingRigid(Extended, DetailedRigid):
-        """`DetailedRigid` with Coulomb friction of torque tau_h at the hip."""
-
-        tau_h: float
-
-    class TimedRigid(Extended, DetailedRigid):
-        """`DetailedRigid` with feet that retract and are put down at the time T of a step, wherever they are then."""
-
-        T: float
-
-    class RubbingRolling(Extended, DetailedRolling):
-        """`DetailedRolling` with Coulomb friction of torque tau_h at the hip."""
-
-        tau_h: float
-
-    class DetailedLimited(Extended, DetailedRolling):
-        """`PlainLimited` with frames, hip and legs of their own."""
-
-        mu_s: float
-        mu_d: float
-
-else:  # a subclass of a NamedTuple adds no fields
-
-    def extended(name: str, kind: type, more: tuple[str, ...]) -> type:
-        """A kind with the numbers of another one and more."""
-        return NamedTuple(name, [(each, float) for each in (*kind._fields, *more)])
-
-    RubbingRigid = extended("RubbingRigid", DetailedRigid, TORQUE)
-    TimedRigid = extended("TimedRigid", DetailedRigid, TIME)
-    RubbingRolling = extended("RubbingRolling", DetailedRolling, TORQUE)
-    DetailedLimited = extended("DetailedLimited", DetailedRolling, COEFFICIENTS)
-
-
-class StiffDetailedRolling(DetailedRolling):
-    """A rolling walker whose legs are stiff to an explicit integrator."""
+class StiffPlain(PlainCompliant):
+    """`PlainCompliant` with legs that are stiff to an explicit integrator."""
 
     __slots__ = ()
 
 
-class StiffDetailedLimited(DetailedLimited):
-    """A walker with limited friction whose legs are stiff to an explicit integrator."""
+class StiffDetailed(DetailedCompliant):
+    """`DetailedCompliant` with legs that are stiff to an explicit integrator."""
 
     __slots__ = ()
 
 
-DetailedCompliant = DetailedRolling | RubbingRolling | DetailedLimited
-Detailed = DetailedRigid | RubbingRigid | TimedRigid | DetailedCompliant
-PlainCompliant = PlainRolling | PlainLimited
+#: Places of friction's numbers at the foot, and at the hip, and of the time of a step, in every type that has them.
+MU_S, MU_D, TAU_H, T_END = -3, -2, -1, -2
+
 Plain = PlainRigid | PlainCompliant
-#: Kinds by what their feet and legs do, whether plain or detailed.
-Rigid = PlainRigid | DetailedRigid | RubbingRigid | TimedRigid
-Rolling = PlainRolling | DetailedRolling | RubbingRolling
-Limited = PlainLimited | DetailedLimited
-Compliant = Rolling | Limited
-Stiff = StiffRolling | StiffLimited | StiffDetailedRolling | StiffDetailedLimited
-#: Kinds with Coulomb friction at the hip, and without it.
-Rubbing = RubbingRigid | RubbingRolling
-SmoothRigid = PlainRigid | DetailedRigid
-SmoothRolling = PlainRolling | DetailedRolling
-Smooth = SmoothRigid | SmoothRolling | Limited
-Kind = Smooth | Rubbing | TimedRigid
+Detailed = DetailedRigid | DetailedCompliant
+Rigid = PlainRigid | DetailedRigid
+Compliant = PlainCompliant | DetailedCompliant
+Stiff = StiffPlain | StiffDetailed
+Kind = Rigid | Compliant
+
+
+class Directions(NamedTuple):
+    """Directions of a walker's numbers that the last variations of a state are tangents along.
+
+    `rows` (n, fields of `p`): how its numbers move with each of the last n variations. `delays` (columns,): by how much
+    every variation delays the events so far, which integration adds up.
+    """
+
+    rows: np.ndarray
+    delays: np.ndarray
+
+
+def directions(rows: np.ndarray, columns: int) -> Directions:
+    """The directions `rows` (n, fields) of the last n of the `columns` variations that are carried."""
+    return Directions(np.ascontiguousarray(rows, dtype=float), np.zeros(columns))
+
+
+def present(p: Kind) -> list[str]:
+    """Names of the numbers that a walker has: friction at hip and feet, and the time of its steps, if it has them."""
+    absent = {name for name in ("mu_s", "mu_d", "T") if getattr(p, name, inf) == inf}
+    return [name for name in p._fields if name not in absent and (name != "tau_h" or p.tau_h > 0.0)]
 
 
 def with_legs_exchanged(p: Kind) -> Kind:

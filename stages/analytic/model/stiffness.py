@@ -3,34 +3,25 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from stages.analytic.model.kinds import (
     Compliant,
     Detailed,
-    DetailedLimited,
-    DetailedRolling,
+    DetailedCompliant,
     Kind,
-    PlainLimited,
-    PlainRolling,
+    PlainCompliant,
     Rigid,
-    RubbingRolling,
-    StiffDetailedLimited,
-    StiffDetailedRolling,
-    StiffLimited,
-    StiffRolling,
+    StiffDetailed,
+    StiffPlain,
 )
 
+K = TypeVar("K", bound=Kind)
 #: Steps are implicit where the legs' axial motion is faster than the first and decays faster than the second, both in
 #: 1 / pendulum time: there they cost less than explicit ones. Measured by benchmarks/stiff_legs.py.
 STIFF_RATE, STIFF_DECAY = 1500.0, 400.0
-#: Compliant kinds, each with that for stiff legs.
-PAIRS: tuple[tuple[Any, Any], ...] = (
-    (PlainRolling, StiffRolling), (PlainLimited, StiffLimited),
-    (DetailedRolling, StiffDetailedRolling), (DetailedLimited, StiffDetailedLimited),
-    (RubbingRolling, RubbingRolling))  # a hip that rubs has its events located by explicit steps
 
 
 def axes(p: Compliant) -> tuple[tuple[float, float, float, float], ...]:
@@ -54,16 +45,19 @@ def axial_rates(p: Compliant) -> tuple[float, float]:
     return max(rates)
 
 
-def compliant(values: tuple[float, ...]) -> Compliant:
-    """The walker with the given values of a compliant kind's fields, in a stiff kind if its legs are stiff.
+def judged(p: K) -> K:
+    """The walker in the type for stiff legs or in the other, as its legs are.
 
-    That is, their axial motion is fast, and damped enough to die out: a fast motion that hardly decays has to be
-    followed through all its swings, which explicit steps do at less cost.
+    They are where their axial motion is fast, and damped enough to die out: a fast motion that hardly decays has to be
+    followed through all its swings, which explicit steps do at less cost. The events of a hip that rubs are located by
+    explicit steps.
     """
-    soft, stiff = next(pair for pair in PAIRS if len(pair[0]._fields) == len(values))
-    p: Compliant = soft(*values)
+    if isinstance(p, Rigid):
+        return p
     rate, decay = axial_rates(p)
-    return stiff(*values) if rate > STIFF_RATE and decay > STIFF_DECAY else p
+    soft, stiff = (DetailedCompliant, StiffDetailed) if isinstance(p, Detailed) else (PlainCompliant, StiffPlain)
+    kind: Any = stiff if rate > STIFF_RATE and decay > STIFF_DECAY and p.tau_h == 0.0 else soft
+    return kind(*p)  # type: ignore[no-any-return]
 
 
 def fastest_rate(p: Kind) -> float:

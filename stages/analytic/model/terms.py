@@ -59,3 +59,19 @@ def the_same(p: Plain) -> Plain:
 
 #: The walker after heel strike: the legs change roles, and their numbers with them. exchanged(p).
 exchanged: Callable[..., Any] = ByKind({Plain: the_same, **of_each("exchanged", EXCHANGED)})
+
+
+@compiled
+def as_stance_leg(p: Plain) -> tuple[float, float, float]:
+    """`swing_leg` of legs that are alike."""
+    return p.r, p.L_nat, p.l
+
+
+@compiled
+def other_leg(p: Detailed) -> tuple[float, float, float]:
+    """`swing_leg` of detailed legs."""
+    return p.r_2, p.L_nat_2, p.l_2
+
+
+#: The swing leg's radius of the foot, natural length, and height of its mass above the foot's bottom: swing_leg(p).
+swing_leg: Callable[..., tuple[float, float, float]] = ByKind({Plain: as_stance_leg, Detailed: other_leg})

@@ -7,23 +7,23 @@ the same for every size of biped, and similar bipeds have the same numbers.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from stages.analytic.model.kinds import (
+    DetailedCompliant,
     DetailedRigid,
     Kind,
-    Limited,
     Plain,
+    PlainCompliant,
     PlainRigid,
     Rigid,
-    RubbingRigid,
-    TimedRigid,
+    Stiff,
     with_legs_exchanged,
 )
-from stages.analytic.model.stiffness import compliant
+from stages.analytic.model.stiffness import judged
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import BeyondModel, Biped, Leg
 from stages.biped.gait import StanceState
@@ -43,16 +43,11 @@ class Walker:
     time: float
     #: Whether a foot is drawn in while it swings, so that it touches nothing.
     retracts: bool = False
-    #: The type of `p`: two kinds with the same numbers are equal, as tuples are, but walkers of them are not.
-    kind: type[Kind] = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "kind", type(self.p))
 
     @property
     def timed(self) -> bool:
         """Whether its feet are put down at a given time of the step, wherever they are then."""
-        return isinstance(self.p, TimedRigid)
+        return isinstance(self.p, Rigid) and math.inf > self.p.T
 
     @cached_property
     def exchanged(self) -> Walker:
@@ -81,6 +76,11 @@ class Walker:
         return isinstance(self.p, Rigid)
 
     @property
+    def stiff(self) -> bool:
+        """Whether its legs are stiff to an explicit integrator."""
+        return isinstance(self.p, Stiff)
+
+    @property
     def size(self) -> int:
         """Length of the state (q, qd)."""
         return 4 if self.rigid else 8
@@ -88,7 +88,7 @@ class Walker:
     @property
     def rolls(self) -> bool:
         """Whether a foot on the ground rolls, whatever friction that takes; else the trailing foot may slip or rise."""
-        return not isinstance(self.p, Limited)
+        return isinstance(self.p, Rigid) or self.p.mu_s == math.inf
 
     @property
     def section_size(self) -> int:
@@ -147,33 +147,33 @@ def build_walker(
     scales = scales_of(biped, slope.gravity)
     mass, length, time = scales.mass, scales.length, scales.time
     gravity, rigid = (math.sin(slope.angle), -math.cos(slope.angle)), biped.legs == "rigid"
-    coefficients = (friction.static_friction, friction.dynamic_friction) if friction and not rigid else ()
-    if biped.hip_friction > 0 and coefficients:
+    if biped.hip_friction > 0 and friction and not rigid:
         raise BeyondModel("the constraint model does not know Coulomb friction at the hip (hip_friction) together with "
                           "a trailing foot that may slip (transition: coulomb)")
+    more: dict[str, float] = {}
+    if biped.hip_friction > 0:
+        more["tau_h"] = biped.hip_friction * (time / length) ** 2 / mass
+    if biped.strike_time is not None:
+        more["T"] = biped.strike_time / time
+    if friction and not rigid:
+        more |= {"mu_s": friction.static_friction, "mu_d": friction.dynamic_friction}
     p: Kind
     if detailed or biped.detailed:
-        values = (*detailed_numbers(biped, mass, length, time), *gravity, *coefficients)
-        if biped.hip_friction > 0:
-            values = (*values, biped.hip_friction * (time / length) ** 2 / mass)
-        if biped.strike_time is not None:
-            p = TimedRigid(*values, biped.strike_time / time)
-        else:
-            p = compliant(values) if not rigid else RubbingRigid(*values) if biped.hip_friction > 0 else DetailedRigid(
-                *values)
-        return Walker(p, mass, length, time, biped.feet_retract)
+        values = (*detailed_numbers(biped, mass, length, time), *gravity)
+        p = DetailedRigid(*values, **more) if rigid else DetailedCompliant(*values, **more)
+        return Walker(judged(p), mass, length, time, biped.feet_retract)
     geometry = (biped.hip_mass / mass, biped.foot_mass / mass, 1.0, biped.foot_radius / length, biped.foot_com / length)
     inertia = biped.leg_inertia / (mass * length**2)
     if rigid:
-        p = PlainRigid(*geometry, inertia, *gravity)
+        p = PlainRigid(*geometry, inertia, *gravity, **more)
     else:
         springs = biped.stiffness * time**2 / mass, biped.damping * time / mass
-        p = compliant((*geometry, *springs, inertia, *gravity, *coefficients))
-    return Walker(p, mass, length, time)
+        p = PlainCompliant(*geometry, *springs, inertia, *gravity, **more)
+    return Walker(judged(p), mass, length, time)
 
 
 def detailed_numbers(biped: Biped, mass: float, length: float, time: float) -> tuple[float, ...]:
-    """The numbers of a detailed design by the given scales in the order of `DetailedRigid` or `DetailedRolling`."""
+    """The numbers of a detailed design by the given scales in the order of `DetailedRigid` or `DetailedCompliant`."""
 
     def of(leg: Leg) -> tuple[float, ...]:
         springs = (leg.stiffness * time**2 / mass, leg.damping * time / mass) if biped.legs == "compliant" else ()

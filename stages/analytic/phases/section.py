@@ -16,71 +16,48 @@ from math import acos, cos, sin
 import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
+from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
-from stages.analytic.model.kinds import (
-    Compliant,
-    DetailedCompliant,
-    DetailedRigid,
-    Kind,
-    Limited,
-    PlainCompliant,
-    PlainRigid,
-    Rigid,
-    Rolling,
-    RubbingRigid,
-    TimedRigid,
-)
+from stages.analytic.model.kinds import Compliant, Directions, Kind, Rigid
 from stages.analytic.model.walker import Vector
-from stages.analytic.phases.coulomb_guard import slip_speed
-from stages.analytic.phases.flow import contact_directions, row4_times
+from stages.analytic.phases.guards import (
+    contact_rate_tangents,
+    contact_rates,
+    contact_rates_along,
+    foot_clearance,
+)
+from stages.analytic.phases.motion import contact_directions
+from stages.analytic.phases.succession import AT_REST
 
-#: Slower than this, in leg lengths and pendulum times, the trailing foot is at rest: round-off of an impact.
-AT_REST = 1e-11
 #: Entries of the state (q, qd) that the section coordinates hold as they are.
 RIGID_ENTRIES, TIMED_ENTRIES, ENTRIES = (0, 2, 3), (0, 1, 2, 3), (0, 1, 3, 4, 5)
 
 
 @compiled
-def rigid_angle(z: Vector, p: PlainRigid) -> float:
-    """`trailing_angle` of rigid legs."""
-    return float(-abs(z[0]))
+def trailing_angle(theta: float, stance: float, swing: float, p: Kind) -> float:
+    """Angle of the trailing leg, of length `swing`, whose foot is on the ground; NaN where it is out of reach."""
+    radius, _, _ = eq.swing_leg(p)
+    if stance == swing and radius == p.r:  # acos would lose half the digits of a small angle
+        return -abs(theta)
+    return -acos(((stance - p.r) * cos(theta) + (p.r - radius)) / (swing - radius))
 
 
 @compiled
-def compliant_angle(z: Vector, p: PlainCompliant) -> float:
-    """`trailing_angle` of compliant legs."""
-    return -acos((z[1] - p.r) * cos(z[0]) / (z[2] - p.r))
-
-
-@compiled
-def detailed_rigid_angle(z: Vector, p: DetailedRigid) -> float:
-    """`trailing_angle` of rigid legs that may differ."""
-    return -acos(((p.L_nat - p.r) * cos(z[0]) + (p.r - p.r_2)) / (p.L_nat_2 - p.r_2))
-
-
-@compiled
-def detailed_angle(z: Vector, p: DetailedCompliant) -> float:
-    """`trailing_angle` of compliant legs that may differ."""
-    return -acos(((z[1] - p.r) * cos(z[0]) + (p.r - p.r_2)) / (z[2] - p.r_2))
-
-
-#: Angle of the trailing leg whose foot is on the ground; NaN where it is out of reach: trailing_angle(z, p).
-trailing_angle: Callable[..., float] = ByKind({
-    PlainRigid: rigid_angle, PlainCompliant: compliant_angle,
-    DetailedRigid | RubbingRigid: detailed_rigid_angle, DetailedCompliant: detailed_angle})
+def swing_rates(y: Vector, p: Compliant, f1: float, f2: float) -> tuple[float, float]:
+    """Rates of the trailing leg that give its clearance the rate f1 and its foot the slip f2, the others at rest."""
+    normal, roll, _, _ = contact_directions(y, p)
+    inverse = 1.0 / (normal[2] * roll[3] - normal[3] * roll[2])
+    return inverse * (f1 * roll[3] - normal[3] * f2), inverse * (normal[2] * f2 - roll[2] * f1)
 
 
 @compiled
 def rigid_state(z: Vector, p: Rigid) -> Vector:
     """`section_state` of rigid legs."""
-    return np.array([z[0], trailing_angle(z, p), z[1], z[2]])
-
-
-@compiled
-def timed_state(z: Vector, p: TimedRigid) -> Vector:
-    """`section_state` of feet that are put down at a given time."""
-    return z.copy()
+    if z.size == 4:
+        return z.copy()
+    _, length, _ = eq.swing_leg(p)
+    return np.array([z[0], trailing_angle(z[0], p.L_nat, length, p), z[1], z[2]])
 
 
 @compiled
@@ -88,144 +65,129 @@ def compliant_state(z: Vector, p: Compliant) -> Vector:
     """`section_state` of compliant legs; NaN where the trailing foot is out of reach."""
     y = np.empty(8)
     y[0], y[1], y[3], y[4], y[5] = z[0], z[1], z[2], z[3], z[4]
-    y[2] = trailing_angle(z, p)
+    y[2] = trailing_angle(z[0], z[1], z[2], p)
     y[6], y[7] = 0.0, 0.0
     rise, slip = (max(z[5], 0.0), z[6]) if z.size > 5 else (0.0, 0.0)
-    normal, roll, _, _ = contact_directions(y, p)
-    rates = (y[4], y[5], 0.0, 0.0)
-    f1, f2 = rise - dot(normal, rates), slip - dot(roll, rates)
-    inverse = 1.0 / (normal[2] * roll[3] - normal[3] * roll[2])
-    y[6] = inverse * (f1 * roll[3] - normal[3] * f2)
-    y[7] = inverse * (normal[2] * f2 - roll[2] * f1)
+    height_rate, slide = contact_rates(y, p)
+    y[6], y[7] = swing_rates(y, p, rise - height_rate, slip - slide)
     return y
 
 
 #: State y just after heel strike from its section coordinates: section_state(z, p).
-section_state: Callable[..., Vector] = ByKind({
-    TimedRigid: timed_state, Rigid: rigid_state, Compliant: compliant_state})
+section_state: Callable[..., Vector] = ByKind({Rigid: rigid_state, Compliant: compliant_state})
 
 
 @compiled
 def rigid_coordinates(y: Vector, p: Rigid) -> Vector:
     """`section_coordinates` of rigid legs."""
-    return np.array([y[0], y[2], y[3]])
+    return y[:4].copy() if np.inf > p.T else np.array([y[0], y[2], y[3]])
 
 
 @compiled
-def timed_coordinates(y: Vector, p: TimedRigid) -> Vector:
-    """`section_coordinates` of feet that are put down at a given time."""
-    return y[:4].copy()
-
-
-@compiled
-def rolling_coordinates(y: Vector, p: Rolling) -> Vector:
-    """`section_coordinates` of rolling feet."""
-    return np.array([y[0], y[1], y[3], y[4], y[5]])
-
-
-@compiled
-def limited_coordinates(y: Vector, p: Limited) -> Vector:
-    """`section_coordinates` with limited friction; speeds at round-off are zero."""
-    height_rate, slip = slip_speed(y, p)
+def compliant_coordinates(y: Vector, p: Compliant) -> Vector:
+    """`section_coordinates` of compliant legs; speeds at round-off are zero."""
+    if p.mu_s == np.inf:
+        return np.array([y[0], y[1], y[3], y[4], y[5]])
+    height_rate, slip = contact_rates(y, p)
     return np.array([y[0], y[1], y[3], y[4], y[5], height_rate if height_rate > AT_REST else 0.0,
                      slip if abs(slip) > AT_REST else 0.0])
 
 
 #: Section coordinates of a state just after heel strike: section_coordinates(y, p).
-section_coordinates: Callable[..., Vector] = ByKind({
-    TimedRigid: timed_coordinates, Rigid: rigid_coordinates, Rolling: rolling_coordinates,
-    Limited: limited_coordinates})
+section_coordinates: Callable[..., Vector] = ByKind({Rigid: rigid_coordinates, Compliant: compliant_coordinates})
 
 
 @compiled
-def rigid_trailing_change(y: Vector, p: PlainRigid) -> float:
-    """`trailing_change` of equal legs."""
-    return 1.0 if y[0] < 0.0 else -1.0
+def rigid_tangent(z: Vector, y: Vector, p: Rigid, directions: Directions | None = None) -> Vector:
+    """`section_tangent` of rigid legs: the clearance fixes psi, but where the foot was put down at a given time."""
+    columns = z.size
+    if directions is not None:
+        columns += directions.rows.shape[0]
+    tangents = np.zeros(4 * columns)
+    if z.size == 4:
+        for i in range(4):
+            tangents[5 * i] = 1.0
+        return tangents
+    tangents[0], tangents[6], tangents[11] = 1.0, 1.0, 1.0
+    radius, length, _ = eq.swing_leg(p)
+    if length == p.L_nat and radius == p.r:
+        tangents[1] = 1.0 if y[0] < 0.0 else -1.0
+    else:
+        tangents[1] = (p.L_nat - p.r) * sin(y[0]) / ((length - radius) * sin(y[1]))
+    for s in range(12, tangents.size, 4):
+        _, change, _ = foot_clearance(y, p, tangents, s, directions)
+        tangents[s + 1] = -change / ((length - radius) * sin(y[1])) if change != 0.0 else 0.0
+    return tangents
 
 
 @compiled
-def detailed_trailing_change(y: Vector, p: DetailedRigid) -> float:
-    """`trailing_change` of legs that may differ."""
-    return (p.L_nat - p.r) * sin(y[0]) / ((p.L_nat_2 - p.r_2) * sin(y[1]))
-
-
-#: Change of the trailing leg's angle with that of the stance leg, both rigid: trailing_change(y, p).
-trailing_change: Callable[..., float] = ByKind({
-    PlainRigid: rigid_trailing_change, DetailedRigid | RubbingRigid: detailed_trailing_change})
-
-
-@compiled
-def rigid_tangent(z: Vector, y: Vector, p: Rigid) -> Vector:
-    """`section_tangent` of rigid legs."""
-    tangent = np.zeros(12)
-    tangent[0], tangent[1] = 1.0, trailing_change(y, p)
-    tangent[6], tangent[11] = 1.0, 1.0
-    return tangent
-
-
-@compiled
-def timed_tangent(z: Vector, y: Vector, p: TimedRigid) -> Vector:
-    """`section_tangent` of feet that are put down at a given time."""
-    return np.eye(4).ravel()
-
-
-@compiled
-def compliant_tangent(z: Vector, y: Vector, p: Compliant) -> Vector:
+def compliant_tangent(z: Vector, y: Vector, p: Compliant, directions: Directions | None = None) -> Vector:
     """`section_tangent` of compliant legs: the clearance fixes dpsi, then both constraint rates two rates."""
-    normal, roll, _, _ = contact_directions(y, p)
-    by_state = eq.contact_acceleration_jacobian(
-        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], p)
-    inverse = 1.0 / (normal[2] * roll[3] - normal[3] * roll[2])
-    tangent = np.zeros(8 * z.size)
-    for column in range(z.size):
-        if (column == 5 and z[5] <= 0.0) or (column == 6 and z[5] <= 0.0 and z[6] == 0.0):
+    normal, _, _, _ = contact_directions(y, p)
+    columns = z.size
+    if directions is not None:
+        columns += directions.rows.shape[0]
+    tangents = np.zeros(8 * columns)
+    for column in range(columns):
+        if z.size > 5 and z[5] <= 0.0 and (column == 5 or (column == 6 and z[6] == 0.0)):
             continue
-        s = 8 * column
+        s, rise, slip = 8 * column, 0.0, 0.0
         if column < 5:
-            tangent[s + ENTRIES[column]] = 1.0
-        tangent[s + 2] = -(normal[0] * tangent[s] + normal[1] * tangent[s + 1] + normal[3] * tangent[s + 3]) / normal[2]
-        rates = (tangent[s + 4], tangent[s + 5], 0.0, 0.0)
-        f1 = (1.0 if column == 5 else 0.0) - dot(normal, rates) - row4_times(by_state[0:4], tangent, s)
-        f2 = (1.0 if column == 6 else 0.0) - dot(roll, rates) - row4_times(by_state[8:12], tangent, s)
-        tangent[s + 6] = inverse * (f1 * roll[3] - normal[3] * f2)
-        tangent[s + 7] = inverse * (normal[2] * f2 - roll[2] * f1)
-    return tangent
+            tangents[s + ENTRIES[column]] = 1.0
+        elif column < z.size:
+            rise, slip = (1.0, 0.0) if column == 5 else (0.0, 1.0)
+        height = dot(normal, (tangents[s], tangents[s + 1], 0.0, tangents[s + 3]))
+        if directions is not None and column >= z.size:
+            d = ep.row_as(p, directions.rows, column - z.size)
+            _, height, _ = foot_clearance(y, p, tangents, s, directions)
+            more = contact_rates_along(y, p, d)
+            rise, slip = -more[0], -more[1]
+        tangents[s + 2] = -height / normal[2]
+        own = contact_rate_tangents(y, p, tangents, s)
+        tangents[s + 6], tangents[s + 7] = swing_rates(y, p, rise - own[0], slip - own[1])
+    return tangents
 
 
-#: Derivative of `section_state` at its value y, columns one after another, (j * size,): section_tangent(z, y, p).
-section_tangent: Callable[..., Vector] = ByKind({
-    TimedRigid: timed_tangent, Rigid: rigid_tangent, Compliant: compliant_tangent})
+#: Derivative of `section_state` at its value y, columns one after another, (n * size,): those by the coordinates, then
+#: those along the directions, at given coordinates: section_tangent(z, y, p, directions).
+section_tangent: Callable[..., Vector] = ByKind({Rigid: rigid_tangent, Compliant: compliant_tangent})
 
 
 @compiled
-def limited_speeds(y: Vector, p: Limited, derivative: np.ndarray) -> None:
+def speed_tangents(y: Vector, p: Compliant, derivative: np.ndarray, directions: Directions | None = None) -> None:
     """Write the derivative of the trailing foot's two speeds into rows 5 and 6 of `section_derivative`."""
-    normal, roll, _, _ = contact_directions(y, p)
-    by_state = eq.contact_acceleration_jacobian(
-        y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], p)
-    z = limited_coordinates(y, p)
+    z = compliant_coordinates(y, p)
     for j in range(derivative.shape[1]):
-        s = 8 * (j + 1)
-        rates = (y[s + 4], y[s + 5], y[s + 6], y[s + 7])
+        rise, slip = contact_rate_tangents(y, p, y, 8 * (j + 1))
+        if directions is not None:
+            row = j - derivative.shape[1] + directions.rows.shape[0]
+            if row >= 0:
+                more = contact_rates_along(y, p, eq.exchanged(ep.row_as(p, directions.rows, row)))
+                rise, slip = rise + more[0], slip + more[1]
         if z[5] > 0.0:
-            derivative[5, j] = dot(normal, rates) + row4_times(by_state[0:4], y, s)
+            derivative[5, j] = rise
         if z[5] > 0.0 or z[6] != 0.0:
-            derivative[6, j] = dot(roll, rates) + row4_times(by_state[8:12], y, s)
+            derivative[6, j] = slip
 
 
 def entries_of(p: Kind) -> tuple[int, ...]:
     """Entries of the state that the section coordinates hold as they are."""
-    if isinstance(p, TimedRigid):
-        return TIMED_ENTRIES
-    return RIGID_ENTRIES if isinstance(p, Rigid) else ENTRIES
+    if isinstance(p, Rigid):
+        return TIMED_ENTRIES if np.inf > p.T else RIGID_ENTRIES
+    return ENTRIES
 
 
-def section_derivative(y: Vector, p: Rigid | Compliant) -> np.ndarray:
-    """Derivative (j, n) of the j section coordinates from the state and its n variations in y ((1 + n) * size,)."""
+def section_derivative(y: Vector, p: Kind, directions: Directions | None = None) -> np.ndarray:
+    """Derivative (j, n) of the j section coordinates from the state and its n variations in y ((1 + n) * size,).
+
+    `p` is the walker after the heel strike, and `directions` those of the step before it, if the last variations go
+    with any.
+    """
     size, entries = 4 if isinstance(p, Rigid) else 8, entries_of(p)
     variations = y.reshape(-1, size)[1:]
-    derivative = np.zeros((7 if isinstance(p, Limited) else len(entries), len(variations)))
-    derivative[: len(entries)] = variations[:, entries].T
-    if isinstance(p, Limited):
-        limited_speeds(y, p, derivative)
+    derivative: np.ndarray = variations[:, entries].T.copy()
+    if isinstance(p, Rigid) or p.mu_s == np.inf:
+        return derivative
+    derivative = np.vstack([derivative, np.zeros((2, len(variations)))])
+    speed_tangents(y, p, derivative, directions)
     return derivative

@@ -33,15 +33,14 @@ from stages.analytic.gait.poincare import (
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import EVENT, integrate
 from stages.analytic.integration.step import FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES
-from stages.analytic.model.kinds import Kind, Stiff
+from stages.analytic.model.kinds import Kind
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.flow import flow
-from stages.analytic.phases.guards import guard
-from stages.analytic.phases.hip_friction import hip_rate, of_hip, sign_of
+from stages.analytic.phases.guards import FEET, HIP, guard
+from stages.analytic.phases.impact import heel_strike_reset
+from stages.analytic.phases.motion import flow
 from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
-from stages.analytic.phases.succession import ends_step, first_phase, succeed
-from stages.analytic.phases.transitions import heel_strike_reset
+from stages.analytic.phases.succession import ends_step, first_phase, of_hip, succeed
 from stages.analytic.result import NumericalError
 from stages.analytic.walk.recording import Segment, is_last, record, up_to_mid_stance, vaulting, walk_on
 from stages.biped.quantity import quantity
@@ -63,8 +62,8 @@ def carry(phase: int, lengths: Vector, states: np.ndarray, p: Kind, order: int, 
         for i in range(size):
             y[i], y[size + i] = states[n, i], errors[n, i]
         for _ in range(2):
-            flow(phase, y, p, stages[0])
-            take_step(phase, y, 0.5 * lengths[n], p, stages, new)
+            flow(phase, y, p, stages[0], None)
+            take_step(phase, y, 0.5 * lengths[n], p, stages, new, None)
             for i in range(2 * size):
                 y[i] = new[i]
         for i in range(size):
@@ -87,29 +86,26 @@ def along(walker: Walker, segment: Segment, error: Vector) -> np.ndarray:
     lengths = np.diff(np.append(segment.times, segment.duration))
     errors = np.empty((lengths.size + 1, walker.size))
     errors[0] = error
-    order = STIFF_ORDER if isinstance(walker.p, Stiff) else ORDER
+    order = STIFF_ORDER if walker.stiff else ORDER
     carry(segment.phase, lengths, np.vstack([segment.states, segment.end]), walker.p, order, errors)
     return errors
 
 
 def at_event(walker: Walker, segment: Segment, error: Vector) -> tuple[Vector, float]:
     """Error of the state at the event that ends the segment, (size,), and by how much that event comes too early."""
-    p, phase, hips = walker.p, segment.phase, of_hip(segment.phase, segment.end, walker.p)
+    p, phase, which = walker.p, segment.phase, HIP if of_hip(segment.phase, segment.end, walker.p) else FEET
     y, rates = np.concatenate([segment.end, error]), np.empty(2 * walker.size)
-    if not segment.duration > 0.0 or (hips and sign_of(phase) == 0):
-        return error, 0.0  # it ended where it began, or a hip lets go, at which nothing jumps: no event to shift
+    if not segment.duration > 0.0:
+        return error, 0.0  # it ended where it began: no event to shift
     flow(phase, y, p, rates)
-    if hips:
-        delay = -hip_rate(y, walker.size, p) / hip_rate(rates, 0, p)
-    else:
-        delay = -guard(phase, y, p, y, walker.size)[1] / guard(phase, y, p, rates, 0)[1]
+    delay = -guard(phase, y, p, y, walker.size, None, which)[1] / guard(phase, y, p, rates, 0, None, which)[1]
     return error + rates[: walker.size] * delay, float(delay)
 
 
 def after_event(walker: Walker, segment: Segment, error: Vector) -> Vector:
     """Error of the state that the next segment starts from, (size,)."""
     y = np.concatenate([segment.end, error])
-    succeed(segment.phase, y, walker.p)
+    succeed(segment.phase, y, walker.p, None)
     return y[walker.size :]
 
 
@@ -313,7 +309,7 @@ def record_step(walker: Walker, z: Vector, tolerance: float) -> tuple[list[Segme
     phase, decided = first_phase(y, walker.p)
     while decided and not (segments and is_last(segments[-1])):
         status, duration, h, count, _ = integrate(
-            phase, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, h, nodes)
+            phase, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, h, nodes, None)
         if count == len(nodes):
             raise StepFailed("there are more integration steps than are kept")
         if status != EVENT or len(segments) > MOST_PHASES:
@@ -323,7 +319,7 @@ def record_step(walker: Walker, z: Vector, tolerance: float) -> tuple[list[Segme
         segments.append(Segment(phase, start, duration, 0, 0.0, kept[:, 0] if count else np.zeros(1), states, end,
                                 ends_step(phase, end, walker.p)))
         start, h = start + duration, max(min(h, FIRST_LENGTH), LEAST_LENGTH)
-        phase, decided = succeed(phase, y, walker.p)
+        phase, decided = succeed(phase, y, walker.p, None)
     return segments, section_coordinates(y[: walker.size], walker.exchanged.p)
 
 

@@ -17,21 +17,13 @@ from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
 from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
-from stages.analytic.model.kinds import Kind, Rigid, RubbingRolling, natural_lengths, radii
+from stages.analytic.model.kinds import Kind, Rigid, natural_lengths, radii
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.compliant_hip import compliant_hip_phase
-from stages.analytic.phases.flow import (
-    DOUBLE_STANCE,
-    HIP_STICKS,
-    RUBS_FORWARD,
-    SINGLE_STANCE,
-    contact_directions,
-    flow,
-)
+from stages.analytic.phases.guards import contact_rates, foot_clearance
+from stages.analytic.phases.motion import HOVERING, NORMAL, PHASES, ROLL, flow, in_contact
 from stages.analytic.phases.section import section_state
-from stages.analytic.phases.succession import ends_step, first_phase, in_contact, succeed
-from stages.analytic.phases.transitions import foot_clearance
+from stages.analytic.phases.succession import ends_step, first_phase, single_stance, succeed
 
 #: Steps of a phase that are kept room for at first, and the factor of more room.
 ROOM = 4096
@@ -70,8 +62,8 @@ def integrate_segment(
     while True:
         nodes, end = np.empty((room, 10)), y.copy()
         status, duration, _, count, _ = integrate(
-            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH, nodes
-        )
+            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH, nodes,
+            None)
         if status != EVENT:
             raise StepFailed(step_failure(status, phase))
         if count < room:
@@ -130,7 +122,7 @@ def record(
         elif len(segments) > MOST_PHASES and not any(map(is_last, segments[-MOST_PHASES:])):
             raise StepFailed(step_failure(CHATTER, phase))
         y = segment.end.copy()
-        phase, decided = succeed(phase, y, standing.p)
+        phase, decided = succeed(phase, y, standing.p, None)
 
 
 def shortened(walker: Walker, elapsed: float) -> Walker:
@@ -147,10 +139,7 @@ def walk_on(
     `elapsed` is the time of the begun step up to there, which counts where a foot is put down at a given time. Raises
     StepFailed if the walker does not get there.
     """
-    phase = first_phase(upright, walker.p)[0] if walker.rigid else SINGLE_STANCE
-    if isinstance(walker.p, RubbingRolling):
-        phase = compliant_hip_phase(False, upright, walker.p)
-    return record(walker, upright, steps + 1, tolerance, phase, elapsed)
+    return record(walker, upright, steps + 1, tolerance, single_stance(upright, walker.p), elapsed)
 
 
 def is_last(segment: Segment) -> bool:
@@ -160,7 +149,7 @@ def is_last(segment: Segment) -> bool:
 
 def in_single_stance(segment: Segment) -> bool:
     """Whether the swing foot is in play: it lands if it comes down."""
-    return segment.phase <= SINGLE_STANCE or RUBS_FORWARD <= segment.phase <= HIP_STICKS
+    return bool(PHASES[segment.phase, NORMAL] == 0 and segment.phase != HOVERING)
 
 
 @compiled
@@ -172,8 +161,8 @@ def states_at(phase: int, node_times: Vector, node_states: np.ndarray, times: Ve
     for i in range(times.size):
         while node + 1 < node_times.size and node_times[node + 1] <= times[i]:
             node += 1
-        flow(phase, node_states[node], p, stages[0])
-        take_step(phase, node_states[node], times[i] - node_times[node], p, stages, states[i])
+        flow(phase, node_states[node], p, stages[0], None)
+        take_step(phase, node_states[node], times[i] - node_times[node], p, stages, states[i], None)
     return states
 
 
@@ -229,7 +218,5 @@ def constraint_drift(walker: Walker, segments: list[Segment]) -> np.ndarray:
         return np.zeros(3)
     y, phase = both[-1].end, both[-1].phase
     p: Any = walker.on(both[-1].stance_leg).p
-    _, roll, _, _ = contact_directions(y, p)
-    clearance, rate, _ = foot_clearance(y, p, y, 4)
-    rolls = phase == DOUBLE_STANCE or phase > HIP_STICKS
-    return np.array([clearance, rate, float(np.dot(roll, y[4:8])) if rolls else 0.0])
+    rate, slip = contact_rates(y, p)
+    return np.array([foot_clearance(y, p, y, 4)[0], rate, slip if PHASES[phase, ROLL] == 1 else 0.0])

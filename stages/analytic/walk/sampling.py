@@ -6,30 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stages.analytic.compiled import ByKind, Four, compiled, inlined
+from stages.analytic.compiled import ByKind, Four, compiled
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import (
-    Compliant,
-    Kind,
-    Limited,
-    Rigid,
-    Rolling,
-    RubbingRigid,
-    RubbingRolling,
-    heights_of_mass,
-    natural_lengths,
-)
+from stages.analytic.model.kinds import Compliant, Kind, Rigid, heights_of_mass, natural_lengths
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.compliant_hip import rubbed_acceleration
-from stages.analytic.phases.flow import (
-    DOUBLE_STANCE,
-    double_acceleration,
-    flow,
-    rigid_acceleration,
-    single_acceleration,
-    sliding_acceleration,
-)
-from stages.analytic.phases.succession import in_contact
+from stages.analytic.phases.motion import accelerations, in_contact
 from stages.analytic.walk.recording import Segment, crossing, in_single_stance, is_last, states_at, walk_on
 from stages.biped.between_steps import uniform_times
 from stages.biped.gait import StanceState
@@ -50,65 +31,22 @@ COLUMNS = 8
 
 
 @compiled
-def rigid_row(phase: int, y: Vector, p: Rigid, row: Vector) -> None:
-    """A row of `accelerations_and_forces`, rigid legs."""
-    qdd, _ = rigid_acceleration(y, p)
-    rigid_forces(y, p, qdd, row)
+def rigid_reaction(y: Vector, qdd: Four, p: Rigid) -> tuple[float, float]:
+    """`reaction` of rigid legs."""
+    tangential, normal = eq.rigid_reaction(y[0], y[1], y[2], y[3], qdd[0], qdd[2], p)
+    return tangential, normal
 
 
 @compiled
-def rigid_forces(y: Vector, p: Rigid, qdd: tuple[float, float], row: Vector) -> None:
-    """Write accelerations and the ground's reaction to them."""
-    row[0], row[2] = qdd
-    row[4], row[5] = eq.rigid_reaction(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
-
-
-@compiled
-def rubbing_row(phase: int, y: Vector, p: RubbingRigid, row: Vector) -> None:
-    """A row of `accelerations_and_forces`, rigid legs with friction at the hip."""
-    rates = np.empty(4)
-    flow(phase, y, p, rates)
-    rigid_forces(y, p, (rates[2], rates[3]), row)
-
-
-@inlined
-def compliant_row(y: Vector, p: Compliant, row: Vector, qdd: Four, force: tuple[float, float]) -> None:
-    """A row of `accelerations_and_forces`, compliant legs, where the trailing foot bears `force`."""
-    row[0], row[1], row[2], row[3] = qdd
+def compliant_reaction(y: Vector, qdd: Four, p: Compliant) -> tuple[float, float]:
+    """`reaction` of compliant legs."""
     tangential, normal = eq.compliant_reaction(
         y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
-    row[4], row[5], row[6], row[7] = tangential - force[1], normal - force[0], force[1], force[0]
+    return tangential, normal
 
 
-@compiled
-def rolling_row(phase: int, y: Vector, p: Compliant, row: Vector) -> None:
-    """A row of `accelerations_and_forces`, feet that roll or are in the air."""
-    qdd, force = single_acceleration(y, p)[0], (0.0, 0.0)
-    if phase == DOUBLE_STANCE:
-        qdd, force, _, _, _, _ = double_acceleration(y, p)
-    compliant_row(y, p, row, qdd, force)
-
-
-@compiled
-def rubbing_rolling_row(phase: int, y: Vector, p: RubbingRolling, row: Vector) -> None:
-    """A row of `accelerations_and_forces`, compliant legs with friction at the hip."""
-    qdd, force, _ = rubbed_acceleration(phase, y, p)
-    compliant_row(y, p, row, qdd, force)
-
-
-@compiled
-def limited_row(phase: int, y: Vector, p: Limited, row: Vector) -> None:
-    """A row of `accelerations_and_forces`, limited friction."""
-    if in_contact(phase) and phase != DOUBLE_STANCE:
-        qdd, force, _, _, _, _ = sliding_acceleration(phase, y, p)
-        compliant_row(y, p, row, qdd, force)
-    else:
-        rolling_row(phase, y, p, row)
-
-
-row_of: Callable[..., None] = ByKind({
-    RubbingRigid: rubbing_row, RubbingRolling: rubbing_rolling_row, Rigid: rigid_row, Rolling: rolling_row,
-    Limited: limited_row})
+#: Force of the ground on both feet, tangential and normal: reaction(y, qdd, p).
+reaction: Callable[..., tuple[float, float]] = ByKind({Rigid: rigid_reaction, Compliant: compliant_reaction})
 
 
 @compiled
@@ -116,7 +54,10 @@ def accelerations_and_forces(phase: int, states: np.ndarray, p: Kind) -> np.ndar
     """Accelerations and both feet's ground reactions at states of one phase, shape (n, 8)."""
     rows = np.zeros((states.shape[0], COLUMNS))
     for i in range(states.shape[0]):
-        row_of(phase, states[i], p, rows[i])
+        qdd, loads = accelerations(phase, states[i], p)
+        tangential, normal = reaction(states[i], qdd, p)
+        rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3] = qdd
+        rows[i, 4], rows[i, 5], rows[i, 6], rows[i, 7] = tangential - loads[1], normal - loads[0], loads[1], loads[0]
     return rows
 
 

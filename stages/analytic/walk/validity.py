@@ -16,11 +16,10 @@ import numpy as np
 
 from stages.analytic.compiled import Numbers
 from stages.analytic.model import terms as eq
-from stages.analytic.model.kinds import Kind, Limited, Rigid, natural_lengths, radii
+from stages.analytic.model.kinds import Kind, Rigid, natural_lengths, radii
 from stages.analytic.model.walker import Walker
-from stages.analytic.phases.coulomb_impact import land, strike, trailing_impulse
-from stages.analytic.phases.succession import in_contact
-from stages.analytic.phases.transitions import heel_strike_reset, landing_impulse
+from stages.analytic.phases.impact import heel_strike_reset, land, strike, trailing_impulse
+from stages.analytic.phases.motion import in_contact
 from stages.analytic.result import ROUND_OFF, Validity
 from stages.analytic.walk.recording import Segment, in_single_stance, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
@@ -33,6 +32,8 @@ SAMPLES_PER_STEP = 6
 ENOUGH_STEPS = 2000
 #: A foot is loaded above this part of its largest normal force.
 LOADED = 0.1
+#: What round-off leaves of a force, in the walker's weight, where a foot is let go of.
+NO_FORCE = 1e-13
 #: Columns of the forces on the leading and on the trailing foot.
 FEET = (slice(0, 2), slice(2, 4))
 TANGENTIAL, NORMAL = 0, 1
@@ -131,16 +132,11 @@ def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray
     if isinstance(p, Rigid):
         heel_strike_reset(after, p)
         return momentum(after, landed) - momentum(before, p), np.zeros(2)
-    if isinstance(p, Limited):
-        land(after, p)
-        _, _, impulse, *_ = trailing_impulse(after, landed)
-        strike(after, landed)
-        trailing = np.array([impulse[1], impulse[0]])
-        return momentum(after, landed) - momentum(before, p) - trailing, trailing
-    velocities, impulse, *_ = landing_impulse(before, p)
-    after[4:] = np.asarray(velocities) - before[4:]
-    landing = np.array([impulse[1], impulse[0]])
-    return landing, momentum(after, p) - landing
+    land(after, p)
+    _, impulse, *_ = trailing_impulse(after, landed)
+    strike(after, landed)
+    trailing = np.array([impulse[1], impulse[0]])
+    return momentum(after, landed) - momentum(before, p) - trailing, trailing
 
 
 def least_normal(phases: list[Phase], foot: slice) -> float:
@@ -181,7 +177,7 @@ def outside_the_cone(phases: list[Phase], friction: float) -> tuple[float, float
 
         def beyond(_: np.ndarray, forces: np.ndarray) -> np.ndarray:
             tangential, normal = forces[:, FEET[1]].T
-            return np.asarray(np.abs(tangential) - friction * (1.0 + ROUND_OFF) * normal)
+            return np.asarray(np.abs(tangential) - friction * (1.0 + ROUND_OFF) * normal - NO_FORCE)
 
         time, impulse = time + edges[-1], impulse + pushed(0.0, edges[-1])
         for start, end in phase.above(beyond):

@@ -11,23 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from stages.analytic.derivatives import walking
 from stages.analytic.derivatives.step_map import exchanged_rows
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, require_landing
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
 from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate, shift_to_event
-from stages.analytic.integration.rubbing import cross_turn
 from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
-from stages.analytic.model.kinds import Rigid, RubbingRigid, RubbingRolling
+from stages.analytic.model.kinds import Directions, directions
 from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate
-from stages.analytic.model.varied import varied
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.compliant_hip import compliant_hip_phase
-from stages.analytic.phases.flow import RIGID, SINGLE_STANCE, flow
-from stages.analytic.phases.guards import guard
-from stages.analytic.phases.hip_friction import hip_phase, of_hip, sign_of
-from stages.analytic.phases.succession import ends_step, succeed
+from stages.analytic.phases.guards import FEET, HIP
+from stages.analytic.phases.motion import flow
+from stages.analytic.phases.succession import ends_step, of_hip, single_stance, succeed
 from stages.calibration.compiled import compiled
 
 #: Nodes of a panel (Gauss), length of the first panel in times of the legs' fastest motion, growth from one to the
@@ -56,16 +51,15 @@ def panel_nodes(edges: Vector) -> Vector:
 #: The matrix (NODES, NODES) from values at the nodes to coefficients of powers of s in [-1, 1], lowest first.
 TO_POWERS = np.linalg.inv(np.vander(POINTS, increasing=True))
 
-assert walking  # what a varied walker does is registered there
-
 #: Two times closer than this are one.
 SAME = 1e-13
 
 
 @compiled
 def march(
-    phase: int, y: Vector, p: Any, tolerance: float, times: Vector, states: np.ndarray, rates: np.ndarray
-) -> bool:
+    phase: int, y: Vector, p: Any, numbers: Directions, tolerance: float, times: Vector, states: np.ndarray,
+    rates: np.ndarray,
+) -> bool:  # fmt: skip
     """Carry `y`, state and variations, through the rising `times` (n,) since now; False where no step is short enough.
 
     What it is there and its rates are left in `states` and `rates` (n, y.size).
@@ -73,12 +67,12 @@ def march(
     size = y.size
     stages, new = np.empty((STAGES, size)), np.empty(size)
     time, h = 0.0, 0.02
-    flow(phase, y, p, stages[0])
+    flow(phase, y, p, stages[0], numbers)
     for i in range(times.size):
         while times[i] - time > SAME:
             left = times[i] - time
             step = min(h, left)
-            take_step(phase, y, step, p, stages, new)
+            take_step(phase, y, step, p, stages, new, numbers)
             error = error_norm(y, new, step, p, stages, tolerance)
             if not error <= 1.0:  # written so that NaN is refused
                 h = step * (step_factor(error) if error == error else 0.1)
@@ -88,7 +82,7 @@ def march(
             time = times[i] if step == left else time + step
             for j in range(size):
                 y[j] = new[j]
-            flow(phase, y, p, stages[0])
+            flow(phase, y, p, stages[0], numbers)
             h = max(h, step * step_factor(error)) if step < h else step * step_factor(error)
         for j in range(size):
             states[i, j] = y[j]
@@ -97,11 +91,11 @@ def march(
 
 
 @compiled
-def arrive(phase: int, y: Vector, p: Any) -> None:
+def arrive(phase: int, y: Vector, p: Any, numbers: Directions) -> None:
     """Variations at a fixed time of a state `y` at its phase's event become variations at the event, in place."""
     event, rates = y.copy(), np.empty(y.size)
-    flow(phase, event, p, rates)
-    shift_to_event(phase, y, p, event, rates, guard(phase, event, p, rates, 0)[1])
+    flow(phase, event, p, rates, numbers)
+    shift_to_event(phase, y, p, event, rates, HIP if of_hip(phase, event, p) else FEET, numbers)
 
 
 NO_NODES = np.empty((0, 10))
@@ -144,59 +138,46 @@ def walk_stretches(
     size = walker.size
     free = size - 1
     rows = along, exchanged_rows(walker, along)  # of the walker on either leg
-    p: Any = varied(walker.on(first_leg).p, rows[first_leg], free + len(along))
+    p, numbers = walker.on(first_leg).p, directions(rows[first_leg], free + len(along))
     variations = np.zeros((free + len(along), size))
     variations[range(free), range(1, size)] = 1.0
     y = np.concatenate([[0.0], upright, variations.ravel()])
     stretches: list[Stretch] = []
     start, leg, phases = 0.0, first_leg, 0
     fastest = fastest_rate(walker.p)
-    phase, decided = _first_phase(y[:size], walker.on(first_leg).p), True
+    phase, decided = int(single_stance(y[:size], p)), True
     while True:
         phases += 1
         if not decided or phases > MOST_PHASES:
             require_landing(walker, y, WEDGED if not decided else CHATTER, phase)
-        event, end, before = y[:size].copy(), y.copy(), p.delays.copy()
+        event, end, before = y[:size].copy(), y.copy(), numbers.delays.copy()
         status, duration, _, _, _ = integrate(
-            phase, event, walker.on(leg).p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH,
-            NO_NODES)
+            phase, event, p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH, NO_NODES,
+            None)
         if status != EVENT:
             require_landing(walker, event, status, phase)
-        lands = bool(ends_step(phase, event, walker.on(leg).p))
+        lands = bool(ends_step(phase, event, p))
         if duration > 0.0:  # a trailing foot may leave at once
             edges = panel_edges(duration, fastest)
             times = panel_nodes(edges)
             states, rates = np.empty((times.size + 1, y.size)), np.empty((times.size + 1, y.size))
-            if not march(phase, end, p, tolerance, np.append(times, duration), states, rates):
+            if not march(phase, end, p, numbers, tolerance, np.append(times, duration), states, rates):
                 raise StepFailed("no integration step is short enough")
             end[:size] = event
-            if not of_hip(phase, event, walker.on(leg).p):
-                arrive(phase, end, p)
-            elif sign_of(phase) != 0:  # a hip that sticks lets go without a jump of the rates
-                cross_turn(phase, end, p)
+            arrive(phase, end, p, numbers)
             stretches.append(Stretch(
-                leg, np.append(start, before), np.append(duration, p.delays - before), edges,
+                leg, np.append(start, before), np.append(duration, numbers.delays - before), edges,
                 _columns(states[:-1], size), _columns(rates[:-1], size), _columns(y, size)[0], _columns(end, size)[0],
                 lands))
         start += duration
         if start > until:
             return stretches
         y, ended = end, phase
-        phase, decided = succeed(phase, y, p)
+        phase, decided = succeed(phase, y, p, numbers)
         if lands:
             leg, phases = 1 - leg, 0
             require_landing(walker, y, EVENT, ended)
-            delays, p = p.delays, varied(walker.on(leg).p, rows[leg], free + len(along))
-            p.delays[:] = delays
-
-
-def _first_phase(upright: Vector, p: Any) -> int:
-    """The phase of a walker (size,) in single stance."""
-    if isinstance(p, RubbingRolling):
-        return int(compliant_hip_phase(False, upright, p))
-    if isinstance(p, RubbingRigid):
-        return int(hip_phase(upright, p)[0])
-    return RIGID if isinstance(p, Rigid) else SINGLE_STANCE
+            p, numbers = walker.on(leg).p, Directions(directions(rows[leg], 0).rows, numbers.delays)
 
 
 def _columns(rows: np.ndarray, size: int) -> np.ndarray:

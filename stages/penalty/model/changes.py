@@ -19,7 +19,7 @@ from stages.biped.accuracy.scales import Scales, scales_of
 from stages.biped.design import DETAILS, Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.penalty.model.walker import LENGTH, RATES, SIZE, VariedPenalty, Walker, build_penalty, natural_lengths
+from stages.penalty.model.walker import LENGTH, RATES, SIZE, Directions, build_penalty, natural_lengths
 from stages.penalty.motion.contact import STEP
 
 
@@ -28,7 +28,7 @@ class Changes:
     """Parameters, named as in their files, and what a whole share of each does to a walker's numbers.
 
     `scales` (n,): the share, a parameter's value, or where that is zero a size it could have. `along` (n, numbers
-    before the law), `laws` (n, numbers of the law), complex as in `VariedPenalty`. `at_start` (n, 12): the change of
+    before the law), `laws` (n, numbers of the law), complex as in `Directions`. `at_start` (n, 12): the change of
     the state at the start of a step, which holds the length of rigid legs.
     """
 
@@ -38,9 +38,9 @@ class Changes:
     laws: np.ndarray
     at_start: np.ndarray
 
-    def walker(self, p: Walker, columns: int) -> VariedPenalty:
-        """The walker with these changes, for the last n of so many variations."""
-        return VariedPenalty(p, self.along, self.laws, (self.laws.imag != 0.0).any(axis=1), np.zeros(columns))
+    def directions(self, columns: int) -> Directions:
+        """These changes as directions of the last n of so many variations."""
+        return Directions(self.along, self.laws, (self.laws.imag != 0.0).any(axis=1), np.zeros(columns))
 
 
 def changes_of(

@@ -130,15 +130,15 @@ def natural_lengths(p: Walker) -> tuple[float, float]:
     return (p.L_nat, p.L_nat) if isinstance(p, Penalty) else (p.first.L_nat, p.other.L_nat)
 
 
-class VariedPenalty(NamedTuple):
-    """`plain` walker; `along` (n, numbers of `plain` before the law), their changes for the last n variations.
+class Directions(NamedTuple):
+    """Directions of a walker's numbers that the last n variations of a state are tangents along.
 
+    `rows` (n, numbers before the law): how these move with each of them.
     `laws` (n, numbers of the law): these numbers, with their changes as imaginary parts (`contact.STEP`); `of_law` (n,)
     whether they change at all. `delays` (columns,): by how much every variation delays the events so far.
     """
 
-    plain: Walker
-    along: np.ndarray
+    rows: np.ndarray
     laws: np.ndarray
     of_law: np.ndarray
     delays: np.ndarray

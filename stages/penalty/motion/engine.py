@@ -15,14 +15,13 @@ from math import pi
 
 import numpy as np
 
-from stages.analytic.compiled import Numbers, extend
+from stages.analytic.compiled import Four, Numbers, extend
 from stages.analytic.integration import dop853_step, integrator, phase
-from stages.analytic.model import varied
-from stages.analytic.phases import flow, guards
+from stages.analytic.phases import guards, motion
 from stages.analytic.walk import recording
 from stages.penalty.compiled import again, compiled
 from stages.penalty.model.legs import leg_by, leg_change, leg_jacobian, leg_of
-from stages.penalty.model.walker import VariedPenalty, Walker
+from stages.penalty.model.walker import Directions, Walker
 from stages.penalty.motion.accelerations import Six, accelerations, solve
 from stages.penalty.motion.contact import Slopes, force_slopes, law_change
 from stages.penalty.motion.feet import acts_on, penalty_guard
@@ -70,29 +69,11 @@ def leg_variation(
 
 
 @compiled
-def penalty_rates(phase: int, y: Vector, p: Walker, rates: Vector) -> None:
-    """Write dy/dt of state and variations into `rates`."""
-    qdd, force, factors, t, u = accelerations(phase, y, p)
-    store(rates, y, 0, qdd)
-    if y.size > 12:
-        j = leg_jacobian(*moved_leg(y, 0, qdd, force[0], force[1]), leg_of(p, 0))
-        k = leg_jacobian(*moved_leg(y, 1, qdd, force[2], force[3]), leg_of(p, 1))
-        first = force_slopes(acts_on(phase, 0), t[9], t[10], t[11], p.law)
-        second = force_slopes(acts_on(phase, 1), u[9], u[10], u[11], p.law)
-        for start in range(12, y.size, 12):
-            a = leg_variation(j, t, first, y, start, 0)
-            b = leg_variation(k, u, second, y, start, 1)
-            turned = torque_variation(y, start, p)
-            store(rates, y, start, solve(
-                factors, a[0] + b[0], a[1] + b[1], a[2] + turned, b[2] - turned, a[3], b[3], p))
-
-
-@compiled
-def leg_response(
+def leg_along(
     c: Numbers, t: Numbers, slopes: Slopes, law: tuple[float, float]
 ) -> tuple[float, float, float, float]:
-    """`leg_variation` at an unchanged state, for the change `c` of a leg's part and contact (`leg_change`) and that of
-    normal force and friction by a change of the contact law.
+    """`leg_variation` at an unchanged state, along a direction: the change `c` of a leg's part and contact
+    (`leg_change`), and that of normal force and friction by the contact law.
     """
     normal = slopes[0] * c[4] + slopes[1] * c[5] + law[0]
     friction = slopes[2] * c[6] + slopes[3] * normal + law[1]
@@ -105,28 +86,43 @@ def leg_response(
 
 
 @compiled
-def varied_rates(phase: int, y: Vector, v: VariedPenalty, rates: Vector) -> None:
-    """The same for a walker whose numbers vary: what their changes add to the last variations."""
-    p, rows = v.plain, v.along.shape[0]
-    penalty_rates(phase, y, p, rates)
+def sum_of(a: Four, b: Four) -> Four:
+    """a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]
+
+
+@compiled
+def penalty_rates(phase: int, y: Vector, p: Walker, rates: Vector, directions: Directions | None = None) -> None:
+    """`flow`: dy/dt of state and variations, and what the directions of the numbers add to the last of these."""
     qdd, force, factors, t, u = accelerations(phase, y, p)
-    on0, on1 = acts_on(phase, 0), acts_on(phase, 1)
-    first, second = force_slopes(on0, t[9], t[10], t[11], p.law), force_slopes(on1, u[9], u[10], u[11], p.law)
-    by0 = leg_by(*moved_leg(y, 0, qdd, force[0], force[1]), leg_of(p, 0))
-    by1 = leg_by(*moved_leg(y, 1, qdd, force[2], force[3]), leg_of(p, 1))
-    for row in range(rows):
-        of_law0, of_law1 = (0.0, 0.0), (0.0, 0.0)
-        if v.of_law[row]:
-            of_law0 = law_change(on0, t[9], t[10], t[11], p.law, v.laws[row])
-            of_law1 = law_change(on1, u[9], u[10], u[11], p.law, v.laws[row])
-        a = leg_response(leg_change(by0, v.along, row, leg_place(0, p), leg_of(p, 0)), t, first, of_law0)
-        b = leg_response(leg_change(by1, v.along, row, leg_place(1, p), leg_of(p, 1)), u, second, of_law1)
-        x, upward, torque = hip_change(y, v.along, row, qdd[0], qdd[1], p)
-        change = solve(
-            factors, a[0] + b[0] + x, a[1] + b[1] + upward, a[2] + torque, b[2] - torque, a[3], b[3], p)
-        start = y.size - 12 * (rows - row) + 6
-        for i in range(6):
-            rates[start + i] += change[i]
+    store(rates, y, 0, qdd)
+    if y.size > 12:
+        j = leg_jacobian(*moved_leg(y, 0, qdd, force[0], force[1]), leg_of(p, 0))
+        k = leg_jacobian(*moved_leg(y, 1, qdd, force[2], force[3]), leg_of(p, 1))
+        first = force_slopes(acts_on(phase, 0), t[9], t[10], t[11], p.law)
+        second = force_slopes(acts_on(phase, 1), u[9], u[10], u[11], p.law)
+        count = 0
+        if directions is not None:
+            by0 = leg_by(*moved_leg(y, 0, qdd, force[0], force[1]), leg_of(p, 0))
+            by1 = leg_by(*moved_leg(y, 1, qdd, force[2], force[3]), leg_of(p, 1))
+            count = y.size // 12 - directions.rows.shape[0]
+        for start in range(12, y.size, 12):
+            a = leg_variation(j, t, first, y, start, 0)
+            b = leg_variation(k, u, second, y, start, 1)
+            x, upward, turned = 0.0, 0.0, torque_variation(y, start, p)
+            if directions is not None and start // 12 >= count:
+                row = start // 12 - count
+                of_law0, of_law1 = (0.0, 0.0), (0.0, 0.0)
+                if directions.of_law[row]:
+                    of_law0 = law_change(acts_on(phase, 0), t[9], t[10], t[11], p.law, directions.laws[row])
+                    of_law1 = law_change(acts_on(phase, 1), u[9], u[10], u[11], p.law, directions.laws[row])
+                c0 = leg_change(by0, directions.rows, row, leg_place(0, p), leg_of(p, 0))
+                c1 = leg_change(by1, directions.rows, row, leg_place(1, p), leg_of(p, 1))
+                a, b = sum_of(a, leg_along(c0, t, first, of_law0)), sum_of(b, leg_along(c1, u, second, of_law1))
+                x, upward, torque = hip_change(y, directions.rows, row, qdd[0], qdd[1], p)
+                turned += torque
+            store(rates, y, start, solve(
+                factors, a[0] + b[0] + x, a[1] + b[1] + upward, a[2] + turned, b[2] - turned, a[3], b[3], p))
 
 
 #: Length of a step, in the walker's scales, that need not be shorter to pass a corner of a contact law.
@@ -134,9 +130,9 @@ CORNER = 1e-12
 
 
 @compiled
-def twelve(p: Walker) -> int:
-    """`state_size`."""
-    return 12
+def penalty_shape(p: Walker) -> tuple[int, float]:
+    """`shape`: guards end every phase."""
+    return 12, np.inf
 
 
 @compiled
@@ -146,57 +142,44 @@ def penalty_failure(now: int, y: np.ndarray, p: Walker) -> int:
 
 
 @compiled
-def varied_guard(phase: int, y: np.ndarray, v: VariedPenalty, dy: np.ndarray, start: int) -> tuple[float, float, bool]:
-    """`guard` of a walker whose numbers vary: that of the plain one.
+def guard(
+    phase: int, y: Vector, p: Walker, dy: Vector, start: int, directions: Directions | None = None, which: int = 0
+) -> tuple[float, float, bool]:
+    """`guard`: that of the state, whatever the directions.
 
-    A change of the numbers moves the moments in which a foot comes into play or lands, but nothing jumps there: a
-    variation may be carried past them by any delay, as the rates before and after are the same. The end of a step,
-    where the delays are counted, is an angle, which no number moves.
+    They move the moments in which a foot comes into play or lands, but nothing jumps there: a variation may be carried
+    past them by any delay, as the rates before and after are the same. The end of a step, where the delays are counted,
+    is an angle, which no number moves.
     """
-    found: tuple[float, float, bool] = penalty_guard(phase, y, v.plain, dy, start)
+    found: tuple[float, float, bool] = penalty_guard(phase, y, p, dy, start)
     return found
 
 
-@compiled
-def varied_failure(now: int, y: np.ndarray, v: VariedPenalty) -> int:
-    """`failure`: that of the plain walker."""
-    found: int = penalty_failure(now, y, v.plain)
-    return found
+error_norm = again(dop853_step.error_norm)
 
 
 @compiled
-def add_delay(v: VariedPenalty, start: int, delay: float) -> None:
-    """`keep_delay` of a walker whose numbers vary."""
-    v.delays[start // 12 - 1] += delay
-
-
-plain_error_norm = again(dop853_step.error_norm)
-
-
-@compiled
-def varied_error_norm(
-    y: np.ndarray, new: np.ndarray, h: float, v: VariedPenalty, stages: np.ndarray, tolerance: float
+def penalty_error_norm(
+    y: np.ndarray, new: np.ndarray, h: float, p: Walker, stages: np.ndarray, tolerance: float
 ) -> float:
-    """`error_norm` of a walker whose numbers vary: a step that could not be shorter is good enough.
+    """`error_norm`: with variations a step that could not be shorter is good enough.
 
     Where the ground lets a foot go, the rates of variations jump, though they themselves do not: no step over that
     moment is short enough for a tight tolerance, and what a step of `CORNER` leaves is that share of the jump.
     """
-    error: float = plain_error_norm(y, new, h, v, stages, tolerance)
-    return 1.0 if h < CORNER and error > 1.0 else error
+    error: float = error_norm(y, new, h, p, stages, tolerance)
+    return 1.0 if h < CORNER and error > 1.0 and y.size > 12 else error
 
 
-for function, plain, of_varied in (
-    (flow.flow, penalty_rates, varied_rates), (guards.guard, penalty_guard, varied_guard),
-    (phase.failure, penalty_failure, varied_failure), (phase.state_size, twelve, twelve),
-    (varied.keep_delay, again(varied.forget_delay), add_delay),
-    (integrator.take_step, *2 * [again(dop853_step.take_step)]),
-    (integrator.error_norm, plain_error_norm, varied_error_norm),
+for function, ours in (
+    (motion.flow, penalty_rates), (motion.shape, penalty_shape), (guards.guard, guard),
+    (phase.failure, penalty_failure), (integrator.take_step, again(dop853_step.take_step)),
+    (integrator.error_norm, penalty_error_norm),
 ):  # fmt: skip
-    extend(function, {Walker: plain, VariedPenalty: of_varied})
+    extend(function, {Walker: ours})
 
 #: `integrate` of the engine.
-integrate = again(phase.integrate_smooth)
+integrate = again(phase.integrate)
 #: `states_at` of the constraint walkers' recording.
 states_at = again(recording.states_at)
 
