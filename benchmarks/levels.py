@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.cache import artefact
-from pipeline.cache.hdf5.differences import differences
+from pipeline.cache.differences import differences
 from pipeline.layout import markdown
 from pipeline.parameters import levels, yaml_text
 from pipeline.parameters.value import shown

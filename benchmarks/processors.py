@@ -34,7 +34,7 @@ import h5py
 import numpy as np
 
 from pipeline.cache import artefact
-from pipeline.cache.hdf5 import differences as of_artefacts
+from pipeline.cache import differences as of_artefacts
 from stages.about import MEASURED
 from stages.comparison.claims.judge import TABLE
 from stages.comparison.result import Result as Comparison

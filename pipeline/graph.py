@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
@@ -172,6 +172,11 @@ def is_inside(path: str) -> bool:
     """
     whole = all(part and part == part.rstrip(". ") for part in path.split("/"))
     return whole and not any(sign in path for sign in _FORBIDDEN)
+
+
+def beneath(name: str, paths: Iterable[str]) -> list[str]:
+    """Those of `paths` that are the file `name`, or lie in the folder `name`."""
+    return [path for path in paths if path == name or path.startswith(f"{name}/")]
 
 
 def _is_own(path: str) -> bool:

@@ -1,7 +1,7 @@
 """Results as HDF5: a dataclass becomes a group, each field a dataset with units, symbol, long name and dimensions.
 
 A tuple of dataclasses becomes a table, a dataset for each column. The words are netCDF's, so that its readers
-understand them: `pipeline/cache/hdf5`.
+understand them (`hdf5.py`).
 
 The same numbers give the same bytes on every run: no clock time, one library version, fields in order. Whether a stage
 finds the same numbers to the last bit is another matter: on another processor it may not (`processor.py`).
@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 import h5py
 
-from pipeline.cache.hdf5 import dimensions, tables, values
+from pipeline.cache import hdf5
 from pipeline.errors import ArtefactError
 
 #: The form of artefacts: a program reads those of its own number.
@@ -39,9 +39,9 @@ def encode(result: Any, provenance: Mapping[str, str]) -> bytes:
 
     Raises `TypeError` for what cannot be stored.
     """
-    with _written(result) as file:
-        _tell(file, provenance)
-        return _image(file)
+    with in_memory(result) as file:
+        file[PROVENANCE].attrs.update(sorted(provenance.items()))
+        return image(file)
 
 
 def encoded(
@@ -53,35 +53,32 @@ def encoded(
     `about` (title, source, license, ...) are further attributes of the latter, `errors` (by path) become attributes of
     what lies there, in its units. Raises `TypeError` for what cannot be stored.
     """
-    with _written(result) as file:
-        plain = _image(file)
+    with in_memory(result) as file:
+        plain = image(file)
         for name, text in (about or {}).items():
             file.attrs[name] = text
         for path, error in (errors or {}).items():
             if isinstance(file.get(path), h5py.Dataset):
                 file[path].attrs[_ERROR] = error
-        _tell(file, provenance)
-        return plain, _image(file)
+        file[PROVENANCE].attrs.update(sorted(provenance.items()))
+        return plain, image(file)
 
 
 @contextlib.contextmanager
-def _written(result: Any) -> Iterator[Any]:
-    """A file in memory that has the result, and nothing of how it was made."""
+def in_memory(result: Any = None) -> Iterator[Any]:
+    """A file in memory, of the form of artefacts, with a result and nothing of how it was made; or an empty one."""
     with h5py.File(
         "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
     ) as file:
         file.attrs["format"] = FORMAT
-        tables.write_fields(file, result)
-        file.create_group(PROVENANCE)
+        if result is not None:
+            hdf5.write_fields(file, result)
+            file.create_group(PROVENANCE)
         yield file
 
 
-def _tell(file: Any, provenance: Mapping[str, str]) -> None:
-    for name in sorted(provenance):
-        file[PROVENANCE].attrs[name] = provenance[name]
-
-
-def _image(file: Any) -> bytes:
+def image(file: Any) -> bytes:
+    """The bytes of a file in memory."""
     file.flush()
     return bytes(file.id.get_file_image())
 
@@ -90,7 +87,7 @@ def decode(content: bytes, cls: type[T], name: str) -> T:
     """The result of class `cls` in an artefact's bytes. Raises `ArtefactError`; `name` is how it names the file."""
     with opened(content, name) as file:
         try:
-            return typing.cast(T, tables.read_fields(file, cls))
+            return typing.cast(T, hdf5.read_fields(file, cls))
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
             raise ArtefactError(f"{name}: its fields do not fit this version of the study ({reason})") from None
@@ -133,21 +130,21 @@ def tree(content: bytes, name: str) -> list[Field]:
     """
     with opened(content, name) as file:
         try:
-            return [field for key in dimensions.fields(file) if key != PROVENANCE
+            return [field for key in hdf5.members_of(file) if key != PROVENANCE
                     for field in _branch(file[key], key)]  # fmt: skip
         except UnicodeDecodeError:
             raise ArtefactError(f"{name}: holds text that is not UTF-8; artefacts do not") from None
 
 
 def _branch(item: Any, path: str) -> Iterator[Field]:
-    unit, description, symbol = (str(item.attrs.get(key, "")) for key in tables.ATTRIBUTES)
+    unit, description, symbol = (str(item.attrs.get(key, "")) for key in hdf5.ATTRIBUTES)
     if isinstance(item, h5py.Group):
         yield Field(path, unit, symbol, description, None, None)
-        for key in dimensions.fields(item):
+        for key in hdf5.members_of(item):
             yield from _branch(item[key], f"{path}/{key}")
     else:
-        missing = item.shape is None or (not item.shape and values.NONE in item.attrs)
-        value = None if missing or item.size > _SHORT else values.python(values.read(item))
+        missing = item.shape is None or (not item.shape and hdf5.NONE in item.attrs)
+        value = None if missing or item.size > _SHORT else hdf5.python(hdf5.read(item))
         error = float(item.attrs[_ERROR]) if _ERROR in item.attrs else None
         yield Field(path, unit, symbol, description, item.shape or (), value, error)
 

@@ -20,7 +20,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from pipeline.errors import StudyError
 
@@ -104,11 +104,6 @@ def sync_folder(folder: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
-
-
-def is_unfinished(path: Path) -> bool:
-    """Whether the file was left behind by a `write` that was killed."""
-    return path.name.startswith(".") and path.suffix == ".part"
 
 
 def write_sealed(path: Path, body: object) -> None:
@@ -199,7 +194,8 @@ class Digests:
             if found.st_size < _WORTH_REMEMBERING:
                 return file_digest(path)
             name, mark = str(path.resolve()), [found.st_size, found.st_mtime_ns, found.st_ino]
-            known = self._read()
+            stored = read_sealed(self._memo)
+            known: dict[str, Any] = stored if isinstance(stored, dict) else {}
             if known.get(name, [None])[0] == mark:
                 return str(known[name][1])
             value = file_digest(path)
@@ -209,10 +205,6 @@ class Digests:
             with contextlib.suppress(OSError):
                 write_sealed(self._memo, {**known, name: [mark, value]})
         return value
-
-    def _read(self) -> dict[str, list[object]]:
-        known = read_sealed(self._memo)
-        return known if isinstance(known, dict) else {}
 
 
 _FAR = 1 << 30  # Windows locks bytes: one far behind the text, so that the holder's name stays readable
@@ -248,20 +240,16 @@ def locked(folder: Path, name: str, command: str, wait: bool, waiting: Callable[
                 told = True
             time.sleep(0.1)
         with contextlib.suppress(OSError):
-            _name_holder(file, command)
+            holder = {"pid": os.getpid(), "command": command, "since": time.strftime("%Y-%m-%d %H:%M:%S")}
+            file.truncate(0)
+            file.write(json.dumps(holder).encode())
+            file.flush()
         try:
             yield
         finally:
             with contextlib.suppress(OSError):
                 file.truncate(0)
             _release(file)
-
-
-def _name_holder(file: IO[bytes], command: str) -> None:
-    holder = {"pid": os.getpid(), "command": command, "since": time.strftime("%Y-%m-%d %H:%M:%S")}
-    file.truncate(0)
-    file.write(json.dumps(holder).encode())
-    file.flush()
 
 
 def _holder(path: Path) -> str:

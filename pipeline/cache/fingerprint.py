@@ -82,7 +82,7 @@ def _normalised(name: str) -> str:
 
 Ingredients = dict[str, Any]
 _HERE = Path(__file__).parent
-WRITER = (_HERE / "artefact.py", *sorted((_HERE / "hdf5").glob("*.py")))
+WRITER = (_HERE / "artefact.py", _HERE / "hdf5.py")
 
 
 def ingredients(

@@ -7,24 +7,22 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import hashlib
 import importlib.util
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import astuple, dataclass, field
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pipeline.cache import disk
 
-Imports = tuple[tuple[str, tuple[str, ...]], ...]
+Imports = list[tuple[str, list[str]]]
 _DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
-@dataclass(frozen=True)
-class Meaning:
+class Meaning(NamedTuple):
     """Hash of a file's syntax tree, and its imports as (module, names) in the manner of `from module import names`.
 
     What stands under `if TYPE_CHECKING` is never imported. `heads` are the imports that are made whenever the file is:
@@ -34,7 +32,7 @@ class Meaning:
 
     tree: str
     imports: Imports
-    heads: Imports = ()
+    heads: Imports
 
 
 def beside(package: Path) -> SyntaxMemo:
@@ -48,15 +46,14 @@ def beside(package: Path) -> SyntaxMemo:
 class SyntaxMemo:
     """Meanings by content hash, kept in a file so that unchanged sources are never parsed again."""
 
-    def __init__(self, path: Path | None) -> None:
-        self._path = path
-        self._known: dict[str, Meaning] = {}
+    def __init__(self, path: Path) -> None:
+        self.path = path
         self._grown = False
 
     @cached_property
-    def _stored(self) -> dict[str, Any]:
+    def _known(self) -> dict[str, Any]:
         """What was kept, read when the first source is asked for."""
-        stored: Any = disk.read_sealed(self._path) if self._path else None
+        stored: Any = disk.read_sealed(self.path)
         with contextlib.suppress(TypeError, KeyError):
             if stored["for"] == _INTERPRETER:
                 return dict(stored["files"])
@@ -65,53 +62,39 @@ class SyntaxMemo:
     def meaning(self, source: bytes) -> Meaning:
         """Meaning of a source file's bytes. A file that does not parse means its own bytes."""
         key = disk.digest(source)
-        if key not in self._known and key in self._stored:
-            with contextlib.suppress(ValueError, TypeError):
-                self._known[key] = _from_json(*self._stored[key])
         if key not in self._known:
-            self._known[key] = _parse(source)
+            self._known[key] = _parsed(source)
             self._grown = True
-        return self._known[key]
+        return Meaning(*self._known[key])
 
     def save(self) -> None:
         """Keep what was learnt; a folder that cannot be written costs only time."""
-        if self._path and self._grown:
-            known = {key: astuple(meaning) for key, meaning in self._known.items()}
-            files = {**self._stored, **known}
+        if self._grown:
             with contextlib.suppress(OSError):
-                disk.write_sealed(self._path, {"for": _INTERPRETER, "files": files})
+                disk.write_sealed(self.path, {"for": _INTERPRETER, "files": self._known})
                 self._grown = False
 
 
 _INTERPRETER = f"{sys.version_info.major}.{sys.version_info.minor} {disk.digest(Path(__file__).read_bytes())}"
 
 
-def _from_json(tree: str, *imports: Sequence[tuple[str, Sequence[str]]]) -> Meaning:
-    whole, heads = (tuple((str(module), tuple(names)) for module, names in each) for each in imports)
-    return Meaning(str(tree), whole, heads)
-
-
-def _parse(source: bytes) -> Meaning:
+def _parsed(source: bytes) -> Meaning:
     try:
         tree = ast.parse(source)
     except (SyntaxError, ValueError):
-        return Meaning(disk.digest(source), ())
-    return _meaning(tree)
-
-
-def _meaning(tree: ast.Module) -> Meaning:
-    imports: list[tuple[str, tuple[str, ...]]] = []
+        return Meaning(disk.digest(source), [], [])
+    imports: Imports = []
     reads_docstrings = False
     for node in _executed(tree):
         imports += _imports(node)
         if isinstance(node, ast.Name) and node.id == "__path__":  # a package that lists its own folder: "" is itself
-            imports.append(("", ("*",)))
-        elif isinstance(node, ast.Attribute) and node.attr == "__doc__":
-            reads_docstrings = True
+            imports.append(("", ["*"]))
+        reads_docstrings |= isinstance(node, ast.Attribute) and node.attr == "__doc__"
     heads = [found for node in tree.body for found in _imports(node)]
-    if not reads_docstrings:
-        _drop_docstrings(tree)
-    return Meaning(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports), tuple(heads))
+    for node in () if reads_docstrings else ast.walk(tree):
+        if isinstance(node, _DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+            del node.body[0]
+    return Meaning(disk.digest(ast.dump(tree).encode()), imports, heads)
 
 
 def _executed(tree: ast.Module) -> Iterator[ast.AST]:
@@ -124,25 +107,13 @@ def _executed(tree: ast.Module) -> Iterator[ast.AST]:
         waiting += node.orelse if typing else ast.iter_child_nodes(node)  # type: ignore[attr-defined]
 
 
-def _imports(node: ast.AST) -> list[tuple[str, tuple[str, ...]]]:
+def _imports(node: ast.AST) -> Imports:
     """What a statement imports, as in `Meaning`."""
     if isinstance(node, ast.Import):
-        return [(alias.name, ()) for alias in node.names]
+        return [(alias.name, []) for alias in node.names]
     if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-        return [(node.module, tuple(alias.name for alias in node.names))]
+        return [(node.module, [alias.name for alias in node.names])]
     return []
-
-
-def _drop_docstrings(tree: ast.Module) -> None:
-    for node in ast.walk(tree):
-        if isinstance(node, _DOCUMENTED) and node.body:
-            first = node.body[0]
-            if (
-                isinstance(first, ast.Expr)
-                and isinstance(first.value, ast.Constant)
-                and isinstance(first.value.value, str)
-            ):
-                del node.body[0]
 
 
 _DATA = (".csv", ".html", ".json", ".mplstyle", ".sql", ".txt")
@@ -166,12 +137,8 @@ class _Module:
     foreign: frozenset[str]
 
 
-@dataclass
-class _Known:
-    """What was read: modules by name (None for a name that is no module), and other files by their folder."""
-
-    modules: dict[str, _Module | None] = field(default_factory=dict)
-    beside: dict[str, dict[str, str]] = field(default_factory=dict)
+#: What gives a module by its name (None for a name that is no module), and a folder's other files with their digests.
+_Read = tuple[Callable[[str], "_Module | None"], Callable[[str], dict[str, str]]]
 
 
 class Sources:
@@ -182,12 +149,12 @@ class Sources:
 
     def __init__(self, code_root: Path, package: str, memo: SyntaxMemo) -> None:
         self.code_root, self.package, self.memo = code_root, package, memo
-        self._held: _Known | None = None
+        self._held: _Read | None = None
 
     @contextlib.contextmanager
     def one_moment(self) -> Iterator[None]:
         """Read every file once until the end of this context."""
-        self._held = _Known()
+        self._held = cache(self._module), cache(self._beside)
         try:
             yield
         finally:
@@ -199,7 +166,7 @@ class Sources:
         A package whose `__init__` reads its `__path__` is a register: it imports every module of its folder. Files
         beside modules that are not Python (style sheets, templates, tables) belong to the closure as well.
         """
-        known = _Known() if self._held is None else self._held
+        module_of, beside = self._held or (cache(self._module), cache(self._beside))
         files: dict[str, str] = {}
         foreign: set[str] = set()
         seen: set[str] = set()
@@ -207,13 +174,13 @@ class Sources:
         while waiting:
             name = waiting.pop()
             seen.add(name)
-            module = self._module(name, known)
+            module = module_of(name)
             if module is not None:
                 files[module.file] = module.tree
                 foreign |= module.foreign
                 waiting |= module.needs - seen
         for folder in {os.path.dirname(file) for file in files}:  # noqa: PTH120 - a thousand times in every run
-            files.update(self._beside(folder, known))
+            files.update(beside(folder))
         return Closure(dict(sorted(files.items())), tuple(sorted(foreign)))
 
     def file(self, module: str) -> str | None:
@@ -224,13 +191,10 @@ class Sources:
                 return file
         return None
 
-    def _module(self, name: str, known: _Known) -> _Module | None:
-        if name not in known.modules:
-            file = self.file(name)
-            known.modules[name] = None if file is None else self._read(name, file)
-        return known.modules[name]
-
-    def _read(self, name: str, file: str) -> _Module:
+    def _module(self, name: str) -> _Module | None:
+        file = self.file(name)
+        if file is None:
+            return None
         meaning = self.memo.meaning(disk.read(self.code_root / file) or b"")
         needs: set[str] = set()
         foreign: set[str] = set()
@@ -251,14 +215,11 @@ class Sources:
         """Names that may be modules of a package."""
         return tuple(path.stem for path in (self.code_root / init).parent.iterdir() if path.name != "__init__.py")
 
-    def _beside(self, folder: str, known: _Known) -> dict[str, str]:
+    def _beside(self, folder: str) -> dict[str, str]:
         """Files of a folder that are not Python, with their digests."""
-        if folder not in known.beside:
-            paths = (path for path in os.scandir(self.code_root / folder) if path.name.endswith(_DATA))
-            names = (path.name for path in paths if not path.name.startswith("."))
-            places = {f"{folder}/{name}": self.code_root / folder / name for name in names}
-            known.beside[folder] = {file: disk.digest(disk.read(path) or b"") for file, path in places.items()}
-        return known.beside[folder]
+        names = [path.name for path in os.scandir(self.code_root / folder) if path.name.endswith(_DATA)]
+        return {f"{folder}/{name}": disk.digest(disk.read(self.code_root / folder / name) or b"")
+                for name in names if not name.startswith(".")}  # fmt: skip
 
 
 def with_parents(target: str) -> Iterator[str]:

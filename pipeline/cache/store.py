@@ -24,7 +24,7 @@ from typing import Any
 from pipeline.cache import disk, fingerprint
 from pipeline.cache.fingerprint import Ingredients
 from pipeline.errors import StudyError
-from pipeline.graph import OWN, is_inside
+from pipeline.graph import OWN, beneath, is_inside
 
 _MANIFEST = "manifest.json"
 _MAKING = "making-"
@@ -70,7 +70,7 @@ class Entry:
         """Content hash of each file that the out `path`, a file or a folder, consists of; of none, the reason."""
         if self.refused:
             return {path: f"none: {self.summary}"}
-        return {name: out.content for name, out in self.outs.items() if name == path or name.startswith(path + "/")}
+        return {name: self.outs[name].content for name in beneath(path, self.outs)}
 
 
 class Store:
@@ -101,7 +101,8 @@ class Store:
 
     def keep(self, folder: Path, entry: Entry) -> bool:
         """Make a filled folder the entry of its key. Whether an earlier entry held other bytes (it is replaced)."""
-        disk.write(folder / _MANIFEST, _manifest(entry))
+        body = asdict(entry)
+        disk.write(folder / _MANIFEST, json.dumps({"seal": _seal(body), "entry": body}, indent=1).encode())
         target = self.folder / entry.key
         earlier = self.entry(entry.key)
         if target.exists() or target.is_symlink():
@@ -131,9 +132,8 @@ class Store:
                     if _is_folder(path) and path.name not in apart]  # fmt: skip
         for folder in folders:
             for path in folder.glob(".*.part"):
-                if disk.is_unfinished(path):
-                    with contextlib.suppress(OSError):
-                        path.unlink()
+                with contextlib.suppress(OSError):
+                    path.unlink()
 
     def current(self, stage: str) -> Entry | None:
         """The entry whose files were last put into the results folder, if that was completed."""
@@ -210,11 +210,6 @@ class Store:
         }
 
 
-def _manifest(entry: Entry) -> bytes:
-    body = asdict(entry)
-    return json.dumps({"seal": _seal(body), "entry": body}, indent=1).encode()
-
-
 @lru_cache(maxsize=64)
 def _entry(content: bytes | None, key: str) -> Entry | None:
     """What a manifest says of an entry: looked at once, as a run asks several times for the same ones."""
@@ -234,7 +229,7 @@ def _entry(content: bytes | None, key: str) -> Entry | None:
 
 def _beneath(path: str, outs: Iterable[str]) -> bool:
     """Whether a path is one of the outs, or lies in one that is a folder."""
-    return is_inside(path) and any(path == out or path.startswith(f"{out}/") for out in outs)
+    return is_inside(path) and any(beneath(out, [path]) for out in outs)
 
 
 def _is_as_made(path: Path, out: Out) -> bool | None:

@@ -13,7 +13,6 @@ import os
 import sys
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
 from typing import Any
 
 from pipeline.cache import disk
@@ -29,12 +28,8 @@ _Stamp = tuple[str, int, int, int, int]
 HERE = os.name == "posix"
 
 
-@dataclass(frozen=True)
-class Lay:
-    """Files that results rest on beside the study's own, and a digest of how they and those lay."""
-
-    places: list[str]
-    digest: str
+#: Files that results rest on beside the study's own, and a digest of how they and those lay.
+Lay = tuple[list[str], str]
 
 
 def look(study: Study) -> Lay | None:
@@ -47,7 +42,7 @@ def look(study: Study) -> Lay | None:
         places += [*study.store.vouchers(entry), *map(study.store.place, entry.outs)]
     named = [str(place) for place in places]
     found = _digest(study, named)
-    return Lay(named, found) if found else None
+    return (named, found) if found else None
 
 
 def recall(study: Study) -> dict[str, str]:
@@ -63,7 +58,8 @@ def note(study: Study, lay: Lay | None, summaries: dict[str, str]) -> None:
     """Note that all was current as it lay before it was looked into; where nothing can be written that costs time."""
     if HERE and lay is not None:
         with contextlib.suppress(OSError):
-            disk.write_sealed(study.store.folder / _NAME, {**asdict(lay), "summaries": [*summaries.items()]})
+            disk.write_sealed(study.store.folder / _NAME,
+                              {"places": lay[0], "digest": lay[1], "summaries": [*summaries.items()]})  # fmt: skip
 
 
 def _digest(study: Study, places: Iterable[str]) -> str | None:

@@ -245,11 +245,11 @@ def _value(item: Any) -> Any:
     """An array, or a scalar's value; None where there is none."""
     import numpy as np
 
-    from pipeline.cache.hdf5 import values
+    from pipeline.cache import hdf5
 
-    if item.shape is None or (not item.shape and values.NONE in item.attrs):
+    if item.shape is None or (not item.shape and hdf5.NONE in item.attrs):
         return None
-    return np.asarray(values.read(item))
+    return np.asarray(hdf5.read(item))
 
 
 def _change(before: Any, after: Any) -> tuple[Any, Any, float | None] | None:

@@ -187,7 +187,7 @@ def sweep(
     made = Sweep(study, specs.read(spec), shows)
     if dry_run:
         names, varied = ", ".join(made.chain.touched), ", ".join(made.spec.names)
-        for line in layout.folded(f"{len(made.points)} points, each computes {names}; varied: {varied}"):
+        for line in layout.folded(f"{made.spec.size} points, each computes {names}; varied: {varied}"):
             click.echo(line)
         return
     target = out or made.folder / f"{spec.stem}.h5"

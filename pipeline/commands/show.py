@@ -123,10 +123,10 @@ def _give_part(content: bytes, chosen: str, fields: list[Field], form: options.F
 
 def _whole(item: Any) -> Any:
     """A group as a mapping, a dataset as Python numbers and words."""
-    from pipeline.cache.hdf5 import dimensions
-
     if hasattr(item, "items"):
-        return {key: _whole(item[key]) for key in dimensions.fields(item)}
+        from pipeline.cache import hdf5
+
+        return {key: _whole(item[key]) for key in hdf5.members_of(item)}
     return None if item.shape is None else plain_values(item)
 
 
@@ -134,9 +134,9 @@ def plain_values(item: Any) -> Any:
     """The content of a dataset as Python numbers, words, or lists of them: None where there is none, a word by name."""
     import h5py
 
-    from pipeline.cache.hdf5 import values
+    from pipeline.cache import hdf5
 
-    value, none = values.python(values.read(item)), set(item.attrs.get(values.NONE, ()))
+    value, none = hdf5.python(hdf5.read(item)), set(item.attrs.get(hdf5.NONE, ()))
     if not isinstance(value, list):
         return None if none else value
     words = {place: word for word, place in (h5py.check_enum_dtype(item.dtype) or {}).items()}

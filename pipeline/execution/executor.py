@@ -189,11 +189,11 @@ class _Run:
         """Begin with every stage that waits for nothing; what is current makes more of them ready."""
         with self.study.sources.one_moment():  # ends here: code may be edited while stages run
             while len(self.running) < self.jobs:
-                name = next(filter(self._is_ready, pending), None)
-                if name is None:
+                ready = [name for name in pending if self.entries.keys() >= {*self.study.graph.upstream(name)}]
+                if not ready:
                     return
-                pending.remove(name)
-                self._guarded(name, self._begin)
+                pending.remove(ready[0])
+                self._guarded(ready[0], self._begin)
 
     def close(self) -> None:
         """End what still runs and forget its unfinished files."""
@@ -202,9 +202,6 @@ class _Run:
             shutil.rmtree(running.folder, ignore_errors=True)
         self.study.sources.memo.save()
         self.display.close()
-
-    def _is_ready(self, name: str) -> bool:
-        return all(above in self.entries for above in self.study.graph.upstream(name))
 
     def _guarded(self, name: str, action: Any, *arguments: Any) -> None:
         """Carry out one step of a stage; a failing disk ends the stage with a sentence."""
@@ -261,24 +258,17 @@ class _Run:
         running = self.running.pop(name)
         running.worker.end()
         seconds = time.monotonic() - running.began
-        if "done" in message:
-            self._guarded(name, self._keep, running, message, seconds)
-        else:
-            failure = message["failed"]
-            if failure["kind"] in ("answer", "lacking"):
-                self._guarded(name, self._refuse, running, failure, seconds)
-            else:
-                self._explain(name, running.folder, failure, seconds)
-        shutil.rmtree(running.folder, ignore_errors=True)
-
-    def _refuse(self, name: str, running: _Running, failure: Message, seconds: float) -> None:
-        """Keep what a stage says in place of a result; not what follows from a failure, which may be another's next."""
-        if self.broken.intersection(self.study.graph.upstream(name)):
-            self.lacking.append(name)
+        failure = message.get("failed", {"kind": "none"})
+        if failure["kind"] not in ("none", "answer", "lacking"):
+            self._explain(name, running.folder, failure, seconds)
+        elif "failed" in message and self.broken.intersection(self.study.graph.upstream(name)):
+            self.lacking.append(name)  # what follows from a failure may be another's next, and is not kept
             self._go_on_without(name, failure["text"])
-            return
-        told = {"outs": {}, "summary": failure["text"]}
-        self._keep(name, running, {"done": told, "processor_seconds": 0.0}, seconds)
+        else:  # where a stage says no, that is kept in place of a result
+            told = message.get("done") or {"outs": {}, "summary": failure["text"]}
+            used = 0.0 if "failed" in message else message["processor_seconds"]
+            self._guarded(name, self._keep, running, told, seconds, used)
+        shutil.rmtree(running.folder, ignore_errors=True)
 
     def _go_on_without(self, name: str, reason: str) -> None:
         """Let what can do without this stage's result be computed; nothing of this is kept."""
@@ -286,8 +276,8 @@ class _Run:
         self.entries[name] = Entry(name, {"stage": name, "parameters": {}}, {}, reason, 0.0)
         self.outcomes[name] = Outcome(name, FAILING, reason, 0.0, (), "")
 
-    def _keep(self, name: str, running: _Running, message: Message, seconds: float) -> None:
-        folder, assessment, done = running.folder, running.assessment, message["done"]
+    def _keep(self, name: str, running: _Running, done: Message, seconds: float, used: float) -> None:
+        folder, assessment = running.folder, running.assessment
         assert assessment.ingredients is not None
         outs = {path: Out(**out) for path, out in done["outs"].items()}
         entry = Entry(name, assessment.ingredients, outs, done["summary"], round(seconds, 3))
@@ -301,7 +291,7 @@ class _Run:
             store.drop(entry.key)
             self._fail(name, "its result was damaged on its way to the disk; run again")
             return
-        self._finish(assessment, entry, "computed", seconds, message["processor_seconds"])
+        self._finish(assessment, entry, "computed", seconds, used)
 
     def _finish(
         self, assessment: Assessment, entry: Entry, how: str, seconds: float, processor_seconds: float = 0.0

@@ -94,7 +94,7 @@ def load(job: Job) -> None:
 
 def foreign(
     package: str, modules: Iterable[str], heads: Mapping[str, Imports]
-) -> Iterator[tuple[str, tuple[str, ...]]]:
+) -> Iterator[tuple[str, list[str]]]:
     """What `modules` of a package import from others when they are imported; `heads` by file, of all of the package.
 
     What is imported inside of functions is not, nor what a statement at the head has around it.

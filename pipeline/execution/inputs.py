@@ -15,8 +15,8 @@ from typing import Any
 
 from pipeline.cache import artefact, disk
 from pipeline.errors import Lacking, StudyError, nearest
-from pipeline.execution.job import File, beneath
-from pipeline.graph import Stage
+from pipeline.execution.job import File
+from pipeline.graph import Stage, beneath
 from pipeline.parameters.value import declared
 from pipeline.stage_modules import result_class, stage_module
 

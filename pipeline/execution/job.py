@@ -125,8 +125,3 @@ def _stage(plain: Mapping[str, Any]) -> Stage:
     parameters = {file: None if keys is None else tuple(keys) for file, keys in plain["parameters"].items()}
     code, inputs, outs = (tuple(plain[name]) for name in ("code", "inputs", "outs"))
     return Stage(plain["name"], code, inputs, parameters, outs)
-
-
-def beneath(name: str, paths: Iterable[str]) -> list[str]:
-    """Those of `paths` that are the file `name`, or lie in the folder `name`."""
-    return [path for path in paths if path == name or path.startswith(name + "/")]

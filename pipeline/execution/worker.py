@@ -37,8 +37,8 @@ from pipeline.cache.sources import Sources, beside
 from pipeline.errors import Lacking, StudyError, is_answer
 from pipeline.execution.columns import columns
 from pipeline.execution.inputs import check_unchanged, given
-from pipeline.execution.job import File, Function, Job, Point, beneath, engine_code
-from pipeline.graph import Stage, is_inside
+from pipeline.execution.job import File, Job, Point, engine_code
+from pipeline.graph import Stage, beneath, is_inside
 from pipeline.parameters import loading
 from pipeline.stage_modules import home_of, importable, named, stage_module
 
@@ -60,10 +60,6 @@ class ObservedSources(importlib.abc.MetaPathFinder):
         self.sources = Sources(code_root, package, beside(code_root / package))
         self.loaded: dict[str, bytes] = {}
 
-    def install(self) -> None:
-        """Take over the import of the package from now on."""
-        sys.meta_path.insert(0, self)
-
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
@@ -77,10 +73,6 @@ class ObservedSources(importlib.abc.MetaPathFinder):
         search = [str(file.parent)] if file.name == "__init__.py" else None
         loader = _Loader(fullname, str(file), self)
         return importlib.util.spec_from_file_location(fullname, file, loader=loader, submodule_search_locations=search)
-
-    def meanings(self) -> dict[str, str]:
-        """File -> hash of what was executed."""
-        return {file: self.sources.memo.meaning(source).tree for file, source in self.loaded.items()}
 
 
 class _Loader(importlib.machinery.SourceFileLoader):
@@ -166,7 +158,7 @@ class Computing:
         self.observed = ObservedSources(home, job.package)
         self._check_machine()
         importable(job.package, home)  # for the processes that a stage starts
-        self.observed.install()
+        sys.meta_path.insert(0, self.observed)
         with contextlib.suppress(OSError):  # another machine of a sweep need not have the study
             os.chdir(job.root)
         self.checked = 0
@@ -188,7 +180,9 @@ class Computing:
 
     def _answer(self, point: Any) -> dict[str, Any]:
         if self.job.function is not None:
-            answer = called(self.job.package, self.job.function, point)
+            function = self.job.function
+            parameters = self._parameters(function.stage, function.parameters)
+            answer = named(function.module, function.name)(parameters, *function.shared, point)
             self._check_code()
             return {"answer": answer}
         *above, stage = self.job.stages
@@ -207,13 +201,16 @@ class Computing:
 
     def _result(self, stage: Stage, point: Point, files: dict[str, File]) -> Any:
         module = stage_module(self.job.package, stage.name, "run")
-        plain, named = point[stage.name]
-        parameters = loading.from_plain(stage_module(self.job.package, stage.name, "parameters").Parameters, plain)
-        inputs, open_files = given(self.job.package, stage, parameters, named, files)
+        plain, chosen = point[stage.name]
+        parameters = self._parameters(stage.name, plain)
+        inputs, open_files = given(self.job.package, stage, parameters, chosen, files)
         result = module.run(parameters, inputs, self.messages.progress)
         check_unchanged(open_files)
         self._check_code()
         return result
+
+    def _parameters(self, stage: str, plain: Mapping[str, Mapping[str, Any]]) -> Any:
+        return loading.from_plain(stage_module(self.job.package, stage, "parameters").Parameters, plain)
 
     def _stored(self, stage: Stage, result: Any) -> dict[str, Any]:
         """Write the files of a result; what they are, and its summary. Their content is told without provenance."""
@@ -251,10 +248,10 @@ class Computing:
         """The code that ran must be the code the results' keys were made from."""
         if len(self.observed.loaded) == self.checked:
             return
-        for name, meaning in self.observed.meanings().items():
+        for name, source in self.observed.loaded.items():
             if name not in self.job.code:
                 raise Unfit(f"it imports {name} in a way that cannot be seen in the text; import it by name")
-            if self.job.code[name] != meaning:
+            if self.job.code[name] != self.observed.sources.memo.meaning(source).tree:
                 raise Unfit(f"{name} was edited while it ran, so its result was not kept; run again", name)
         self.checked = len(self.observed.loaded)
 
@@ -262,13 +259,6 @@ class Computing:
 def _processor_seconds() -> float:
     """Of this process, and of those that it started and that have ended [s]."""
     return time.process_time() + sum(os.times()[2:4])
-
-
-def called(package: str, function: Function, argument: Any) -> Any:
-    """What a question's function answers."""
-    declared = stage_module(package, function.stage, "parameters").Parameters
-    parameters = loading.from_plain(declared, function.parameters)
-    return named(function.module, function.name)(parameters, *function.shared, argument)
 
 
 def failure(error: BaseException, package: str) -> dict[str, Any]:

@@ -9,13 +9,24 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 from pipeline.errors import StudyError, nearest
-from pipeline.parameters import levels, uncertainty, yaml_text
+from pipeline.parameters import levels, yaml_text
 from pipeline.parameters.overrides import Override, applied, node_of, parsed
-from pipeline.parameters.value import Refused, allowed, broken_rules, checked, declared, shown, value_of, with_unit
+from pipeline.parameters.value import (
+    SUFFIX,
+    Refused,
+    broken_rules,
+    declared,
+    derived,
+    half_width,
+    plain_value,
+    value_of,
+    values_of,
+)
 from pipeline.parameters.yaml_text import Node
 
 
@@ -49,8 +60,8 @@ def as_plain(parameters: Any) -> dict[str, dict[str, Any]]:
     for field in dataclasses.fields(parameters):
         section = getattr(parameters, field.name)
         values = {name: plain_value(getattr(section, name)) for name in declared(section.__class__)}
-        for name in uncertainty.derived(section.__class__):
-            values |= {f"{key}{uncertainty.SUFFIX}": width for key, width in getattr(section, name).items()}
+        for name in derived(section.__class__):
+            values |= {f"{key}{SUFFIX}": width for key, width in getattr(section, name).items()}
         plain.setdefault(section.FILE, {}).update(values)
     return plain
 
@@ -68,15 +79,12 @@ def from_plain(cls: type, plain: Mapping[str, Mapping[str, Any]]) -> Any:
 
 
 def _section(cls: type, plain: Mapping[str, Any]) -> Any:
-    values = {}
-    for key, (field, kind) in declared(cls).items():
-        try:
-            values[key] = checked(Node.of(plain[key]), field, kind)
-        except Refused as refused:
-            raise StudyError(refused.of(key)) from None
-    of_file = {key.removesuffix(uncertainty.SUFFIX): width for key, width in plain.items()
-               if key.endswith(uncertainty.SUFFIX)}  # fmt: skip
-    return cls(**values, **dict.fromkeys(uncertainty.derived(cls), of_file))
+    values, problems = values_of(cls, {key: Node.of(value) for key, value in plain.items()})
+    for *_, sentence in problems:
+        raise StudyError(sentence)
+    of_file = {key.removesuffix(SUFFIX): width for key, width in plain.items()
+               if key.endswith(SUFFIX)}  # fmt: skip
+    return cls(**values, **dict.fromkeys(derived(cls), of_file))
 
 
 def files(parameters: Any) -> dict[str, tuple[str, str]]:
@@ -101,6 +109,11 @@ def sections(classes: Iterable[type]) -> dict[str, list[type]]:
     return files
 
 
+def keys(files: Mapping[str, Iterable[type]]) -> dict[str, list[str]]:
+    """File -> the keys that its classes declare."""
+    return {file: [key for cls in classes for key in declared(cls)] for file, classes in files.items()}
+
+
 class _Loading:
     """One load: the folder it reads, what is known, and the problems found so far."""
 
@@ -110,7 +123,7 @@ class _Loading:
         self.problems: list[tuple[str, int, str]] = []
         self.remarks: list[str] = []
         self.overrides: dict[str, list[Override]] = {}
-        self.read: dict[str, dict[str, Node] | None] = {}
+        self._entries = cache(self._read)
         self.level = levels.DEFAULT
 
     def load(self, settings: Sequence[str], wanted: Mapping[str, type], asked: Mapping[str, str]) -> dict[str, Any]:
@@ -155,7 +168,7 @@ class _Loading:
                     self.level = value_of(entries[levels.KEY], *declared(cls)[levels.KEY])
 
     def _read_settings(self, settings: Sequence[str]) -> None:
-        known = {file: [key for cls in classes for key in declared(cls)] for file, classes in self.classes.items()}
+        known = keys(self.classes)
         for setting in settings:
             try:
                 override = parsed(setting, known, self._beyond)
@@ -163,13 +176,8 @@ class _Loading:
             except StudyError as error:
                 self.problems += [("", 0, sentence) for sentence in error.sentences]
 
-    def _entries(self, file: str) -> dict[str, Node] | None:
-        """The entries of a file with what changes them, read once; None if there is something wrong with it."""
-        if file not in self.read:
-            self.read[file] = self._read(file)
-        return self.read[file]
-
     def _read(self, file: str) -> dict[str, Node] | None:
+        """The entries of a file with what changes them; None if there is something wrong with it."""
         where, path = f"{self.shown_as}/{file}.yaml", self.folder / f"{file}.yaml"
         fields = [field for cls in self.classes[file] for field, _ in declared(cls).values()]
         may_lack = all(field.default is not dataclasses.MISSING for field in fields)
@@ -180,7 +188,7 @@ class _Loading:
         except StudyError as error:
             self.problems += [(file, 0, sentence) for sentence in error.sentences]
             return None
-        known = [key for cls in self.classes[file] for key in declared(cls)]
+        known = keys(self.classes)[file]
         for key, node in tree.value.items():
             if key not in known:
                 hint = nearest(key, known) + self._beyond(file)
@@ -201,25 +209,15 @@ class _Loading:
 
     def _build(self, cls: type, file: str, entries: dict[str, Node]) -> Any:
         """An instance of `cls`, or None if a value or a rule between values is refused."""
-        values: dict[str, Any] = {}
-        complete = True
-        for name, (field, kind) in declared(cls).items():
-            if name not in entries:
-                if field.default is dataclasses.MISSING:
-                    complete = False
-                    self._problem(file, 0, f"{name} is missing; allowed: {allowed(field)}")
-                continue
-            try:
-                values[name] = value_of(entries[name], field, kind, self.level)
-            except Refused as refused:
-                complete = False
-                self._problem(file, refused.line, refused.of(name), name)
-        if not complete:
+        values, problems = values_of(cls, entries, partial(value_of, level=self.level))
+        for name, line, sentence in problems:
+            self._problem(file, line, sentence, name if name in entries else "")
+        if problems:
             return None
-        values |= dict.fromkeys(uncertainty.derived(cls), self._half_widths(entries))
+        values |= dict.fromkeys(derived(cls), self._half_widths(entries))
         instance = self._decided(cls(**values), file, entries)
-        for broken in broken_rules(instance) if instance is not None else ():
-            self._broken(file, broken, instance, entries)
+        for key, sentence in broken_rules(instance) if instance is not None else ():
+            self._problem(file, entries[key].line if key in entries else 0, sentence, key)
         return instance
 
     def _half_widths(self, entries: Mapping[str, Node]) -> dict[str, float]:
@@ -227,7 +225,7 @@ class _Loading:
         found = {}
         for key, entry in entries.items():
             with contextlib.suppress(ValueError):
-                width = uncertainty.half_width(entry.plain()) if isinstance(entry.value, dict) else None
+                width = half_width(entry.plain()) if isinstance(entry.value, dict) else None
                 if width is not None:
                     found[key] = width
         return found
@@ -253,17 +251,11 @@ class _Loading:
             instance = dataclasses.replace(instance, **decision.settings)
         return instance
 
-    def _broken(self, file: str, broken: Any, instance: Any, entries: dict[str, Node]) -> None:
-        field, _ = declared(instance.__class__)[broken.key]
-        value = with_unit(shown(plain_value(getattr(instance, broken.key))), field)
-        line = entries[broken.key].line if broken.key in entries else 0
-        self._problem(file, line, f"{broken.key} = {value} is not allowed; allowed: {broken.allowed}", broken.key)
-
     def _stage(self, cls: type, built: Mapping[type, Any]) -> Any:
         instance = cls(**{name: built[kind] for name, (_, kind) in declared(cls).items()})
-        for broken in broken_rules(instance):
-            file, _, key = broken.key.rpartition(".")
-            self._problem(file or "params", 0, f"{key} is not allowed; allowed: {broken.allowed}", key)
+        for blamed, sentence in broken_rules(instance):
+            file, _, key = blamed.rpartition(".")
+            self._problem(file or "params", 0, sentence, key)
         return instance
 
     def _problem(self, file: str, line: int, text: str, key: str = "") -> None:
@@ -285,12 +277,3 @@ def _unfounded(where: str, entries: Mapping[str, Node], units: Mapping[str, str]
         if lacks and "rows" not in parts and units.get(key, "-") not in ("-", "1"):
             yield (f"{where}:{entries[key].line}: {key} states {' and '.join(lacks)}, which others of this file do; it "
                    f"is taken in {units[key]}")  # fmt: skip
-
-
-def plain_value(value: Any) -> Any:
-    """A parameter's value with tables as lists of mappings."""
-    if isinstance(value, tuple):
-        return [plain_value(item) for item in value]
-    if dataclasses.is_dataclass(value):
-        return {field.name: plain_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    return value

@@ -48,7 +48,7 @@ def parsed(text: str, known: Mapping[str, Sequence[str]], beyond: Callable[[str]
         hint = homes[0] if homes else nearest(key, known[file])
         raise StudyError(f'--set {text}: there is no parameter "{key}" in {file}{hint}{beyond(file)}')
     said = f"--set {text}"
-    return Override(said, file, key, tuple(inner), _without_lines(yaml_text.parse(value, said, with_lines=False)))
+    return Override(said, file, key, tuple(inner), Node.of(yaml_text.parse(value, said, with_lines=False).plain()))
 
 
 def node_of(request: Any, text: str) -> Node:
@@ -92,14 +92,6 @@ def _replaced(node: Node, path: tuple[str, ...], override: Override) -> Node:
         inside = node.value.get(step, Node(None, 0))
         return Node({**node.value, step: _replaced(inside, rest, override)}, node.line)
     raise StudyError(f"{override.text}: {override.key} is not a table, so .{step} leads nowhere")
-
-
-def _without_lines(node: Node) -> Node:
-    if isinstance(node.value, list):
-        return Node([_without_lines(item) for item in node.value], 0)
-    if isinstance(node.value, dict):
-        return Node({key: _without_lines(item) for key, item in node.value.items()}, 0)
-    return Node(node.value, 0)
 
 
 def rewritten(folder: Path, values: Mapping[str, Any], settings: Sequence[str], source: str) -> dict[str, bytes]:

@@ -1,24 +1,38 @@
 """One parameter: from what stands in the YAML file to a checked Python value.
 
 A parameter is declared by a dataclass field whose metadata carries unit, bound and choices. In the file it is
-`key: {value: 0.3, unit: kg, source: "..."}`, or `key: 0.3`; a table is `key: {source: "...", rows: [{...}, ...]}`. A
-number may say how far it may be off, see `uncertainty`.
+`key: {value: 0.3, unit: kg, source: "..."}`, or `key: 0.3`; a table is `key: {source: "...", rows: [{...}, ...]}`.
+
+A number may say how far it may be off, by a half-width or half of the last digit of a print:
+`{value: 0.1, uncertainty: 0.002, ...}` lets the value lie within 0.002 of 0.1; `{value: 0.1, printed: "0.100", ...}`
+says how a source prints it, and so within 0.0005. A value without either is exact, and so is one that is set anew or
+edited: it is not the printed one any more.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
+import re
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from decimal import Decimal
 from functools import cache
 from typing import Any
 
 from pipeline.errors import nearest
-from pipeline.parameters import levels, uncertainty
+from pipeline.parameters import levels
 from pipeline.parameters.yaml_text import Node
 
-_ENTRY_KEYS = ("value", "rows", "unit", "source", levels.PART, *uncertainty.PARTS)
+#: The parts of an entry that say how far its value may be off.
+_UNCERTAIN = ("uncertainty", "printed")
+_ENTRY_KEYS = ("value", "rows", "unit", "source", levels.PART, *_UNCERTAIN)
+#: The metadata of a field of a parameter class that is filled with the half-widths of its file's values.
+DERIVED = "half_widths"
+#: What follows on a key where a half-width stands among plain parameters.
+SUFFIX = " half-width"
+_DIGITS = re.compile(r"[-+]?[0-9]+(\.[0-9]*)?$")
 
 
 class Refused(Exception):
@@ -34,10 +48,51 @@ class Refused(Exception):
 
 
 @cache
+def derived(cls: type) -> tuple[str, ...]:
+    """The fields of a parameter class that are filled with half-widths, key -> half-width, and are no parameters."""
+    return tuple(field.name for field in dataclasses.fields(cls) if field.metadata.get(DERIVED))
+
+
+def half_width(parts: Mapping[str, Any]) -> float | None:
+    """The half-width that the parts of an entry (plain) give its value; None for an exact one.
+
+    Raises ValueError with the reason, to follow on the key.
+    """
+    given = [part for part in _UNCERTAIN if part in parts]
+    if not given:
+        return None
+    value = parts.get("value")
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f'has a part "{given[0]}", which only a number can have')
+    if len(given) > 1:
+        raise ValueError("has both an uncertainty and digits as printed; give one of them")
+    said = parts[given[0]]
+    if given[0] == "uncertainty":
+        if isinstance(said, bool) or not isinstance(said, (int, float)) or not 0 <= said < math.inf:
+            raise ValueError(f"has the uncertainty {said!r}; allowed: a number >= 0, in the unit of the value")
+        return float(said)
+    if not isinstance(said, str) or not _DIGITS.match(said):
+        raise ValueError(f'is printed as {said!r}; write the digits as text, as in printed: "0.100"')
+    if float(said) != value:  # somebody's own value now
+        return None
+    return 0.5 * 10.0 ** int(Decimal(said).as_tuple().exponent)
+
+
+def without(section: Any, keys: Collection[str]) -> Any:
+    """A section of parameters in which the values of `keys` are exact."""
+    kind: type = type(section)
+    exact = {
+        name: {key: width for key, width in getattr(section, name).items() if key not in keys}
+        for name in derived(kind)
+    }
+    return dataclasses.replace(section, **exact) if exact else section
+
+
+@cache
 def declared(cls: type) -> dict[str, tuple[dataclasses.Field[Any], Any]]:
-    """Name -> (field, type) of a parameter dataclass; without what follows from parameters (`uncertainty.derived`)."""
+    """Name -> (field, type) of a parameter dataclass; without what follows from parameters (`derived`)."""
     hints = typing.get_type_hints(cls)
-    fields = (field for field in dataclasses.fields(cls) if field.name not in uncertainty.derived(cls))
+    fields = (field for field in dataclasses.fields(cls) if field.name not in derived(cls))
     return {field.name: (field, hints[field.name]) for field in fields}
 
 
@@ -65,18 +120,32 @@ def checked(node: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
     if kind is Any:
         return node.plain()
     if typing.get_origin(kind) is Mapping:
-        return _mapping(node, field, typing.get_args(kind)[1])
+        items = _of(node, dict, f"is not a table; allowed: {allowed(field)}")
+        return {name: _inner(item, field, typing.get_args(kind)[1], f": {name}") for name, item in items.items()}
     if typing.get_origin(kind) is tuple:
-        return _sequence(node, field, typing.get_args(kind)[0])
+        items = _of(node, list, "is not a list")
+        return tuple(_inner(item, field, typing.get_args(kind)[0], f"[{at}]") for at, item in enumerate(items))
     if dataclasses.is_dataclass(kind) and isinstance(kind, type):
         return _row(node, kind)
-    if kind is str:
-        return _word(node, field)
     if kind is bool:
-        if not isinstance(node.value, bool):
-            raise Refused(f"= {shown(node.value)} is not true or false", node.line)
-        return node.value
-    return _number(node, field, kind)
+        return _of(node, bool, "is not true or false")
+    return _word(node, field) if kind is str else _number(node, field, kind)
+
+
+def values_of(
+    cls: type, entries: Mapping[str, Node], take: Callable[[Node, dataclasses.Field[Any], Any], Any] = checked
+) -> tuple[dict[str, Any], list[tuple[str, int, str]]]:
+    """Values of a dataclass's fields by name, and of what is missing or refused the name, the line and a sentence."""
+    values, problems = {}, []
+    for name, (field, kind) in declared(cls).items():
+        if name in entries:
+            try:
+                values[name] = take(entries[name], field, kind)
+            except Refused as refused:
+                problems.append((name, refused.line, refused.of(name)))
+        elif field.default is dataclasses.MISSING:
+            problems.append((name, 0, f"{name} is missing; allowed: {allowed(field)}"))
+    return values, problems
 
 
 def allowed(field: dataclasses.Field[Any]) -> str:
@@ -126,7 +195,7 @@ def _unwrapped(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Node:
     if unit is not None and str(unit.value) != field.metadata["unit"]:
         raise Refused(f'has the unit "{unit.value}"; it must be given in "{field.metadata["unit"]}"', unit.line)
     try:
-        uncertainty.half_width(entry.plain())
+        half_width(entry.plain())
     except ValueError as reason:
         raise Refused(str(reason), entry.line) from None
     values = [parts[key] for key in ("value", "rows") if key in parts]
@@ -135,79 +204,72 @@ def _unwrapped(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Node:
     return values[0]
 
 
-def _number(node: Node, field: dataclasses.Field[Any], kind: Any) -> float | int:
-    value = node.value
-    noun = "a whole number" if kind is int else "a number"
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise Refused(f"= {shown(value)} is not {noun}; allowed: {allowed(field)}", node.line)
-    if not field.metadata["bound"].holds(value):
-        raise Refused(f"= {with_unit(shown(value), field)} is not allowed; allowed: {allowed(field)}", node.line)
-    if kind is int:
-        if value != int(value):
-            raise Refused(f"= {shown(value)} is not a whole number; allowed: {allowed(field)}", node.line)
-        return int(value)
-    return float(value)
-
-
-def _word(node: Node, field: dataclasses.Field[Any]) -> str:
-    if not isinstance(node.value, str):
-        raise Refused(f"= {shown(node.value)} is not a word; allowed: {allowed(field)}", node.line)
-    choices = field.metadata["choices"]
-    if choices and node.value not in choices:
-        hint = nearest(node.value, choices)
-        raise Refused(f"= {shown(node.value)} is not allowed; allowed: {allowed(field)}{hint}", node.line)
+def _of(node: Node, kind: Any, otherwise: str) -> Any:
+    """The node's value, if it is of a type. Raises `Refused`."""
+    if not isinstance(node.value, kind) or (isinstance(node.value, bool) and kind is not bool):
+        raise Refused(f"= {shown(node.value)} {otherwise}", node.line)
     return node.value
 
 
-def _sequence(node: Node, field: dataclasses.Field[Any], kind: Any) -> tuple[Any, ...]:
-    if not isinstance(node.value, list):
-        raise Refused(f"= {shown(node.value)} is not a list", node.line)
-    items = []
-    for index, item in enumerate(node.value):
-        try:
-            items.append(checked(item, field, kind))
-        except Refused as refused:
-            raise Refused(refused.of(f"[{index}]"), refused.line) from None
-    return tuple(items)
+def _inner(node: Node, field: dataclasses.Field[Any], kind: Any, name: str) -> Any:
+    try:
+        return checked(node, field, kind)
+    except Refused as refused:
+        raise Refused(refused.of(name), refused.line) from None
 
 
-def _mapping(node: Node, field: dataclasses.Field[Any], kind: Any) -> dict[str, Any]:
-    if not isinstance(node.value, dict):
-        raise Refused(f"= {shown(node.value)} is not a table; allowed: {allowed(field)}", node.line)
-    values = {}
-    for name, item in node.value.items():
-        try:
-            values[name] = checked(item, field, kind)
-        except Refused as refused:
-            raise Refused(f": {refused.of(name)}", refused.line) from None
-    return values
+def _number(node: Node, field: dataclasses.Field[Any], kind: Any) -> float | int:
+    noun = "a whole number" if kind is int else "a number"
+    value: float | int = _of(node, (int, float), f"is not {noun}; allowed: {allowed(field)}")
+    if not field.metadata["bound"].holds(value):
+        raise Refused(f"= {with_unit(shown(value), field)} is not allowed; allowed: {allowed(field)}", node.line)
+    if kind is int and value != int(value):
+        raise Refused(f"= {shown(value)} is not a whole number; allowed: {allowed(field)}", node.line)
+    return int(value) if kind is int else float(value)
+
+
+def _word(node: Node, field: dataclasses.Field[Any]) -> str:
+    word: str = _of(node, str, f"is not a word; allowed: {allowed(field)}")
+    choices = field.metadata["choices"]
+    if choices and word not in choices:
+        hint = nearest(word, choices)
+        raise Refused(f"= {shown(word)} is not allowed; allowed: {allowed(field)}{hint}", node.line)
+    return word
 
 
 def _row(node: Node, cls: type) -> Any:
     """A row of a table: a mapping of bare values, by a dataclass of its own."""
-    if not isinstance(node.value, dict):
-        raise Refused(f"= {shown(node.value)} is not a row like {{{', '.join(declared(cls))}}}", node.line)
     fields = declared(cls)
-    for key, item in node.value.items():
+    items = _of(node, dict, f"is not a row like {{{', '.join(fields)}}}")
+    for key, item in items.items():
         if key not in fields:
             raise Refused(f'has an unknown column "{key}"{nearest(key, fields)}', item.line)
-    values = {}
-    for name, (field, kind) in fields.items():
-        if name in node.value:
-            try:
-                values[name] = checked(node.value[name], field, kind)
-            except Refused as refused:
-                raise Refused(f": {refused.of(name)}", refused.line) from None
-        elif field.default is dataclasses.MISSING:
-            raise Refused(f"lacks the column {name} (allowed: {allowed(field)})", node.line)
+    values, problems = values_of(cls, items)
+    for name, line, sentence in problems:
+        if name not in items:
+            raise Refused(f"lacks the column {name} (allowed: {allowed(fields[name][0])})", node.line)
+        raise Refused(f": {sentence}", line)
     row = cls(**values)
-    for broken in broken_rules(row):
-        value = with_unit(shown(values.get(broken.key)), fields[broken.key][0]) if broken.key in fields else ""
-        raise Refused(f": {broken.key} = {value} is not allowed; allowed: {broken.allowed}", node.line)
+    for _, sentence in broken_rules(row):
+        raise Refused(f": {sentence}", node.line)
     return row
 
 
-def broken_rules(instance: Any) -> tuple[Any, ...]:
-    """The rules between values that do not hold, or nothing for a class without such rules."""
+def broken_rules(instance: Any) -> Iterator[tuple[str, str]]:
+    """Of each rule between values that does not hold the key to blame, as "file.key" between files, and a sentence."""
     rules = getattr(instance, "broken_rules", None)
-    return tuple(rules()) if rules else ()
+    known = declared(instance.__class__)
+    for broken in rules() if rules else ():
+        key, value = broken.key.rpartition(".")[2], ""
+        if broken.key in known:
+            value = f" = {with_unit(shown(plain_value(getattr(instance, key))), known[key][0])}"
+        yield broken.key, f"{key}{value} is not allowed; allowed: {broken.allowed}"
+
+
+def plain_value(value: Any) -> Any:
+    """A parameter's value with tables as lists of mappings."""
+    if isinstance(value, tuple):
+        return [plain_value(item) for item in value]
+    if dataclasses.is_dataclass(value):
+        return {field.name: plain_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return value

@@ -59,9 +59,7 @@ def parse(text: str, where: str, *, with_lines: bool = True) -> Node:
     """
     problems: list[str] = []
     try:
-        _check_depth(text)
-        if "!" in text:
-            problems += _tags(text, where, with_lines)
+        problems += _tags(text, where, with_lines)
         root = yaml.compose(text, Loader=_Loader)
         if root is None:
             return Node({}, 1)
@@ -72,7 +70,7 @@ def parse(text: str, where: str, *, with_lines: bool = True) -> Node:
         raise StudyError(f"{where}{line}: not valid YAML: {reason}") from None
     except yaml.YAMLError as error:
         raise StudyError(f"{where}: not valid YAML: {str(error).splitlines()[0]}") from None
-    except (RecursionError, _TooDeep):
+    except RecursionError:
         raise StudyError(f"{where}: not valid YAML: nested too deeply, or an alias inside itself") from None
     if problems:
         raise StudyError(problems)
@@ -94,21 +92,6 @@ def text_of(path: Any, where: str) -> str:
         raise StudyError(f"{where}: not a text file in UTF-8") from None
     except OSError as error:
         raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
-
-
-class _TooDeep(Exception):
-    """The text is nested deeper than the C library can compose without running out of stack."""
-
-
-def _check_depth(text: str) -> None:
-    """Raises `_TooDeep`; a text with few brackets, dashes and question marks cannot be."""
-    if sum(text.count(sign) for sign in "[{-?") <= _DEEPEST:
-        return
-    depth = 0
-    for event in yaml.parse(text, Loader=_Loader):
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if depth > _DEEPEST:
-            raise _TooDeep
 
 
 def scalar(text: str) -> Any:
@@ -134,13 +117,22 @@ def _line_of(error: yaml.MarkedYAMLError, text: str) -> int:
 
 
 def _tags(text: str, where: str, with_lines: bool) -> list[str]:
-    """A sentence for each tag: a value here is what it looks like, and nothing can make it something else."""
-    return [
-        f"{where}{f':{event.start_mark.line + 1}' if with_lines else ''}: the tag {event.tag} is not allowed; "
-        "write the value as it is"
-        for event in yaml.parse(text, Loader=_Loader)
-        if getattr(event, "tag", None) is not None
-    ]
+    """A sentence for each tag: a value here is what it looks like, and nothing can make it something else.
+
+    Raises RecursionError for a text that is nested deeper than the C library can compose without running out of stack;
+    one with few brackets, dashes and question marks cannot be.
+    """
+    if "!" not in text and sum(text.count(sign) for sign in "[{-?") <= _DEEPEST:
+        return []
+    depth, sentences = 0, []
+    for event in yaml.parse(text, Loader=_Loader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > _DEEPEST:
+            raise RecursionError
+        if getattr(event, "tag", None) is not None:
+            line = f":{event.start_mark.line + 1}" if with_lines else ""
+            sentences.append(f"{where}{line}: the tag {event.tag} is not allowed; write the value as it is")
+    return sentences
 
 
 class _Conversion:

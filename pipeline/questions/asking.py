@@ -16,10 +16,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact, disk
+from pipeline.cache import artefact, disk, hdf5
 from pipeline.cache.fingerprint import versions
-from pipeline.cache.hdf5 import dimensions
-from pipeline.cache.hdf5.tables import describe
+from pipeline.cache.hdf5 import describe
 from pipeline.cache.sources import Closure
 from pipeline.cache.store import QUESTIONS
 from pipeline.errors import Declined, StageFailed, Stopped, StudyError
@@ -241,7 +240,7 @@ class BlockTable:
         for name, text in about.items():
             self._table.attrs[name] = text
         storage = {"chunks": (min(_CHUNK, size),), "compression": "gzip", "shuffle": True}
-        row = dimensions.rows(self._table, "row", size, **storage)
+        row = hdf5.row_scale(self._table, "row", size, **storage)
         for column in columns:
             words = {word: place for place, word in enumerate(column.words)}
             stored = self._table.create_dataset(

@@ -7,18 +7,22 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 from collections.abc import Mapping
 from typing import Any
 
 from pipeline.cache import disk, fingerprint
 from pipeline.errors import StudyError
-from pipeline.execution.job import Job, beneath, engine_code
-from pipeline.parameters import loading, uncertainty
+from pipeline.execution.display import Display
+from pipeline.execution.executor import bring_up_to_date
+from pipeline.execution.job import Job, engine_code
+from pipeline.graph import beneath
+from pipeline.parameters import loading
 from pipeline.parameters.overrides import Override, applied, parsed
-from pipeline.parameters.value import Refused, broken_rules, checked, declared, shown, with_unit
+from pipeline.parameters.value import Refused, broken_rules, checked, declared, plain_value, without
 from pipeline.parameters.yaml_text import Node
-from pipeline.study import Study
-from pipeline.sweep.spec import Spec
+from pipeline.study import Study, shown
+from pipeline.sweep.spec import Range, Spec
 
 
 class Chain:
@@ -29,9 +33,8 @@ class Chain:
         study.graph.stage(spec.stage)
         self.names = study.graph.needed_for((spec.stage,))
         self.base = study.parameters(self.names)
-        known = loading.sections(study.parameters_classes().values())
-        keys = {file: [key for cls in classes for key in declared(cls)] for file, classes in known.items()}
-        self._overrides = {name: self._parsed(name, keys) for name in spec.names}
+        known = loading.keys(loading.sections(study.parameters_classes().values()))
+        self._overrides = {name: self._parsed(name, known) for name in spec.names}
         self.touched = self._touched()
         self._check()
         #: What all points share: code, versions and inputs of the touched stages. Known once the job is made.
@@ -49,19 +52,14 @@ class Chain:
         text = json.dumps([plain, named], sort_keys=True, separators=(",", ":"))
         return disk.digest(text.encode())[:32]
 
-    @property
-    def above(self) -> tuple[str, ...]:
-        """Stages that no varied parameter touches and that the touched ones read."""
-        graph = self.study.graph
-        read = {maker for name in self.touched for maker in graph.upstream(name)}
-        return tuple(name for name in self.names if name in read and name not in self.touched)
-
-    def job(self, fixed: Mapping[str, bytes], contents: Mapping[str, str]) -> Job:
-        """The job of this chain; `fixed` is path -> content of what the stages `above` made, `contents` their hashes.
+    def job(self, display: Display) -> Job:
+        """The job of this chain, after the stages that no point changes have been brought up to date.
 
         The code is read here, once: what the workers really import is held against it.
         """
         study, code, versions = self.study, {}, {}
+        read = {maker for name in self.touched for maker in study.graph.upstream(name)}
+        fixed, contents = self._made(tuple(name for name in self.names if name in read - {*self.touched}), display)
         stages = tuple(study.graph.stages[name] for name in self.touched)
         for stage in stages:
             inputs = {path: contents[path] for name in stage.inputs for path in beneath(name, contents)}
@@ -72,6 +70,21 @@ class Chain:
         return Job(study.package, str(study.code_root), str(study.root), stages, code, contents=fixed,
                    versions=versions, engine=engine_code(), time_limit_s=self.spec.time_limit_s,
                    start_limit_s=self.spec.start_limit_s)  # fmt: skip
+
+    def _made(self, above: tuple[str, ...], display: Display) -> tuple[dict[str, bytes], dict[str, str]]:
+        """Path -> content of what the stages `above` made, and its hash."""
+        fixed, contents, study = {}, {}, self.study
+        if above:
+            values = {name: self.base[name] for name in study.graph.needed_for(above)}
+            with disk.locked(study.results, shown(study.results), "bipedstudy sweep", True, display.note):
+                bring_up_to_date(study, values, display, jobs=os.cpu_count() or 1)
+                for name in above:
+                    entry = study.store.current(name)
+                    assert entry is not None
+                    for path, made in entry.outs.items():
+                        fixed[path] = disk.read(study.store.place(path)) or b""
+                        contents[path] = made.content
+        return fixed, contents
 
     def fixed(self) -> dict[str, Any]:
         """Every parameter of the touched stages as the files and `--set` have it, by name."""
@@ -85,11 +98,10 @@ class Chain:
     def unit(self, name: str) -> str:
         """Unit of a varied parameter; empty for a word and for an entry of a table."""
         override = self._overrides[name]
-        for section in self._sections(override.file):
-            if override.key in declared(section.__class__) and not override.inner:
-                unit = str(declared(section.__class__)[override.key][0].metadata["unit"])
-                return "" if unit == "-" else unit
-        return ""
+        fields = {key: field for section in self._sections(override.file)
+                  for key, (field, _) in declared(section.__class__).items()}  # fmt: skip
+        unit = "-" if override.inner else str(fields[override.key].metadata["unit"])
+        return "" if unit == "-" else unit
 
     def _parsed(self, name: str, keys: Mapping[str, list[str]]) -> Override:
         try:
@@ -115,12 +127,13 @@ class Chain:
 
     def _check(self) -> None:
         """Every limit and option of each axis must be legal by itself; rules between values are each point's matter."""
-        limits = [(name, value) for name, axis in self.spec.axes.items() for value in axis.extremes()]
+        limits = [(name, value) for name, axis in self.spec.axes.items()
+                  for value in ([axis.low, axis.high] if isinstance(axis, Range) else axis.values())]  # fmt: skip
         problems = []
         for name, value in [*limits, *(pair for point in self.spec.points for pair in point.items())]:
             for section in self._sections(self._overrides[name].file):
                 try:
-                    self._value(section, name, value)
+                    self._with(section, name, value)
                 except StudyError as error:
                     problems += [f"{self.spec.name}: {sentence}" for sentence in error.sentences]
         if problems:
@@ -129,41 +142,30 @@ class Chain:
     def _varied(self, values: Any, point: Mapping[str, Any]) -> Any:
         changed = {}
         for field, section in vars(values).items():
-            new: dict[str, Any] = {}
-            keys = {self._overrides[name].key for name in point if self._overrides[name].file == section.FILE}
-            exact = uncertainty.without(section, keys)
-            for name, value in point.items():
-                override = self._overrides[name]
-                if override.file == section.FILE and override.key in declared(section.__class__):
-                    whole = dataclasses.replace(section, **new) if new else section
-                    new[override.key] = self._value(whole, name, value)
-            if new or exact != section:
-                changed[field] = dataclasses.replace(exact, **new)
-                _keep_rules(changed[field])
-        if not changed:
-            return values
-        whole = dataclasses.replace(values, **changed)
+            own = {name: value for name, value in point.items() if self._overrides[name].file == section.FILE}
+            new = without(section, {self._overrides[name].key for name in own})
+            for name, value in own.items():
+                new = self._with(new, name, value)
+            if new != section:
+                changed[field] = new
+                _keep_rules(new)
+        whole = dataclasses.replace(values, **changed) if changed else values
         _keep_rules(whole)
         return whole
 
-    def _value(self, section: Any, name: str, value: Any) -> Any:
-        """The checked value of a section's parameter with this override, which may reach into a table."""
+    def _with(self, section: Any, name: str, value: Any) -> Any:
+        """A section with this value of a parameter, which may reach into a table; as it is, if it has no such one."""
         override = dataclasses.replace(self._overrides[name], value=Node.of(value))
         if override.key not in declared(section.__class__):
-            return None
+            return section
         field, kind = declared(section.__class__)[override.key]
-        entry = Node.of(loading.plain_value(getattr(section, override.key)))
+        entry = Node.of(plain_value(getattr(section, override.key)))
         try:
-            return checked(applied(override, entry), field, kind)
+            return dataclasses.replace(section, **{override.key: checked(applied(override, entry), field, kind)})
         except Refused as refused:
             raise StudyError(refused.of(name)) from None
 
 
 def _keep_rules(instance: Any) -> None:
-    for broken in broken_rules(instance):
-        key = broken.key.rpartition(".")[2]
-        value = ""
-        if hasattr(instance, key) and key in declared(instance.__class__):
-            field = declared(instance.__class__)[key][0]
-            value = f" = {with_unit(shown(loading.plain_value(getattr(instance, key))), field)}"
-        raise StudyError(f"{key}{value} is not allowed; allowed: {broken.allowed}")
+    for _, sentence in broken_rules(instance):
+        raise StudyError(sentence)

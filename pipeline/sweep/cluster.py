@@ -12,6 +12,7 @@ import json
 import logging
 import platform
 import threading
+import uuid
 from collections.abc import Iterator, Mapping
 from typing import Any
 from urllib.parse import urlsplit
@@ -28,8 +29,8 @@ _IDLE_S = 60.0  # after which a bench that nobody asks any more ends: its client
 _SAME = "every machine of a cluster needs this program, in the same version"
 _OWN_HOSTS = ("127.0.0.1", "::1", "localhost")
 
-_benches: dict[str, set[Bench]] = {}
-_resting: dict[tuple[str, int], tuple[Bench, threading.Timer]] = {}  # of a job and a thread
+_benches: dict[tuple[str, int], Bench] = {}  # of a job and a thread
+_endings: dict[tuple[str, int], threading.Timer] = {}  # of those that rest
 
 
 def connected(address: str, certificates: Mapping[str, str]) -> Any:
@@ -78,14 +79,15 @@ def threads(client: Any) -> int:
     return sum(int(count) for count in client.nthreads().values())
 
 
-def compute(client: Any, job: Job, chunks: Chunks, name: str) -> Iterator[tuple[int, Row]]:
-    """Yield the row of each point of `chunks`, as their chunks come back. `name` tells this job from others.
+def compute(client: Any, job: Job, chunks: Chunks) -> Iterator[tuple[int, Row]]:
+    """Yield the row of each point of `chunks`, as their chunks come back.
 
     Raises `StageFailed` if a worker refuses the job, or the scheduler is lost.
     """
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
+    name = uuid.uuid4().hex  # tells this job from others
     carried: Any = None  # the job, which goes to each worker once and not with each chunk
     sent: dict[Any, list[Task]] = {}
     attempts: dict[int, int] = {}
@@ -153,35 +155,30 @@ def _again(tasks: list[Task], attempts: dict[int, int], send: Any) -> Iterator[t
 def work(name: str, job: str, tasks: str) -> str:
     """On a dask worker: compute a chunk in the bench of this thread, and tell its rows, or why it refuses."""
     place = name, threading.get_ident()
-    bench, ending = _resting.pop(place, (None, None))
+    if ending := _endings.pop(place, None):
+        ending.cancel()
     try:
-        if ending is not None:
-            ending.cancel()
-        if bench is None:
-            bench = Bench(Job.of(job))
-            _benches.setdefault(name, set()).add(bench)
-        rows = [(index, vars(row)) for index, row in bench.work([(index, point) for index, point in json.loads(tasks)])]
-        return json.dumps({"rows": rows})
+        if place not in _benches:
+            _benches[place] = Bench(Job.of(job))
+        points = [(index, point) for index, point in json.loads(tasks)]
+        return json.dumps({"rows": [(index, vars(row)) for index, row in _benches[place].work(points)]})
     except StudyError as error:
         return json.dumps({"refused": f"the machine {platform.node()}: {error}"})
     finally:
-        if bench is not None:
-            ending = threading.Timer(_IDLE_S, _end_idle, (place,))
-            ending.daemon = True
-            _resting[place] = bench, ending
-            ending.start()
+        _endings[place] = ending = threading.Timer(_IDLE_S, _end_idle, (place,))
+        ending.daemon = True
+        ending.start()
 
 
 def forget(name: str) -> None:
     """On a dask worker: end the job's benches; other sweeps go on."""
-    for bench in _benches.pop(name, set()):
-        bench.close()
+    for place in [*_benches]:
+        if place[0] == name and (bench := _benches.pop(place, None)):
+            bench.close()
 
 
 def _end_idle(place: tuple[str, int]) -> None:
-    if place in _resting:
-        bench, _ = _resting.pop(place)
-        _benches.get(place[0], set()).discard(bench)
+    if _endings.pop(place, None) and (bench := _benches.pop(place, None)):
         bench.close()
 
 

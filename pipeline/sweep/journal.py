@@ -42,7 +42,6 @@ class Journal:
     """Rows on disk; of each only its place in the file is kept in memory."""
 
     def __init__(self, path: Path) -> None:
-        self._path = path
         self._places: dict[str, int] = {}
         self._file = disk.opened_at_end(path)
         self._read_all()
@@ -57,9 +56,6 @@ class Journal:
 
     def __contains__(self, key: str) -> bool:
         return key in self._places
-
-    def __len__(self) -> int:
-        return len(self._places)
 
     def row(self, key: str) -> Row:
         """The row of a point. Raises KeyError if it is not there."""

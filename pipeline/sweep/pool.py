@@ -11,7 +11,6 @@ import shutil
 import tempfile
 import threading
 import time
-import uuid
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Any
@@ -162,7 +161,7 @@ def rows(
         return compute(job, chunks, min(workers, len(numbers)))
     from pipeline.sweep import cluster
 
-    return cluster.compute(client, job, chunks, uuid.uuid4().hex)
+    return cluster.compute(client, job, chunks)
 
 
 def compute(job: Job, chunks: Chunks, workers: int) -> Iterator[tuple[int, Row]]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
-from pipeline.parameters.value import Refused, allowed, checked, declared, shown
+from pipeline.parameters.value import allowed, declared, shown, values_of
 from pipeline.study import shown as shown_path
 
 if TYPE_CHECKING:
@@ -88,10 +88,6 @@ class Range:
         count = self.steps or 1
         return [self.at(index / (count - 1)) if count > 1 else self.low for index in range(count)]
 
-    def extremes(self) -> list[Any]:
-        """Values to check before anything runs."""
-        return [self.low, self.high]
-
 
 @dataclass(frozen=True)
 class Normal:
@@ -110,11 +106,7 @@ class Normal:
         return NormalDist(self.mean, self.deviation).inv_cdf(min(max(share, 1e-16), 1 - 1e-16))
 
     def values(self) -> list[Any]:
-        """A distribution has no grid; the spec refuses it before."""
-        return [self.mean]
-
-    def extremes(self) -> list[Any]:
-        """The mean must be a legal value; what lies too far out becomes a row that says so."""
+        """The mean, which must be legal; a distribution has no grid."""
         return [self.mean]
 
 
@@ -130,10 +122,6 @@ class Choice:
 
     def values(self) -> list[Any]:
         """All options in order."""
-        return list(self.options)
-
-    def extremes(self) -> list[Any]:
-        """Every option must be legal."""
         return list(self.options)
 
 
@@ -174,6 +162,10 @@ class Spec:
         """The varied parameters with what they run over; none in a list."""
         return {name: Choice(over) if isinstance(over, tuple) else over for name, over in (self.vary or {}).items()}
 
+    @cached_property
+    def _grids(self) -> dict[str, list[Any]]:
+        return {name: axis.values() for name, axis in self.axes.items()}
+
     @property
     def names(self) -> tuple[str, ...]:
         """The varied parameters."""
@@ -188,8 +180,35 @@ class Spec:
     def size(self) -> int:
         """How many points there are."""
         if self.kind == "grid":
-            return math.prod(len(axis.values()) for axis in self.axes.values())
+            return math.prod(map(len, self._grids.values()))
         return self.count or len(self.points)
+
+    @cached_property
+    def _shares(self) -> np.ndarray | None:
+        """Shares between 0 and 1 of each drawn point, shape (count, parameters); None where points are not drawn."""
+        if self.kind not in ("latin_hypercube", "monte_carlo"):
+            return None
+        import numpy as np
+
+        random = np.random.default_rng(self.seed)
+        if self.kind == "monte_carlo":
+            return random.random((self.size, len(self.axes)))
+        from scipy.stats import qmc
+
+        drawn: np.ndarray = qmc.LatinHypercube(d=len(self.axes), seed=random).random(self.size)
+        return drawn
+
+    def point(self, index: int) -> Point:
+        """The point of this number, made when it is asked for, so that a million of them need little memory."""
+        if self.kind == "list":
+            return dict(self.points[index])
+        if self._shares is not None:
+            return {name: axis.at(float(share)) for (name, axis), share in zip(self.axes.items(), self._shares[index])}
+        point: Point = {}
+        for name, values in reversed(self._grids.items()):  # the last parameter changes fastest
+            index, place = divmod(index, len(values))
+            point[name] = values[place]
+        return {name: point[name] for name in self.axes}
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """What does not fit together: the key to blame, and a sentence."""
@@ -224,15 +243,8 @@ def read(path: Path) -> Spec:
         for key, node in entries.items()
         if key not in known
     ]
-    values: dict[str, Any] = {}
-    for key, (field, kind) in known.items():
-        if key in entries:
-            try:
-                values[key] = checked(entries[key], field, kind)
-            except Refused as refused:
-                problems.append(f"{where}:{refused.line}: {refused.of(key)}")
-        elif field.default is dataclasses.MISSING:
-            problems.append(f"{where}: {key} is missing; allowed: {allowed(field)}")
+    values, wrong = values_of(Spec, {key: node for key, node in entries.items() if key in known})
+    problems += [f"{where}{f':{line}' if key in entries else ''}: {sentence}" for key, line, sentence in wrong]
     if not problems:
         spec = Spec(**values, name=path.stem)
         for key, text in spec.problems():
@@ -240,45 +252,3 @@ def read(path: Path) -> Spec:
     if problems:
         raise StudyError(problems)
     return spec
-
-
-class Points:
-    """All points, each made when it is asked for, so that a million of them need little memory."""
-
-    def __init__(self, spec: Spec) -> None:
-        self._spec = spec
-        self._shares = _shares(spec)
-        self._grids = {name: axis.values() for name, axis in spec.axes.items()} if spec.kind == "grid" else {}
-
-    def __len__(self) -> int:
-        return self._spec.size
-
-    def __getitem__(self, index: int) -> Point:
-        """The point of this number. Raises IndexError beyond the last."""
-        spec = self._spec
-        if not 0 <= index < len(self):
-            raise IndexError(index)
-        if spec.kind == "list":
-            return dict(spec.points[index])
-        if self._shares is not None:
-            return {name: axis.at(float(share)) for (name, axis), share in zip(spec.axes.items(), self._shares[index])}
-        point: Point = {}
-        for name, values in reversed(self._grids.items()):  # the last parameter changes fastest
-            index, place = divmod(index, len(values))
-            point[name] = values[place]
-        return {name: point[name] for name in spec.axes}
-
-
-def _shares(spec: Spec) -> np.ndarray | None:
-    """Shares between 0 and 1 of each drawn point, shape (count, parameters); None where points are not drawn."""
-    if spec.kind not in ("latin_hypercube", "monte_carlo"):
-        return None
-    import numpy as np
-
-    random = np.random.default_rng(spec.seed)
-    if spec.kind == "monte_carlo":
-        return random.random((spec.size, len(spec.axes)))
-    from scipy.stats import qmc
-
-    drawn: np.ndarray = qmc.LatinHypercube(d=len(spec.axes), seed=random).random(spec.size)
-    return drawn

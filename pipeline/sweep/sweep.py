@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -21,64 +20,64 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact, disk, fingerprint
-from pipeline.cache.hdf5 import dimensions
-from pipeline.cache.hdf5.tables import describe
+from pipeline.cache import artefact, disk, fingerprint, hdf5
+from pipeline.cache.hdf5 import describe
 from pipeline.cache.store import SWEEPS
 from pipeline.errors import StudyError
 from pipeline.execution.columns import about
 from pipeline.execution.display import Display
-from pipeline.execution.executor import bring_up_to_date
-from pipeline.execution.job import Job, Task, task_of
+from pipeline.execution.job import Task, task_of
 from pipeline.stage_modules import result_class, study_attributes
-from pipeline.study import Study, shown
+from pipeline.study import Study
 from pipeline.sweep import pool
 from pipeline.sweep.chain import Chain
 from pipeline.sweep.journal import COMPUTED, KEPT, NOT_ALLOWED, Journal, Row
-from pipeline.sweep.spec import Points, Spec
+from pipeline.sweep.spec import Spec
 
 _STORAGE = {"compression": "gzip", "shuffle": True}
 
 
 def table(
-    chain: Chain, lines: Iterable[tuple[Mapping[str, Any], Row]], count: int, note: Callable[[str], None]
+    chain: Chain, rows: Iterable[Row], outcomes: Counter[str], note: Callable[[str], None]
 ) -> bytes:
-    """The HDF5 file of a sweep's points with their rows; `note` is told of an output that no result has."""
+    """The HDF5 file of a sweep's points with their rows, whose `outcomes` are counted; `note` is told of an output that
+    no result has.
+    """
+    count, reasons = chain.spec.size, []
     given: dict[str, Any] = {}
     found: dict[str, Any] = {}
-    outcomes, reasons = [], []
-    for index, (point, row) in enumerate(lines):
-        for name, value in point.items():
+    ended = []
+    for index, row in enumerate(rows):
+        for name, value in chain.spec.point(index).items():
             _put(given, name, index, value, count)
         for name, value in row.values.items():
             if any(fnmatchcase(name, pattern) for pattern in chain.spec.outputs):
                 _put(found, name, index, value, count)
-        outcomes.append(row.outcome)
+        ended.append(row.outcome)
         reasons.append(row.reason)
+    outcomes.update(ended)
     for pattern in chain.spec.outputs:
         if not any(fnmatchcase(name, pattern) for name in found):
             note(f'{chain.spec.name}: outputs: no point has a result "{pattern}"')
-    with h5py.File("table", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True) as file:
-        file.attrs["format"] = artefact.FORMAT
+    with artefact.in_memory() as file:
         for name, text in study_attributes(chain.study.package, chain.study.code_root).items():
             file.attrs[name] = text
         group = file.create_group("table", track_order=True)
-        row = dimensions.rows(group, dimensions.free("row", {**given, **found}), count, **_STORAGE)
+        row = hdf5.row_scale(group, hdf5.free_name("row", {**given, **found}), count, **_STORAGE)
         columns = {
             name: _write(group, name, column, {"unit": chain.unit(name), "description": "varied"})
             for name, column in given.items()
         }
-        columns["outcome"] = _write(group, "outcome", outcomes, {"description": "computed, or what kept it from that"})
+        columns["outcome"] = _write(group, "outcome", ended, {"description": "computed, or what kept it from that"})
         columns["reason"] = _write(group, "reason", reasons, {"description": "why there is no result"})
         result = result_class(chain.study.package, chain.spec.stage)
         for name in found:
             columns[name] = _write(group, name, found[name], about(result, name))
-        dimensions.attach(group, columns, {}, row)
+        hdf5.attach(group, columns, {}, row)
         group = file.create_group("provenance")
         for name, text in _provenance(chain).items():
             group.attrs[name] = text
-        file.flush()
-        return bytes(file.id.get_file_image())
+        return artefact.image(file)
 
 
 def _put(columns: dict[str, Any], name: str, index: int, value: Any, count: int) -> None:
@@ -138,90 +137,56 @@ class Sweep:
         study = dataclasses.replace(study, settings=(*spec.settings, *study.settings))
         self.study, self.spec, self.display = study, spec, display
         self.chain = Chain(study, spec)
-        self.points = Points(spec)
         self.folder = study.results / SWEEPS
 
     def run(self, out: Path, workers: int, client: Any = None) -> Summary:
         """Compute what is missing and write the table to `out`. Call it under the lock of `folder`."""
-        job = self._job()
+        job = self.chain.job(self.display)
         shared = disk.digest(json.dumps(self.chain.ground, sort_keys=True).encode())[:32]
         with Journal(self.folder / ".cache" / f"{shared}.jsonl") as journal:
-            keys, refused = self._keys()
-            known = sum(key in journal for key in keys if key)
+            unkept: dict[str, Row] = {}
+            keys = [self._key(index, unkept) for index in range(self.spec.size)]
+            known = sum(key in journal for key in keys)
             first: dict[str, int] = {}
             for index, key in enumerate(keys):
-                if key and key not in journal:
+                if key not in journal and key not in unkept:
                     first.setdefault(key, index)
-            missing = sorted(first.values())
             if known:
                 self.display.note(f"{known} of {len(keys)} points are known already")
-            unkept: dict[str, Row] = {}
-            began, point_seconds = time.monotonic(), 0.0
-            if missing:
-                meter = Meter(len(missing), self.display)
-                try:
-                    for index, row in pool.rows(job, missing, self._task, workers, client):
-                        if keys[index] in journal or keys[index] in unkept:
-                            continue  # a chunk that was given to another worker may come back twice
-                        point_seconds += row.seconds
-                        if row.outcome in KEPT:
-                            journal.add(keys[index], row)
-                        else:
-                            unkept[keys[index]] = row
-                        meter.one_more(row.outcome != COMPUTED)
-                finally:
-                    self.display.close()
+            began, point_seconds, meter = time.monotonic(), 0.0, Meter(len(first), self.display)
+            missing = [*first.values()]
+            try:
+                for index, row in pool.rows(job, missing, self._task, workers, client) if missing else ():
+                    if keys[index] in journal or keys[index] in unkept:
+                        continue  # a chunk that was given to another worker may come back twice
+                    point_seconds += row.seconds
+                    if row.outcome in KEPT:
+                        journal.add(keys[index], row)
+                    else:
+                        unkept[keys[index]] = row
+                    meter.one_more(row.outcome != COMPUTED)
+            finally:
+                self.display.close()
             seconds = time.monotonic() - began
             lost = sum(key not in journal and key not in unkept for key in first)
             if lost:
                 raise StudyError(f"{lost} points did not come back; run the sweep again to compute them")
             outcomes: Counter[str] = Counter()
-            content = table(self.chain, self._lines(keys, refused, journal, unkept, outcomes), len(keys),
-                                   self.display.note)  # fmt: skip
+            rows = (journal.row(key) if key in journal else unkept[key] for key in keys)
+            content = table(self.chain, rows, outcomes, self.display.note)
         disk.write(out, content)
         return Summary(len(keys), dict(outcomes), known, len(missing), seconds, point_seconds, workers)
 
     def _task(self, index: int) -> Task:
-        return task_of(self.study, self.chain.parameters(self.points[index]), index)
+        return task_of(self.study, self.chain.parameters(self.spec.point(index)), index)
 
-    def _keys(self) -> tuple[list[str], dict[int, Row]]:
-        """Key of each point (empty where the values are not allowed), and the rows of those."""
-        keys, refused = [], {}
-        for index in range(len(self.points)):
-            try:
-                keys.append(self.chain.key(self.chain.parameters(self.points[index])))
-            except StudyError as error:
-                keys.append("")
-                refused[index] = Row(NOT_ALLOWED, str(error))
-        return keys, refused
-
-    def _lines(
-        self, keys: list[str], refused: Mapping[int, Row], journal: Journal, unkept: Mapping[str, Row],
-        outcomes: Counter[str],
-    ) -> Iterator[tuple[Mapping[str, Any], Row]]:  # fmt: skip
-        for index, key in enumerate(keys):
-            row = refused.get(index) or (journal.row(key) if key in journal else unkept[key])
-            outcomes[row.outcome] += 1
-            yield self.points[index], row
-
-    def _job(self) -> Job:
-        """The job, after the stages that no point changes have been brought up to date."""
-        fixed: dict[str, bytes] = {}
-        contents: dict[str, str] = {}
-        above = self.chain.above
-        if above:
-            names = self.study.graph.needed_for(above)
-            values = {name: self.chain.base[name] for name in names}
-            place, note = self.study.results, self.display.note
-            with disk.locked(place, shown(place), "bipedstudy sweep", True, note):
-                bring_up_to_date(self.study, values, self.display, jobs=os.cpu_count() or 1)
-                for name in above:
-                    entry = self.study.store.current(name)
-                    assert entry is not None
-                    for path, made in entry.outs.items():
-                        fixed[path] = disk.read(self.study.store.place(path)) or b""
-                        contents[path] = made.content
-        return self.chain.job(fixed, contents)
+    def _key(self, index: int, unkept: dict[str, Row]) -> str:
+        """Key of a point; its number and a row where its values are not allowed."""
+        try:
+            return self.chain.key(self.chain.parameters(self.spec.point(index)))
+        except StudyError as error:
+            unkept[str(index)] = Row(NOT_ALLOWED, str(error))
+            return str(index)
 
 
 class Meter:

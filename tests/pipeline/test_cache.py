@@ -96,7 +96,7 @@ def test_sources_are_read_once_in_a_moment_and_afresh_in_the_next(tmp_path):
     (tmp_path / "package").mkdir()
     code = tmp_path / "package" / "one.py"
     code.write_text("x = 1")
-    sources = Sources(tmp_path, "package", SyntaxMemo(None))
+    sources = Sources(tmp_path, "package", SyntaxMemo(tmp_path / "kept.json"))
 
     def meaning():
         return sources.closure(["package.one"]).files["package/one.py"]
@@ -119,7 +119,7 @@ def test_a_package_that_lists_its_folder_reaches_every_module_of_it(tmp_path):
         (tmp_path / "package" / name / "__init__.py").touch()
     (tmp_path / "package/register/__init__.py").write_text("import pkgutil\nALL = list(pkgutil.iter_modules(__path__))")
     (tmp_path / "package/run.py").write_text("from package.register import ALL\nfrom package.other import x")
-    sources = Sources(tmp_path, "package", SyntaxMemo(None))
+    sources = Sources(tmp_path, "package", SyntaxMemo(tmp_path / "kept.json"))
     expected = {f"package/{name}.py" for name in ("run", "register/__init__", "register/one", "other/__init__")}
     assert set(sources.closure(["package.run"]).files) == expected
     (tmp_path / "package/register/_two.py").touch()
@@ -135,7 +135,7 @@ def test_what_type_checkers_alone_import_is_no_part_of_a_key(tmp_path):
         "    def f():\n        import nowhere\nelse:\n    from package.seen import x\n"
         "if not TYPE_CHECKING:\n    import here"
     )
-    found = Sources(tmp_path, "package", SyntaxMemo(None)).closure(["package.run"])
+    found = Sources(tmp_path, "package", SyntaxMemo(tmp_path / "kept.json")).closure(["package.run"])
     assert set(found.files) == {"package/run.py", "package/seen.py"}
     assert {*found.foreign} == {"typing", "json", "here"}
 

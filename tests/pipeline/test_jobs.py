@@ -88,22 +88,22 @@ def sweep(toy):
 def test_a_bench_of_a_cluster_that_nobody_asks_any_more_ends_and_starts_again(sweep, monkeypatch):
     """The client may have been killed."""
     monkeypatch.setattr(cluster, "_IDLE_S", 0.5)
-    job = sweep._job().text()
+    job = sweep.chain.job(Display()).text()
     first = json.loads(cluster.work("name", job, json.dumps([sweep._task(0)])))
-    (bench,) = cluster._benches["name"]
+    (bench,) = cluster._benches.values()
     assert first["rows"][0][1]["outcome"] == "computed" and bench._worker is not None
     end = time.monotonic() + 20
     while bench._worker is not None and time.monotonic() < end:
         time.sleep(0.1)
-    assert bench._worker is None and not cluster._benches["name"]
+    assert bench._worker is None and not cluster._benches
     again = json.loads(cluster.work("name", job, json.dumps([sweep._task(0)])))
     assert again["rows"][0][1]["values"] == first["rows"][0][1]["values"]
     cluster.forget("name")
-    assert "name" not in cluster._benches
+    assert not cluster._benches
 
 
 def test_what_a_machine_refuses_is_told_with_its_name(sweep):
-    job = Job.of(sweep._job().text())
+    job = Job.of(sweep.chain.job(Display()).text())
     other = dataclasses.replace(job, versions={**job.versions, "h5py": "0.1"})
     told = json.loads(cluster.work("other", other.text(), json.dumps([sweep._task(0)])))
     cluster.forget("other")

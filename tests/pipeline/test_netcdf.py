@@ -9,15 +9,15 @@ import random
 import re
 import types
 import typing
+from collections.abc import Mapping
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from pipeline.cache import artefact
-from pipeline.cache.hdf5 import dimensions, values
-from pipeline.cache.hdf5.tables import ROWS
+from pipeline.cache import artefact, hdf5
+from pipeline.cache.hdf5 import ROWS
 from pipeline.graph import read as read_graph
 from stages.biped.quantity import quantity
 from stages.studies.result import EnginesDisagree
@@ -31,7 +31,7 @@ def made(kind, chance):
     """Any value of a type that a field of a result declares."""
     if typing.get_origin(kind) in (typing.Union, types.UnionType) and chance.random() < 0.3:
         return None
-    kind = values.present(kind)
+    kind = hdf5.present(kind)
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if dataclasses.is_dataclass(kind):
         hints = typing.get_type_hints(kind)
@@ -40,7 +40,7 @@ def made(kind, chance):
                 return kind(**{field.name: {} if field.name == "files" else made(hints[field.name], chance)
                                for field in dataclasses.fields(kind)})  # fmt: skip
         raise AssertionError(f"no {kind.__name__} was found that may be")
-    if values.is_mapping(kind):
+    if typing.get_origin(kind) in (dict, Mapping):
         return {key: made(arguments[1], chance) for key in chance.choice(((), ("b", "a"), ("b", "a"), ("c",)))}
     if origin is tuple:
         count = chance.randint(0, 3) if arguments[-1] is Ellipsis else len(arguments)
@@ -235,7 +235,7 @@ def test_a_table_that_lost_a_row_is_one_sentence(tmp_path):
     ],
 )
 def test_cells_make_a_column_or_none(cells, column):
-    found = values.column(cells)
+    found = hdf5.stacked(cells)
     assert (found is None) if column is None else np.array_equal(found, column, equal_nan=found.dtype.kind == "f")
 
 
@@ -243,8 +243,8 @@ def test_dimensions_are_named_as_declared_where_that_is_consistent():
     shapes = {"time": (5,), "place": (5, 2), "legs": (0, 2), "square": (2, 2), "count": (), "count_0": (4,),
               "sub": None}  # fmt: skip
     declared = {"place": ("time", "axis"), "legs": ("time", "axis"), "square": ("axis", "axis"), "count_0": ("sub",)}
-    assert dimensions.names(shapes, declared) == {
+    assert hdf5.names(shapes, declared) == {
         "time": ("time",), "place": ("time", "axis"), "legs": ("legs_0", "axis"), "square": ("axis", "square_1"),
         "count": (), "count_0": ("count_0_0",), "sub": (),
     }  # fmt: skip
-    assert dimensions.names({"x": (3, 2), "x_1": (7, 7)}, {}, "row")["x"] == ("row", "x_1_")
+    assert hdf5.names({"x": (3, 2), "x_1": (7, 7)}, {}, "row")["x"] == ("row", "x_1_")

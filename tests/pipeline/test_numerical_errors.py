@@ -12,7 +12,7 @@ import pytest
 
 from pipeline.cache import fingerprint
 from pipeline.cache.artefact import encode
-from pipeline.cache.hdf5.differences import differences
+from pipeline.cache.differences import differences
 from pipeline.parameters import loading
 from pipeline.study import Study
 from stages import about

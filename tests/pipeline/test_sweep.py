@@ -20,7 +20,7 @@ from pipeline.sweep import pool
 from pipeline.sweep import spec as specs
 from pipeline.sweep.journal import Row
 from pipeline.sweep.pool import Bench
-from pipeline.sweep.spec import Normal, Points, Range
+from pipeline.sweep.spec import Normal, Range
 from pipeline.sweep.sweep import Meter, Sweep, duration
 from tests.pipeline.processes import workers
 
@@ -31,6 +31,10 @@ vary:
   fall.steps: [2, 5, 9]
   ground.gravity: {low: 1, high: 9, steps: 3}
 """
+
+
+def points_of(spec):
+    return [spec.point(index) for index in range(spec.size)]
 
 
 def spec_of(folder: Path, text: str, name: str = "sweep") -> specs.Spec:
@@ -96,9 +100,9 @@ def test_known_points_are_not_computed_again_until_the_code_is_edited(toy):
 
 def test_code_edited_during_a_sweep_is_refused(toy):
     sweep = Sweep(toy.study(), spec_of(toy.root, GRID), Display())
-    job = sweep._job()
+    job = sweep.chain.job(Display())
     toy.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.25 * gravity")
-    sweep._job = lambda: job
+    sweep.chain.job = lambda display: job
     with pytest.raises(StudyError, match=r"motion\.py differs from what the sweep was started with"):
         sweep.run(toy.root / "table.h5", 1)
 
@@ -212,9 +216,9 @@ vary:
 @pytest.mark.parametrize("kind", ["latin_hypercube", "monte_carlo"])
 def test_drawn_points_repeat_with_their_seed_and_keep_to_their_limits(tmp_path, kind):
     spec = spec_of(tmp_path, DRAWN.format(kind=kind))
-    points = list(Points(spec))
-    assert points == list(Points(spec))
-    assert points != list(Points(spec_of(tmp_path, DRAWN.format(kind=kind).replace("seed: 5", "seed: 6"))))
+    points = points_of(spec)
+    assert points == points_of(spec)
+    assert points != points_of(spec_of(tmp_path, DRAWN.format(kind=kind).replace("seed: 5", "seed: 6")))
     heights = np.array([point["fall.height"] for point in points])
     assert heights.min() >= 1 and heights.max() <= 100
     assert {point["fall.steps"] for point in points} == {1, 2, 3, 4}
@@ -226,7 +230,7 @@ def test_drawn_points_repeat_with_their_seed_and_keep_to_their_limits(tmp_path, 
 
 def test_normal_values_have_their_mean_and_deviation(tmp_path):
     text = "stage: fall\nkind: latin_hypercube\ncount: 4000\nseed: 1\nvary: {fall.height: {mean: 5, deviation: 0.5}}\n"
-    drawn = np.array([point["fall.height"] for point in Points(spec_of(tmp_path, text))])
+    drawn = np.array([point["fall.height"] for point in points_of(spec_of(tmp_path, text))])
     assert drawn.mean() == pytest.approx(5, abs=2e-3) and drawn.std() == pytest.approx(0.5, rel=5e-3)
 
 
@@ -253,7 +257,7 @@ def test_killed_workers_lose_nothing(toy):
 
 
 def test_only_deaths_at_the_same_point_are_counted_together(toy, monkeypatch):
-    bench = Bench(Sweep(toy.study(), spec_of(toy.root, SLOW), Display())._job())
+    bench = Bench(Sweep(toy.study(), spec_of(toy.root, SLOW), Display()).chain.job(Display()))
     #: Of each worker the points that it computes, and the one that it dies at; -1 before it begins one.
     attempts = iter([((), -1), ((), 0), ((), -1), ((0,), 1), ((), 1), ((2,), None)])
 

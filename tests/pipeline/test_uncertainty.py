@@ -7,8 +7,8 @@ import json
 
 import pytest
 
-from pipeline.parameters import loading, uncertainty
-from pipeline.parameters.uncertainty import half_width
+from pipeline.parameters import loading, value
+from pipeline.parameters.value import half_width
 from pipeline.study import Study, locate
 from pipeline.sweep.chain import Chain
 from pipeline.sweep.spec import read
@@ -101,5 +101,5 @@ def test_half_widths_reach_workers():
 
 def test_a_section_without_half_widths_stays_as_it_is():
     biped = study().parameters(["analytic"])["analytic"].biped
-    assert uncertainty.without(biped, ["hip_mass"]) is biped
-    assert uncertainty.derived(type(biped)) == () and dataclasses.is_dataclass(biped)
+    assert value.without(biped, ["hip_mass"]) is biped
+    assert value.derived(type(biped)) == () and dataclasses.is_dataclass(biped)

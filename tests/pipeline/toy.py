@@ -108,8 +108,7 @@ def written(root: Path, package: str) -> Toy:
         folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         (root / name).write_text(text)
-    kept = beside(root / package)._path
-    assert kept is not None
+    kept = beside(root / package).path
     kept.parent.mkdir(exist_ok=True)
     kept.write_bytes(_kept())
     return Toy(root, package)

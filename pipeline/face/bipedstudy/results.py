@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.cache.hdf5.dimensions import names
+from pipeline.cache.hdf5 import names
 from pipeline.commands import status
 from pipeline.errors import StudyError, nearest
 from pipeline.study import Study, locate

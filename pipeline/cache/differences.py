@@ -8,8 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact
-from pipeline.cache.hdf5 import dimensions, tables, values
+from pipeline.cache import artefact, hdf5
 
 #: Coordinates are the same where they are to so many decimals.
 _DECIMALS = 12
@@ -29,8 +28,8 @@ def differences(content: bytes, exact: bytes) -> dict[str, float]:
 
 
 def _of_groups(one: Any, other: Any, above: str) -> Iterator[tuple[str, float]]:
-    names = [name for name in dimensions.fields(one) if name in other and above + name != artefact.PROVENANCE]
-    table = tables.ROWS in one.attrs
+    names = [name for name in hdf5.members_of(one) if name in other and above + name != artefact.PROVENANCE]
+    table = hdf5.ROWS in one.attrs
     same = _same_rows(one, other, names) if table else None
     for name in names:
         here, there, path = one[name], other[name], above + name
@@ -45,7 +44,7 @@ def _of_groups(one: Any, other: Any, above: str) -> Iterator[tuple[str, float]]:
 
 def _largest(here: Any, there: Any, same: Rows | None) -> float | None:
     """The largest difference of finite numbers in rows that are the same, or of two single numbers."""
-    one, other = np.asarray(values.read(here), dtype=float), np.asarray(values.read(there), dtype=float)
+    one, other = np.asarray(hdf5.read(here), dtype=float), np.asarray(hdf5.read(there), dtype=float)
     if one.shape[1:] != other.shape[1:] or one.ndim != other.ndim or (one.ndim and same is None):
         return None
     if one.ndim and same is not None:
@@ -74,7 +73,7 @@ def _words(group: Any, names: list[str]) -> list[tuple[str, ...]]:
     """The words in each row of a table."""
     columns = [group[name].asstr()[()].tolist() for name in names
                if isinstance(group[name], h5py.Dataset) and h5py.check_string_dtype(group[name].dtype) is not None]
-    return list(zip(*columns)) if columns else [()] * int(group.attrs[tables.ROWS])
+    return list(zip(*columns)) if columns else [()] * int(group.attrs[hdf5.ROWS])
 
 
 def _same_places(here: Any, there: Any) -> Rows | None:
@@ -92,7 +91,7 @@ def _same_places(here: Any, there: Any) -> Rows | None:
 def _coordinate(item: Any) -> np.ndarray | None:
     """The values along the first axis of an array, where it has some that are no numbers of rows."""
     scale = item.dims[0][0] if item.dims and len(item.dims[0]) else None
-    if scale is None or scale == item or dimensions.has_length_alone(scale):
+    if scale is None or scale == item or hdf5.has_length_alone(scale):
         return None
     return np.asarray(scale[()], dtype=float) if scale.dtype.kind == "f" else None
 
