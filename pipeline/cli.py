@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
-import pkgutil
 import signal
 import sys
 from typing import Any, NoReturn
@@ -18,15 +18,16 @@ from pipeline.study import locate
 _BY_SIGNAL = 128
 #: As of a program that SIGPIPE ends, so that a run that was cut off is not taken for a whole one.
 _NOBODY_READS = _BY_SIGNAL + 13
-#: Each command's place in `pipeline`, by what it is for; the stages' questions stand after the study.
+#: Each command's module in `pipeline`, where it is called as it is typed, by what it is for; the stages' questions
+#: stand after the study.
 _GROUPS = {
-    "Study": {"init": "commands.house:init", "run-all": "commands.run:run_all", "run": "commands.run:run",
-              "status": "commands.status:status", "graph": "commands.status:graph", "sweep": "commands.run:sweep"},
-    "Looking": {"show": "commands.show:show", "claims": "commands.claims:claims", "report": "report.page:report",
-                "figures": "report.figures:figures", "compare": "changes.command:compare"},
-    "Housekeeping": {"doctor": "commands.house:doctor", "clean": "commands.house:clean"},
+    "Study": {"init": "commands.house", "run-all": "commands.run", "run": "commands.run",
+              "status": "commands.status", "graph": "commands.status", "sweep": "commands.run"},
+    "Looking": {"show": "commands.show", "claims": "commands.claims", "report": "report.page",
+                "figures": "report.figures", "compare": "changes.command"},
+    "Housekeeping": {"doctor": "commands.house", "clean": "commands.house"},
 }  # fmt: skip
-_COMMANDS = {name: place for group in _GROUPS.values() for name, place in group.items()}
+_COMMANDS = {name: module for group in _GROUPS.values() for name, module in group.items()}
 #: Most columns of a command's first sentence, which goes over as many lines as it takes.
 _SENTENCE = 400
 
@@ -41,7 +42,8 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The command, or None for an unknown name."""
         if cmd_name in _COMMANDS:
-            command: click.Command = pkgutil.resolve_name(f"pipeline.{_COMMANDS[cmd_name]}")
+            module = importlib.import_module(f"pipeline.{_COMMANDS[cmd_name]}")
+            command: click.Command = getattr(module, cmd_name.replace("-", "_"))
             return command
         known, _ = _questions()
         return known[cmd_name][1] if cmd_name in known else None

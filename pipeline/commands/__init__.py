@@ -1,1 +1,1 @@
-"""The command line, one module a command."""
+"""The command line: a module for commands of one purpose, and what they share (`options`)."""
