@@ -14,7 +14,7 @@ from benchmarks.analytic_step import TABLE_1, best_time
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import multiplier_derivatives
 from stages.analytic.derivatives.numbers import changes_of, sensitive_names
-from stages.analytic.derivatives.step_map import varied_step
+from stages.analytic.derivatives.step_map import step_tangents
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
@@ -39,7 +39,7 @@ def main() -> None:
             alone = best_time(lambda w=walker, z=point.z, t=tolerance: poincare_map(w, z, t), *ROUNDS)
             state = best_time(lambda w=walker, z=point.z, t=tolerance: poincare_derivative(w, z, t), *ROUNDS)
             every = best_time(
-                lambda w=walker, z=point.z, a=changes.along, t=tolerance: varied_step(w, z, a, t), *ROUNDS)
+                lambda w=walker, z=point.z, a=changes.along, t=tolerance: step_tangents(w, z, a, t), *ROUNDS)
             gait = gait_derivatives(design, point, names, tolerance)
             multipliers = best_time(lambda g=gait: multiplier_derivatives(g), 1, 5)
             print(f"{name:18}{tolerance:10.0e}{1e6 * alone:9.0f}{1e6 * state:10.0f}{len(names):12d}{1e6 * every:9.0f}"

@@ -63,7 +63,7 @@ def responses(
     """
     changes = changes_of(biped, slope, contact, names)
     stepper = PenaltyStepper(biped, slope, contact, section_state(gait.section_state, start), Settings(tolerance))
-    step = stepper.varied_step(gait.section_state, changes)
+    step = stepper.step_tangents(gait.section_state, changes)
     matrix = step.numbers[:, :10]
     moved = np.linalg.solve(np.eye(10) - matrix, step.numbers[:, 10:])
     period, length = ((row[10:] + row[:10] @ moved) / stepper.steps_a_cycle for row in (step.duration, step.length))

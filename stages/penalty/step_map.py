@@ -27,7 +27,7 @@ LENGTHS = [2, 3, 8, 9]
 
 
 @dataclass(frozen=True)
-class VariedStep:
+class StepTangents:
     """A step with derivatives: of the section's numbers (10, c), its duration [s] (c,) and its length [m] (c,).
 
     The first ten of c are by the section's numbers at its start, the others by whole shares of parameters.
@@ -82,7 +82,7 @@ class PenaltyStepper:
         walk = self._walked(section_state(numbers, self.start), self.steps_a_cycle, section_columns())
         return self._on_section(walk, walk.y[SIZE:].reshape(-1, SIZE))
 
-    def varied_step(self, numbers: np.ndarray, changes: Changes) -> VariedStep:
+    def step_tangents(self, numbers: np.ndarray, changes: Changes) -> StepTangents:
         """One cycle from section numbers (10,), with its derivatives by them and by the parameters of `changes`.
 
         Raises NoLimitCycle.
@@ -95,7 +95,7 @@ class PenaltyStepper:
         delays, ahead = walk.directions.delays * self.own.time, moved[:, X] * self.own.length
         for row in (delays, ahead):
             row[:10] /= self.units[PLACES[0]]
-        return VariedStep(self._ended(walk, start), self._on_section(walk, moved), delays, ahead)
+        return StepTangents(self._ended(walk, start), self._on_section(walk, moved), delays, ahead)
 
     def _walked(
         self, start: PlanarState, steps: int, columns: np.ndarray | None = None, directions: Directions | None = None

@@ -8,7 +8,7 @@ import pytest
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import multiplier_derivatives
 from stages.analytic.derivatives.numbers import left_by_dimensions, moved, sensitive_names
-from stages.analytic.derivatives.step_map import varied_step
+from stages.analytic.derivatives.step_map import step_tangents
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative
 from stages.analytic.integration.phase import EVENT, NO_NODES
@@ -43,7 +43,7 @@ def test_a_step_s_derivatives_are_exact_through_turning_in_either_stance(free, f
     z[0], z[3] = angle, rate
     assert tuple(segment.phase for segment in record(walker, section_state(z, walker.p), 1, 1e-12)) == phases
     along = shares(walker, NUMBERS)
-    exact = varied_step(walker, z, along, 1e-13)
+    exact = step_tangents(walker, z, along, 1e-13)
     by_state = poincare_derivative(walker, z, 1e-13)[1]
     assert np.abs(exact.by_state - by_state).max() < 1e-9 * max(1.0, np.abs(by_state).max())
     for row, name in enumerate(NUMBERS):

@@ -9,7 +9,7 @@ import pytest
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import APART, LEADING, multiplier_derivatives
 from stages.analytic.derivatives.numbers import changes_of, moved, sensitive_names
-from stages.analytic.derivatives.step_map import varied_step, walk_derivatives
+from stages.analytic.derivatives.step_map import step_tangents, walk_derivatives
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
@@ -70,7 +70,7 @@ def test_step_map_and_period_answer_to_every_parameter_as_differences_say(kind):
     design, point = gait_of(kind)
     walker = design.walker()
     changes = changes_of(design, sensitive_names(design))
-    exact = varied_step(walker, point.z, changes.along, 1e-12)
+    exact = step_tangents(walker, point.z, changes.along, 1e-12)
     columns = []
     for name, along in zip(changes.names, changes.along):
 
@@ -89,7 +89,7 @@ def test_step_map_and_period_answer_to_every_parameter_as_differences_say(kind):
 def test_state_columns_are_those_of_the_map_without_parameters_and_the_period_has_its_own(kind):
     design, point = gait_of(kind)
     walker = design.walker()
-    exact = varied_step(walker, point.z, changes_of(design, ["biped.hip_mass"]).along, 1e-12)
+    exact = step_tangents(walker, point.z, changes_of(design, ["biped.hip_mass"]).along, 1e-12)
     _, plain = poincare_derivative(walker, point.z, 1e-12)
     assert np.abs(exact.by_state - plain).max() <= 1e-10 * np.abs(plain).max()
     e = np.array([1.0, 0, 0] if walker.rigid else [1.0, 0, 0, 0, 0, *([0.0, 0.0] if design.friction else [])])

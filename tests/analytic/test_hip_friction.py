@@ -7,7 +7,7 @@ import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.numbers import left_by_dimensions, sensitive_names
-from stages.analytic.derivatives.step_map import varied_step
+from stages.analytic.derivatives.step_map import step_tangents
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative
@@ -119,7 +119,7 @@ def test_a_step_s_derivatives_by_numbers_are_exact_through_turning_and_sticking(
     """Against extrapolated differences: coordinates after the step, and its period."""
     walker, start = rubbing(friction, hip_stiffness=1e-3), np.array(z)
     along = shares(walker, NUMBERS)
-    exact = varied_step(walker, start, along, 1e-13)
+    exact = step_tangents(walker, start, along, 1e-13)
     by_state = poincare_derivative(walker, start, 1e-13)[1]
     assert np.abs(exact.by_state - by_state).max() < 1e-9 * max(1.0, np.abs(by_state).max())
     for row, name in enumerate(NUMBERS):

@@ -9,7 +9,7 @@ import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.numbers import left_by_dimensions, sensitive_names
-from stages.analytic.derivatives.step_map import varied_step
+from stages.analytic.derivatives.step_map import step_tangents
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
@@ -75,7 +75,7 @@ def test_the_map_and_its_derivatives_are_exact(later):
     assert np.abs(derivative - map_slope(walker, start, SIZES)).max() < 1e-7
     names = ("T", "l", "m_2", "l_f_2", "r_2", "g_x", "k_h", "L_nat_2")
     along = shares(walker, names)
-    exact = varied_step(walker, start, along, 1e-13)
+    exact = step_tangents(walker, start, along, 1e-13)
     assert exact.period_along[0] == pytest.approx(walker.p.T, rel=1e-15)
     assert np.abs(exact.period_along[1:]).max() == 0.0 == np.abs(exact.period_by_state).max()
     for row, name in enumerate(names):

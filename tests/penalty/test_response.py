@@ -74,7 +74,7 @@ def differences(parts, state, along, lift):
 def assert_derivatives_are_those_of_reruns(parts, state, names):
     """By every name, each with a weight of its own and along with others whose derivatives are about as large."""
     changes = changes_of(*parts, names)
-    step = PenaltyStepper(*parts, state, FINE[parts[0].legs][0]).varied_step(section_numbers(state), changes)
+    step = PenaltyStepper(*parts, state, FINE[parts[0].legs][0]).step_tangents(section_numbers(state), changes)
     columns = np.vstack([step.numbers / SCALES[:, None], step.duration, step.length])
     for rows, weights in together(np.abs(columns[:, 10:]).max(axis=0), TOGETHER):
         along = {names[row]: weight * changes.scales[row] for row, weight in zip(rows, weights, strict=True)}

@@ -24,7 +24,7 @@ from stages.analytic.phases.section import section_state, section_tangent
 
 
 @dataclass(frozen=True)
-class VariedGait:
+class GaitTangents:
     """A gait and its derivatives for whole shares of the parameters in `changes`, dimensionless.
 
     `by_state` (j, j) is its monodromy matrix. Derivatives: `z` (j, n) of the section coordinates, `state` (size, n) of
@@ -54,14 +54,14 @@ class VariedGait:
         """Places of some of the parameters."""
         return [row for row, name in enumerate(self.changes.names) if name in names]
 
-    def only(self, names: Collection[str]) -> VariedGait:
+    def only(self, names: Collection[str]) -> GaitTangents:
         """The same by some of the parameters."""
         rows = self.rows(names)
         return replace(self, changes=self.changes.only(rows), z=self.z[:, rows], state=self.state[:, rows],
                        period=self.period[rows], step_length=self.step_length[rows])
 
 
-def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, ...], tolerance: float) -> VariedGait:
+def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, ...], tolerance: float) -> GaitTangents:
     """Derivatives of the design's gait `point` by the parameters `names`.
 
     Raises KeyError for a name that the design's gait does not depend on, StepFailed like `poincare_map`, LinAlgError on
@@ -80,7 +80,7 @@ def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, .
         standing, along = standing.exchanged, exchanged_rows(standing, along)
         start = moved_state(standing, strike.z, strike.by_start @ dz + strike.along, along)
         lengths += step_length_change(standing, *start, along) / steps
-    return VariedGait(walker, point, changes, last.by_start, dz, dy, period, lengths)
+    return GaitTangents(walker, point, changes, last.by_start, dz, dy, period, lengths)
 
 
 def moved_state(walker: Walker, z: Vector, dz: np.ndarray, along: np.ndarray) -> tuple[Vector, np.ndarray]:

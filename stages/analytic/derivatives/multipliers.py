@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stages.analytic.derivatives.gait import VariedGait
+from stages.analytic.derivatives.gait import GaitTangents
 from stages.analytic.derivatives.numbers import moved
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import iterate, largest_first
@@ -59,7 +59,7 @@ class MultiplierDerivatives:
         return shares
 
 
-def multiplier_derivatives(gait: VariedGait) -> MultiplierDerivatives:
+def multiplier_derivatives(gait: GaitTangents) -> MultiplierDerivatives:
     """Derivatives of the gait's leading multipliers; those that the parameters do not have are refused in words."""
     values, left, right = eigensystem(gait.by_state)
     count = int((np.abs(values) >= LEADING * np.abs(values[0])).sum())
@@ -121,7 +121,7 @@ def along_the_gait(
     return best, least
 
 
-def matrix_slope(gait: VariedGait, row: int, share: float) -> np.ndarray:
+def matrix_slope(gait: GaitTangents, row: int, share: float) -> np.ndarray:
     """Central difference (j, j) of the exact monodromy matrix over a share of a parameter to both sides of the gait."""
     tolerance = attainable_tolerance(gait.walker.p, TOLERANCE)
     sides = [

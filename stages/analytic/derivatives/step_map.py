@@ -17,7 +17,7 @@ from stages.analytic.phases.section import section_coordinates, section_derivati
 
 
 @dataclass(frozen=True)
-class VariedStep:
+class StepTangents:
     """A step with derivatives, dimensionless: of the section coordinates after it, `by_state` (j, j), `along` (j, n),
     and of its period, `period_by_state` (j,), `period_along` (n,). Those `along` are for the n changes asked for.
     """
@@ -29,7 +29,7 @@ class VariedStep:
     period_along: Vector
 
 
-def varied_step(walker: Walker, z: Vector, along: np.ndarray, tolerance: float) -> VariedStep:
+def step_tangents(walker: Walker, z: Vector, along: np.ndarray, tolerance: float) -> StepTangents:
     """One step from section coordinates `z` with all derivatives.
 
     `along` (n, fields of `walker.p`) are changes of the walker's numbers. Raises StepFailed like `poincare_map`.
@@ -43,7 +43,7 @@ def varied_step(walker: Walker, z: Vector, along: np.ndarray, tolerance: float) 
     after = walker.exchanged.p
     step = Step(section_coordinates(end, after), end, period, double, evaluations)
     by, delays = section_derivative(y, after, numbers), numbers.delays
-    return VariedStep(step, by[:, :free], by[:, free:], delays[:free], delays[free:])
+    return StepTangents(step, by[:, :free], by[:, free:], delays[:free], delays[free:])
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def walk_derivatives(
     at = WalkedTo(np.asarray(z, dtype=float), 0.0, np.eye(free), np.zeros((free, n)), np.zeros(free), np.zeros(n))
     strikes = []
     for _ in range(steps):
-        taken = varied_step(walker, at.z, along, tolerance)
+        taken = step_tangents(walker, at.z, along, tolerance)
         at = WalkedTo(
             taken.step.z,
             at.time + taken.step.period,

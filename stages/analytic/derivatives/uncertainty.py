@@ -12,7 +12,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from stages.analytic.derivatives.gait import VariedGait
+from stages.analytic.derivatives.gait import GaitTangents
 from stages.analytic.derivatives.multipliers import MultiplierDerivatives, multiplier_derivatives
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
@@ -39,7 +39,7 @@ def numbers_at(walker: Walker, point: FixedPoint, multipliers: int) -> dict[str,
 
 
 def over_slopes(
-    design: DesignPoint, gait: VariedGait, half_width: float, multipliers: int
+    design: DesignPoint, gait: GaitTangents, half_width: float, multipliers: int
 ) -> dict[str, tuple[float, float]]:
     """Least and most of each number of the gait on slopes within `half_width` [deg]; NaN if the gait is lost there.
 
@@ -64,7 +64,7 @@ def over_slopes(
     return {name: (min(one[name] for one in seen), max(one[name] for one in seen)) for name in seen[0]}
 
 
-def elasticities_of(gait: VariedGait, half_widths: Mapping[str, float]) -> tuple[Elasticities, ...]:
+def elasticities_of(gait: GaitTangents, half_widths: Mapping[str, float]) -> tuple[Elasticities, ...]:
     """How the gait answers to each parameter; `half_widths` by file.key, none for an exact value."""
     changes, shares = gait.changes, gait.elasticities()
     return tuple(
@@ -83,7 +83,7 @@ def elasticities_of(gait: VariedGait, half_widths: Mapping[str, float]) -> tuple
 
 
 def uncertainties_of(
-    design: DesignPoint, gait: VariedGait, half_widths: Mapping[str, float],
+    design: DesignPoint, gait: GaitTangents, half_widths: Mapping[str, float],
     multipliers: MultiplierDerivatives | None = None,
 ) -> tuple[Uncertainty, ...]:  # fmt: skip
     """How far measures, leading multipliers and fixed point of the design's gait may be off; none if all is exact.
@@ -115,7 +115,7 @@ def uncertainty(
                        sizes.get(decisive, 0.0 if known else float("nan")), *slopes)
 
 
-def numbers_of(gait: VariedGait, multipliers: MultiplierDerivatives) -> list[tuple[str, str, float, Vector]]:
+def numbers_of(gait: GaitTangents, multipliers: MultiplierDerivatives) -> list[tuple[str, str, float, Vector]]:
     """Name, unit, value and derivatives (n,) for whole shares of the parameters, of every number that has them."""
     described, shares = describe(gait.walker, gait.point), gait.elasticities()
     units = {field.name: field.metadata["unit"] for cls in (Gait, StanceState) for field in fields(cls)}

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from stages.analytic.derivatives.gait import VariedGait
+from stages.analytic.derivatives.gait import GaitTangents
 from stages.analytic.derivatives.multipliers import APART, LEADING, eigensystem, matrix_slope
 from stages.analytic.derivatives.step_map import exchanged_rows
 from stages.analytic.errors import StepFailed
@@ -114,7 +114,7 @@ def largest(walker: Walker, segment: Segment, quantity: Quantity) -> Piece:
     return Piece(segment, walker, np.array([0.0, inside, segment.duration]), np.array([first, most, last]))
 
 
-def extreme_derivatives(gait: VariedGait, quantity: Quantity, tolerance: float) -> np.ndarray:
+def extreme_derivatives(gait: GaitTangents, quantity: Quantity, tolerance: float) -> np.ndarray:
     """Derivatives (3 m, n) of `extremes` for whole shares of the gait's parameters. Raises StepFailed."""
     walker, along = gait.walker, gait.changes.along
     found, tolerance = pieces(walker, gait.point, quantity, tolerance), attainable_tolerance(walker.p, tolerance)
@@ -196,7 +196,7 @@ class Goal:
     unit: str
     part: str
     parts: Callable[[Walker, FixedPoint, float], Vector]
-    slopes: Callable[[VariedGait, float], np.ndarray]
+    slopes: Callable[[GaitTangents, float], np.ndarray]
 
 
 def magnitudes(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
@@ -205,7 +205,7 @@ def magnitudes(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
     return sizes
 
 
-def magnitude_slopes(gait: VariedGait, tolerance: float) -> np.ndarray:
+def magnitude_slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
     """Derivatives of `magnitudes`; zero for the small ones.
 
     Two that have met have none of their own: they share that of their mean.
@@ -226,7 +226,7 @@ def speed(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
     return np.array([step_length(walker, point) / point.period * walker.length / walker.time])
 
 
-def speed_slopes(gait: VariedGait, tolerance: float) -> np.ndarray:
+def speed_slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
     """Derivatives of `speed`."""
     slopes: np.ndarray = speed(gait.walker, gait.point, tolerance)[:, None] * gait.elasticities()["speed_m_s"]
     return slopes
@@ -237,7 +237,7 @@ def _over_stance(title: str, unit: str, quantity: Quantity, length: Callable[[Wa
     def parts(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
         return length(walker) * extremes(walker, point, quantity, tolerance)
 
-    def slopes(gait: VariedGait, tolerance: float) -> np.ndarray:
+    def slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
         return length(gait.walker) * extreme_derivatives(gait, quantity, tolerance)
 
     return Goal(title, unit, "values in single stance", parts, slopes)

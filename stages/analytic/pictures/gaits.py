@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from stages.analytic.derivatives.gait import VariedGait
+from stages.analytic.derivatives.gait import GaitTangents
 from stages.analytic.derivatives.multipliers import MultiplierDerivatives, shown
 from stages.analytic.design.goals import Goal
 from stages.analytic.design.search import DesignSearch
@@ -49,7 +49,7 @@ TITLES = {"step_frequency_hz": "step frequency", "step_length_m": "step length",
 PANELS = 2
 
 
-def draw_elasticities(gait: VariedGait, multipliers: MultiplierDerivatives) -> Figure:
+def draw_elasticities(gait: GaitTangents, multipliers: MultiplierDerivatives) -> Figure:
     """Elasticities of the gait's measures, a panel each. Bars to the right: the measure grows with the parameter.
 
     Parameters that are zero have no elasticities.

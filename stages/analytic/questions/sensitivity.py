@@ -10,7 +10,7 @@ from stages.biped.question import Answer, Asking, Question, option, refuse
 from stages.biped.question import as_plain as plain
 
 if TYPE_CHECKING:
-    from stages.analytic.derivatives.gait import VariedGait
+    from stages.analytic.derivatives.gait import GaitTangents
     from stages.analytic.derivatives.multipliers import MultiplierDerivatives
     from stages.analytic.parameters import Parameters
     from stages.analytic.result import Uncertainty
@@ -35,7 +35,7 @@ class Options:
 class Sensitivity:
     """The gait with all its derivatives, its measures in SI units, and what is left of the rules of dimensions."""
 
-    gait: VariedGait
+    gait: GaitTangents
     multipliers: MultiplierDerivatives
     measures: dict[str, float]
     left: float | None
@@ -78,7 +78,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     return Answer(list(lines(found)), plain, rows=rows, draw=draw)
 
 
-def what_is_left(gait: VariedGait) -> float:
+def what_is_left(gait: GaitTangents) -> float:
     """The most that any measure's elasticities leave of the rules that dimensions set."""
     import numpy as np
 
