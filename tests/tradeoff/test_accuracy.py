@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from pipeline import requests
-from pipeline.cache import fingerprint
+from pipeline.cache import artefact, disk, fingerprint
 from pipeline.cache.fingerprint import compact
 from pipeline.errors import StudyError
 from pipeline.parameters import loading
@@ -219,7 +219,9 @@ def verifiable(tmp_path):
 
 
 def verify(found, made, monkeypatch, told):
-    monkeypatch.setattr(requests, "stored", lambda *_: (made.key, made.result))
+    monkeypatch.setattr(disk, "content", lambda *_: b"")
+    monkeypatch.setattr(artefact, "provenance", lambda *_: {"key": made.key})
+    monkeypatch.setattr(artefact, "decode", lambda *_: made.result)
     chosen = requests.to_verify(found, ("twin",))
     requests.verify(found, chosen, told=told)
     return chosen[0][2], yaml.safe_load(requests.record_of(found, request, "twin").read_text())
