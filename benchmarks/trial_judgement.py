@@ -103,21 +103,22 @@ def main() -> None:
     chosen = parser.parse_args()
     parameters, walks = campaign(chosen.seed, chosen.runs, chosen.walks)
     imu = locate(start=ROOT).parameters(("imu",))["imu"].read
-    families = [good, *wrong_logs.WRONG, *wrong_logs.LATER, *wrong_logs.CLOCKS, *wrong_logs.LAST, *wrong_logs.SILENT]
-    families = [one for one in families if not chosen.family or one.__name__ in chosen.family]
+    families = {"good": good, **wrong_logs.WRONG, **wrong_logs.LATER, **wrong_logs.CLOCKS, **wrong_logs.LAST,
+                **wrong_logs.SILENT}  # fmt: skip
+    families = {name: one for name, one in families.items() if not chosen.family or name in chosen.family}
     sizes = " | ".join(f"errors x {times:g}" for times in chosen.times)
     print(f"| family | {sizes} | wrong and accepted | unsaid |\n" + "|---" * (len(chosen.times) + 3) + "|")
-    for family in families:
+    for name, family in families.items():
         counts = [judged(family, times, parameters, walks, imu) for times in chosen.times]
         cells = [" / ".join(str(count[one]) for one in (ACCEPTED, WITH_REMARKS, REFUSED)) for count in counts]
         cells += [" / ".join(str(count[one]) for count in counts) for one in ("wrong", "unsaid")]
-        print(f"| {family.__name__.replace('_', ' ')} | {' | '.join(cells)} |", flush=True)
+        print(f"| {name.replace('_', ' ')} | {' | '.join(cells)} |", flush=True)
     print("\n| clock | recordings | used | true ms, worst | reported ms, median | true over reported, worst | falsely "
           "confident |\n|---|---|---|---|---|---|---|")  # fmt: skip
-    for family in families:
-        if family is good or family in wrong_logs.CLOCKS:
+    for name, family in families.items():
+        if name == "good" or name in wrong_logs.CLOCKS:
             total, used, true, said, ratio, false = clocks(family, parameters, walks, imu)
-            print(f"| {family.__name__.replace('_', ' ')} | {total} | {used} | {true:.2f} | {said:.2f} | {ratio:.2f} "
+            print(f"| {name.replace('_', ' ')} | {total} | {used} | {true:.2f} | {said:.2f} | {ratio:.2f} "
                   f"| {false} |", flush=True)  # fmt: skip
 
 

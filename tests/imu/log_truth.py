@@ -43,11 +43,8 @@ def wrong_quantities(log: Log, trial: Trial) -> dict[str, float]:
     limit = tolerances(log)
     late = {}
     for place, sensor in trial.sensors.items():
-        recording = sensor.trace.indexed.recording
-        true = recording.true_time  # type: ignore[attr-defined]
-        error = sensor.time - true
-        late[place] = float(np.median(error))
-        spread = float(np.std(error - late[place]))
+        true = sensor.trace.indexed.recording.true_time  # type: ignore[attr-defined]
+        late[place], spread = float(np.median(sensor.time - true)), float(np.std(sensor.time - true))
         if spread > limit["clock"]:
             wrong["clock"] = max(spread, wrong.get("clock", 0.0))
         angle = angle_between(sensor.frame.rotation, log.rotations[place])
@@ -65,11 +62,9 @@ def wrong_quantities(log: Log, trial: Trial) -> dict[str, float]:
         for what, off in leg_errors(log, trial, late["hip" if "hip" in late else "foot"]).items():
             if off > max(limit[what], 3 * share * (what == "step length")):  # what its error covers is not wrong
                 wrong[what] = off
-    skipped = 3
-    true_frequency = step_frequency(HeelStrikes(log.strike_time[skipped:], log.strike_leg[skipped:])).value
-    if not abs(trial.frequency.value / true_frequency - 1) <= limit["step frequency"]:
-        wrong["step frequency"] = trial.frequency.value / true_frequency - 1
-    return wrong
+    true_frequency = step_frequency(HeelStrikes(log.strike_time[3:], log.strike_leg[3:])).value
+    off = trial.frequency.value / true_frequency - 1
+    return wrong if abs(off) <= limit["step frequency"] else wrong | {"step frequency": off}
 
 
 def _wrong_strikes(log: Log, trial: Trial, late: dict[str, float]) -> dict[str, float]:
@@ -80,11 +75,10 @@ def _wrong_strikes(log: Log, trial: Trial, late: dict[str, float]) -> dict[str, 
     nearest = np.abs(at[:, None] - log.strike_time).argmin(axis=1)
     error = at - log.strike_time[nearest]
     hit = np.abs(error - np.median(error)) <= STRIKE_S
-    found = len(set(nearest[hit].tolist())) / len(log.strike_time)
-    right = float(hit.mean())
+    least = min(len(set(nearest[hit].tolist())) / len(log.strike_time), float(hit.mean()))  # found, and right
     wrong = {}
-    if min(found, right) < LEAST_FOUND or abs(np.median(error)) > 3 * STRIKE_S:
-        wrong["heel strikes"] = 1 - min(found, right)
+    if least < LEAST_FOUND or abs(np.median(error)) > 3 * STRIKE_S:
+        wrong["heel strikes"] = 1 - least
     if hit.any() and not (trial.strikes.leg[hit] == log.strike_leg[nearest[hit]]).all():
         wrong["legs"] = float(np.mean(trial.strikes.leg[hit] != log.strike_leg[nearest[hit]]))
     return wrong

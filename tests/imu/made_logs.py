@@ -13,7 +13,7 @@ from stages.campaign.result import LegTruth
 from stages.campaign.run import BETWEEN_RUNS, FIRST_RUN_AT, MOUNTING, SENSOR_STREAM, SYNTHETIC, device
 from stages.campaign.twin_run import TwinRun, generator
 from stages.campaign.virtual_sensor import SensorMotion, draw_errors, low_pass, read, transmit
-from stages.imu.sources.schema import Device, Experiment, Recording
+from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.step_times import OUTER
 
 #: Spreads of a sensor that grow with its errors.
@@ -31,9 +31,7 @@ class TracedRecording(Recording):
     true_time: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def take(self, keep: np.ndarray) -> TracedRecording:
-        kept = super().take(keep)
-        assert isinstance(kept, TracedRecording)
-        return dataclasses.replace(kept, true_time=self.true_time[keep])
+        return dataclasses.replace(super().take(keep), true_time=self.true_time[keep])  # type: ignore[return-value]
 
 
 @dataclass(frozen=True)
@@ -54,10 +52,6 @@ class Log:
         """The log with the recordings of one place ("both": of all) changed."""
         made = tuple(change(one) if place in (one.device.place, "both") else one for one in self.recordings)
         return dataclasses.replace(self, recordings=made)
-
-    def on_device(self, place: str, **fields: object) -> Log:
-        """The log with other words about one place's sensor."""
-        return self.changed(place, lambda one: replaced(one, device=dataclasses.replace(one.device, **fields)))
 
 
 def replaced(one: TracedRecording, **fields: object) -> TracedRecording:
@@ -120,8 +114,3 @@ def true_signals(log: Log, place: str, at: np.ndarray, sensor: SensorSettings) -
     both = np.hstack((motion.specific_force, motion.angular_velocity))
     smooth = low_pass(both, rate, sensor.bandwidth_hz)
     return np.column_stack([np.interp(at, motion.time, axis) for axis in smooth.T])
-
-
-def device_of(log: Log, place: str) -> Device:
-    """What the log says about the sensor at a place."""
-    return next(one.device for one in log.recordings if one.device.place == place)

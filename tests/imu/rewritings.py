@@ -119,14 +119,13 @@ def rewritten(log: Log, how: Rewriting, folder: Path, parameters: Reading) -> Tr
     return read_trial(experiment, recordings, parameters)
 
 
-def differs(one: Trial, other: Trial) -> dict[str, float]:
-    """Largest differences of two trials' curves over each curve's own size, holes included."""
-    found = {"strides": np.inf, "leg angle": np.inf, "step length": np.inf}
-    if one.strides.shape == other.strides.shape and (np.isnan(one.strides) == np.isnan(other.strides)).all():
-        size = np.nanmax(np.abs(one.strides), axis=(0, 1))
-        found["strides"] = float(np.nanmax(np.abs(one.strides - other.strides) / size))
-    if len(one.leg.angle) == len(other.leg.angle):
-        found["leg angle"] = float(np.abs(one.leg.angle - other.leg.angle).max() / np.ptp(one.leg.angle))
-    if len(one.leg.step_length) == len(other.leg.step_length):
-        found["step length"] = float(np.abs(other.leg.step_length / one.leg.step_length - 1).max())
-    return found
+def differs(one: Trial, other: Trial) -> float:
+    """Largest difference of two trials' curves over each curve's own size, holes included."""
+    curves = [(trial.strides.reshape(-1, trial.strides.shape[2]), trial.leg.angle[:, None],
+               trial.leg.step_length[:, None]) for trial in (one, other)]  # fmt: skip
+    largest = 0.0
+    for mine, its in zip(*curves):
+        if mine.shape != its.shape or (np.isnan(mine) != np.isnan(its)).any():
+            return np.inf
+        largest = max(largest, float(np.nanmax(np.abs(mine - its) / np.nanmax(np.abs(mine), axis=0))))
+    return largest

@@ -31,21 +31,29 @@ def made(seed: int) -> tuple[Experiment, Truth]:
     return make_run(seed, RADIO if seed < 8 else ROUGH_RADIO)
 
 
+def sent(seed: int) -> Transmitted:
+    """What the hip's sensor sent in that run."""
+    return made(seed)[1].sent[0]
+
+
+def without(recording: Recording, *names: str, **other: np.ndarray) -> Recording:
+    """The recording without these columns, and with others instead of its own."""
+    return dataclasses.replace(recording, **dict.fromkeys(names, np.full(recording.rows, np.nan)), **other)
+
+
 def repaired(indexed: IndexedRecording) -> Clock:
     return repair_clock(indexed, SETTINGS.clock_tolerance_s)
 
 
 def true_times(seed: int, recording: Recording, before: np.ndarray | int = 0) -> np.ndarray:
     """When the rows of a recording were sampled (n,); `before` is what a restart took off their packet numbers."""
-    _, truth = made(seed)
-    sent = truth.sent[0]
-    sampled = dict(zip(zip(sent.packet, sent.position), truth.run.hip.sample_time))
+    sampled = dict(zip(zip(sent(seed).packet, sent(seed).position), made(seed)[1].run.hip.sample_time))
     keys = zip(recording.packet.astype(int) + before, recording.position.astype(int))
     return np.array([sampled[key] for key in keys])
 
 
 def clock_error(seed: int, rows: np.ndarray | None = None) -> np.ndarray:
-    indexed = index_samples(recording_of(made(seed)[1].sent[0], rows))
+    indexed = index_samples(recording_of(sent(seed), rows))
     error = repaired(indexed).time - true_times(seed, indexed.recording)
     return error - error.mean()
 
@@ -92,67 +100,50 @@ def test_stalls_do_not_move_the_envelope_where_they_move_least_squares() -> None
     assert rms["least_squares_line"] > 5e-3
 
 
-def test_order_of_rows_does_not_matter() -> None:
-    rows = np.random.default_rng(3).permutation(len(made(0)[1].sent[0].packet))
+@pytest.mark.parametrize(("kind", "duplicates"), [("shuffled", 0), ("repeated", 45), ("swapped", 0)])
+def test_the_order_of_rows_and_repeated_ones_are_counted_and_change_nothing(kind: str, duplicates: int) -> None:
+    rows = np.arange(len(sent(0).packet))
+    rows = {"shuffled": np.random.default_rng(3).permutation(rows), "repeated": np.sort(np.append(rows, rows[:90:2])),
+            "swapped": np.concatenate((rows[:30], rows[[33, 31, 32, 30]], rows[34:]))}[kind]  # fmt: skip
+    indexed = index_samples(recording_of(sent(0), rows))
+    assert (indexed.exact_duplicates, indexed.out_of_order > 0) == (duplicates, kind != "repeated")
     np.testing.assert_allclose(clock_error(0, rows), clock_error(0))
 
 
-def test_repeated_rows_are_counted_and_change_nothing() -> None:
-    sent = made(0)[1].sent[0]
-    rows = np.sort(np.append(np.arange(len(sent.packet)), np.arange(0, 90, 2)))
-    assert index_samples(recording_of(sent, rows)).exact_duplicates == 45
-    np.testing.assert_allclose(clock_error(0, rows), clock_error(0))
-
-
-def test_losses_are_counted_exactly() -> None:
-    sent = made(0)[1].sent[0]
-    packet = np.unique(sent.row // 3)
+def test_losses_are_counted_exactly_and_without_a_counter_not_guessed() -> None:
+    packet = np.unique(sent(0).row // 3)
     missing = packet[-1] - packet[0] + 1 - len(packet)
-    assert index_samples(recording_of(sent)).lost_packets == missing
-    without = np.flatnonzero(~np.isin(sent.row // 3, packet[[20, 21, 60]]))
-    assert index_samples(recording_of(sent, without)).lost_packets == missing + 3
+    whole = recording_of(sent(0))
+    some = whole.take(~np.isin(sent(0).row // 3, packet[[20, 21, 60]]))
+    found = [index_samples(one).lost_packets for one in (whole, some, without(whole, "packet", "position"))]
+    assert found == [missing, missing + 3, None]
 
 
-def test_swapped_rows_are_counted() -> None:
-    sent = made(0)[1].sent[0]
-    rows = np.arange(len(sent.packet))
-    rows[[30, 33]] = rows[[33, 30]]
-    assert index_samples(recording_of(sent, rows)).out_of_order > 0
+@pytest.mark.parametrize(("counter", "segments", "numbers"), [
+    (np.array([65533, 65534, 65535, 0, 1, 3]), [0] * 6, [65533, 65534, 65535, 65536, 65537, 65539]),
+    (np.r_[500:700, 0:150], [0] * 200 + [1] * 150, [*range(500, 700), *range(150)]),
+    (np.array([10, 11, 13, 14, 12, 15, 16, 17]), [0] * 8, [10, 11, 13, 14, 12, 15, 16, 17]),
+], ids=["a wrap", "a restart", "a late packet"])  # fmt: skip
+def test_a_restart_alone_starts_a_segment(counter: np.ndarray, segments: list[int], numbers: list[int]) -> None:
+    segment, number = unwrap_counter(counter, 65536)
+    assert (segment.tolist(), number.tolist()) == (segments, numbers)
 
 
-def test_a_wrap_is_no_restart() -> None:
-    segment, number = unwrap_counter(np.array([65533, 65534, 65535, 0, 1, 3]), 65536)
-    assert segment.tolist() == [0] * 6
-    assert np.diff(number).tolist() == [1, 1, 1, 1, 2]
-
-
-def test_a_restart_starts_a_segment() -> None:
-    segment, number = unwrap_counter(np.r_[500:700, 0:150], 65536)
-    assert segment.tolist() == [0] * 200 + [1] * 150
-    assert number[200:].tolist() == list(range(150))
-
-
-def test_a_late_packet_is_no_restart() -> None:
-    segment, number = unwrap_counter(np.array([10, 11, 13, 14, 12, 15, 16, 17]), 65536)
-    assert segment.tolist() == [0] * 8
-    assert number.tolist() == [10, 11, 13, 14, 12, 15, 16, 17]
-
-
-def restarted(sent: Transmitted, packets: int) -> Recording:
+def restarted(seed: int, packets: int) -> Recording:
     """The recording of a sensor that restarts after so many packets, without a pause."""
-    recording = recording_of(sent)
-    late = sent.packet >= sent.packet[0] + packets
-    packet = np.where(late, sent.packet - sent.packet[late].min(), sent.packet).astype(float)
-    return dataclasses.replace(recording, packet=packet)
+    packet = sent(seed).packet
+    late = packet >= packet[0] + packets
+    return dataclasses.replace(
+        recording_of(sent(seed)), packet=np.where(late, packet - packet[late].min(), packet).astype(float))
 
 
 @pytest.mark.parametrize("seed", [1, 9])
 def test_time_goes_on_across_a_restart(seed: int) -> None:
-    sent = made(seed)[1].sent[0]
-    half = int(sent.packet.max() - sent.packet.min()) // 2
-    indexed = index_samples(restarted(sent, half))
+    packet = sent(seed).packet
+    half = int(packet.max() - packet.min()) // 2
+    indexed = index_samples(restarted(seed, half))
     assert indexed.resets == 1
-    before = np.where(indexed.segment == 1, sent.packet[sent.packet >= sent.packet[0] + half].min(), 0)
+    before = np.where(indexed.segment == 1, packet[packet >= packet[0] + half].min(), 0)
     error = repaired(indexed).time - true_times(seed, indexed.recording, before)
     assert np.std(error) < 5e-3  # each half pays its own smallest delay
 
@@ -160,32 +151,18 @@ def test_time_goes_on_across_a_restart(seed: int) -> None:
 @pytest.mark.parametrize("seed", [1, 9])
 def test_a_short_life_has_the_rate_of_the_others_and_begins_after_them(seed: int) -> None:
     """Of ten packets some are stalled: an envelope of their own would have any rate and reach into the life before."""
-    sent = made(seed)[1].sent[0]
-    last = int(sent.packet.max() - sent.packet.min())
+    last = int(np.ptp(sent(seed).packet))
     for packets in (*range(last - 14, last - 6), *range(4, 12)):
-        indexed = index_samples(restarted(sent, packets))
-        time = repaired(indexed).time
-        assert (np.diff(time) > 0).all()
-        same_life = np.diff(indexed.segment) == 0
-        assert np.ptp((np.diff(time) / np.diff(indexed.index))[same_life]) < 2e-6
+        indexed = index_samples(restarted(seed, packets))
+        step, same_life = np.diff(repaired(indexed).time), np.diff(indexed.segment) == 0
+        assert (step > 0).all()
+        assert np.ptp((step / np.diff(indexed.index))[same_life]) < 2e-6
 
 
 def test_lives_without_stamps_follow_each_other() -> None:
-    sent = made(1)[1].sent[0]
-    nothing = np.full(len(sent.packet), np.nan)
-    blind = dataclasses.replace(
-        restarted(sent, 100), device_stamp=nothing, phone_stamp=nothing, server_stamp=nothing
-    )
+    blind = without(restarted(1, 100), "device_stamp", "phone_stamp", "server_stamp")
     clock = repaired(index_samples(blind))
     assert clock.stamp == "none" and clock.time[0] == 0.0 and (np.diff(clock.time) > 0).all()
-
-
-def test_without_a_counter_loss_is_not_guessed() -> None:
-    sent = made(0)[1].sent[0]
-    recording = recording_of(sent)
-    unknown = np.full(recording.rows, np.nan)
-    blind = dataclasses.replace(recording, packet=unknown, position=unknown)
-    assert index_samples(blind).lost_packets is None
 
 
 def packets_sent_at(stamp: np.ndarray) -> Recording:
@@ -260,7 +237,7 @@ def test_steps_are_not_looked_for_in_samples_that_are_only_counted() -> None:
 
 def test_a_packet_sent_again_is_no_restart() -> None:
     """Same numbers, same readings, later stamps; a sensor at rest whose readings repeat proves nothing."""
-    recording = recording_of(made(0)[1].sent[0])
+    recording = recording_of(sent(0))
     again = np.arange(300, 360)
     order = np.argsort(np.append(np.arange(recording.rows), again + 45.5), kind="stable")
     rows = np.append(np.arange(recording.rows), again)[order]
@@ -270,8 +247,8 @@ def test_a_packet_sent_again_is_no_restart() -> None:
     indexed = index_samples(twice)
     assert (indexed.resets, indexed.sent_again) == (0, 60)
     assert repaired(indexed).time == pytest.approx(repaired(index_samples(recording)).time)
-    none = np.zeros_like(twice.acceleration)
-    dead = index_samples(dataclasses.replace(twice, acceleration=none, angular_rate=none))
+    dead = index_samples(dataclasses.replace(twice, **dict.fromkeys(("acceleration", "angular_rate"),
+                                                                    np.zeros((twice.rows, 3)))))  # fmt: skip
     assert dead.sent_again == 0 and dead.recording.rows == twice.rows, "equal readings do not tell what came again"
 
 
@@ -285,27 +262,18 @@ def test_a_dead_sensor_s_readings_after_a_restart_are_not_taken_as_sent_again() 
 
 def test_device_stamps_number_the_samples_and_phone_stamps_date_them() -> None:
     """Without a counter; the device's clock runs 1 % fast, and 5 % of the packets are lost."""
-    _, truth = made(9)
-    recording = recording_of(truth.sent[0])
-    nothing = np.full(recording.rows, np.nan)
-    blind = dataclasses.replace(
-        recording, packet=nothing, position=nothing, device_stamp=1.01 * recording.device_stamp
-    )
-    indexed = index_samples(blind)
-    assert indexed.numbered_by == BY_DEVICE_STAMP
+    recording = recording_of(sent(9))
+    indexed = index_samples(without(recording, "packet", "position", device_stamp=1.01 * recording.device_stamp))
     clock, counted = repaired(indexed), repaired(index_samples(recording))
-    assert clock.stamp == "phone"
+    assert (indexed.numbered_by, clock.stamp) == (BY_DEVICE_STAMP, "phone")
     assert clock.time - clock.time.mean() == pytest.approx(counted.time - counted.time.mean(), abs=2e-3)
 
 
 def test_stamps_of_a_packet_number_its_samples() -> None:
     """The sensor stamps packets, not samples: three samples bear one stamp, and none of them is a duplicate."""
     recording = packets_sent_at(LEAVING)
-    nothing = np.full(recording.rows, np.nan)
     readings = np.random.default_rng(2).normal(size=(recording.rows, 3))
-    blind = dataclasses.replace(
-        recording, packet=nothing, position=nothing, device_stamp=recording.phone_stamp, acceleration=readings
-    )
-    indexed = index_samples(blind)
+    indexed = index_samples(without(recording, "packet", "position", device_stamp=recording.phone_stamp,
+                                    acceleration=readings))  # fmt: skip
     assert (indexed.recording.rows, indexed.batch_size) == (600, 3)
     assert indexed.index.tolist() == list(range(600))

@@ -43,62 +43,76 @@ def written(format: str, zone: timezone = timezone.utc) -> Callable[[float], str
     return one
 
 
-def recording(folder: Path, text: str | bytes, columns: dict[str, str] = COLUMNS, **layout: Any) -> Recording:
-    (folder / "log.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
-    entry = {"file": "log.csv", "device": DEVICE, "columns": columns, **layout}
-    ((_, (found,)),) = CsvSource({"files": [entry]}, folder).runs()
+def read(path: Path, columns: dict[str, str] = COLUMNS, **layout: Any) -> Recording:
+    """What a file is read as whose map says these columns and this layout."""
+    entry = {"file": path.name, "device": DEVICE, "columns": columns, **layout}
+    ((_, (found,)),) = CsvSource({"files": [entry]}, path.parent).runs()
     return found
 
 
-def same(found: Recording, start: float = START) -> None:
-    np.testing.assert_allclose(found.phone_stamp, TIME - START + start, rtol=0, atol=2e-6)
+def recording(folder: Path, text: str | bytes, columns: dict[str, str] = COLUMNS, **layout: Any) -> Recording:
+    (folder / "log.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read(folder / "log.csv", columns, **layout)
+
+
+def proposed(path: Path) -> tuple[dict[str, Any], list[str]]:
+    """The one file of a proposed map, and what is told of it."""
+    said, told = proposal(path)
+    ((file,),) = (run["files"] for run in yaml.safe_load(said)["runs"])
+    return file, told
+
+
+def same(found: Recording, start: float = START, exact: float = 2e-6) -> None:
+    np.testing.assert_allclose(found.phone_stamp, TIME - START + start, rtol=0, atol=exact)
     np.testing.assert_array_equal(np.hstack((found.acceleration, found.angular_rate)), VALUES)
 
 
-EAST = timezone(timedelta(hours=2))
+EAST, MIDNIGHT = timezone(timedelta(hours=2)), 86400 * 18_690
+NUMBERED = {value: str(NAMES.index(name) + 1) for value, name in COLUMNS.items()}
 
 
-@pytest.mark.parametrize(
-    "stamp",
-    [
-        lambda t: f"{t:.3f}",
-        lambda t: f"{t * 1e3:.0f}",
-        lambda t: f"{t * 1e6:.0f}",
-        lambda t: f"{t * 1e9:.0f}",
-        written("%Y-%m-%dT%H:%M:%S.%fZ"),
-        written("%Y-%m-%dT%H:%M:%S.%f%z", EAST),
-        written("%Y-%m-%d %H:%M:%S.%f"),
-        written("%d.%m.%Y %H:%M:%S.%f"),
-        lambda t: written("%Y-%m-%dT%H:%M:%S.%f")(t) + "000",
-    ],
-    ids=["s", "ms", "us", "ns", "ISO Z", "ISO zone", "database", "points", "nine digits"],
-)
-def test_stamps_of_every_kind(stamp: Callable[[float], str], tmp_path: Path) -> None:
-    same(recording(tmp_path, table(stamp)))
+def seconds(t: float) -> str:
+    return f"{t:.3f}"
+
+
+PLAIN, COMMA = table(seconds), table(seconds, ";").replace(".", ",")
+EXPONENTS = "\n".join([";".join(f'"{name}"' for name in NAMES), *[
+    ";".join(f"{value:.12E}".replace(".", ",") for value in (t, *row)) for t, row in zip(TIME, VALUES)]])
+#: Ways to write the same: stamps of every kind, and layouts with what a map says of them.
+WRITTEN: dict[str, tuple[str | bytes, dict[str, Any]]] = {
+    "s": (PLAIN, {}),
+    "ms": (table(lambda t: f"{t * 1e3:.0f}"), {}),
+    "us": (table(lambda t: f"{t * 1e6:.0f}"), {}),
+    "ns": (table(lambda t: f"{t * 1e9:.0f}"), {}),
+    "ISO Z": (table(written("%Y-%m-%dT%H:%M:%S.%fZ")), {}),
+    "ISO zone": (table(written("%Y-%m-%dT%H:%M:%S.%f%z", EAST)), {}),
+    "database": (table(written("%Y-%m-%d %H:%M:%S.%f")), {}),
+    "points": (table(written("%d.%m.%Y %H:%M:%S.%f")), {}),
+    "nine digits": (table(lambda t: written("%Y-%m-%dT%H:%M:%S.%f")(t) + "000"), {}),
+    "a row of units": (PLAIN.replace("\n", "\ns,m/s2,m/s2,m/s2,rad/s,rad/s,rad/s\n", 1), {}),
+    "decimal comma": (COMMA, {"delimiter": "semicolon", "decimal": "comma"}),
+    "decimal comma, told by the numbers": (COMMA, {"delimiter": "semicolon"}),
+    "quoted exponents": (EXPONENTS, {"delimiter": "semicolon"}),
+    "no header": (table(seconds, "\t", header=False), {"columns": NUMBERED, "delimiter": "tab", "header": False}),
+    "a head": ("Made by a logger\nSerial 7\n" + PLAIN, {"header_rows": 2}),
+    "rows of another longer column": (PLAIN + 50 * (6 * "," + "\n"), {}),
+    **{encoding: (PLAIN.encode(encoding), {}) for encoding in ("utf-16", "utf-16-le", "utf-16-be", "utf-8-sig")},
+}
+
+
+@pytest.mark.parametrize("form", WRITTEN)
+def test_readings_are_the_same_however_they_are_written(form: str, tmp_path: Path) -> None:
+    content, said = WRITTEN[form]
+    same(recording(tmp_path, content, **said))
 
 
 def test_a_time_of_day_goes_on_over_midnight(tmp_path: Path) -> None:
-    midnight = 86400 * 18_690
-    late = table(lambda t: written("%H:%M:%S.%f")(t - START + midnight - 2))
+    late = table(lambda t: written("%H:%M:%S.%f")(t - START + MIDNIGHT - 2))
     same(recording(tmp_path, late), 86400 - 2)
 
 
-def test_layouts(tmp_path: Path) -> None:
-    plain = table(lambda t: f"{t:.3f}")
-    units = plain.replace("\n", "\ns,m/s2,m/s2,m/s2,rad/s,rad/s,rad/s\n", 1)
-    same(recording(tmp_path, units))
-    comma = table(lambda t: f"{t:.3f}", ";").replace(".", ",")
-    same(recording(tmp_path, comma, delimiter="semicolon", decimal="comma"))
-    bare = table(lambda t: f"{t:.3f}", "\t", header=False)
-    by_number = {value: str(NAMES.index(name) + 1) for value, name in COLUMNS.items()}
-    same(recording(tmp_path, bare, by_number, delimiter="tab", header=False))
-    for encoding in ("utf-16", "utf-16-le", "utf-16-be", "utf-8-sig"):
-        same(recording(tmp_path, plain.encode(encoding)))
-    same(recording(tmp_path, "Made by a logger\nSerial 7\n" + plain, header_rows=2))
-
-
 def test_a_few_cells_that_are_no_number_are_left_out_of_any_block(tmp_path: Path) -> None:
-    lines = table(lambda t: f"{t:.3f}").splitlines()
+    lines = PLAIN.splitlines()
     lines[7] = lines[7].replace(lines[7].split(",")[2], "abc")
     lines[9] = lines[9].rsplit(",", 1)[0]
     found = recording(tmp_path, "\n".join(lines))
@@ -106,21 +120,24 @@ def test_a_few_cells_that_are_no_number_are_left_out_of_any_block(tmp_path: Path
     assert np.isfinite(found.acceleration).sum() == 3 * ROWS - 1
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda text: text.replace(".", "#"), "the column 't' cannot be read"),
-        (lambda text: "\n".join([text.split("\n")[0], *("x," + line.split(",", 1)[1] for line in text.split()[1:])]),
-         "the column 't' cannot be read ('x' is no time)"),
-        (lambda text: "\n".join([text.split("\n")[0], *("," + line.split(",", 1)[1] for line in text.split()[1:])]),
-         "the column 't' is empty"),
-    ],
-)  # fmt: skip
-def test_a_column_that_cannot_be_read_is_refused(
-    change: Callable[[str], str], words: str, tmp_path: Path
-) -> None:
-    with pytest.raises(SourceRefused, match=words.replace("(", r"\(").replace(")", r"\)")):
-        recording(tmp_path, change(table(lambda t: f"{t:.3f}")))
+def stamped(stamp: str) -> str:
+    """The plain table with this in the place of every stamp."""
+    head, *rows = PLAIN.splitlines()
+    return "\n".join([head, *(f"{stamp},{row.split(',', 1)[1]}" for row in rows)])
+
+
+@pytest.mark.parametrize(("text", "layout", "words"), [
+    (PLAIN.replace(".", "#"), {}, "the column 't' cannot be read"),
+    (stamped("x"), {}, r"the column 't' cannot be read \('x' is no time\)"),
+    (stamped(""), {}, "the column 't' is empty"),
+    (COMMA, {"delimiter": "semicolon", "decimal": "point"}, "cannot be read"),
+    ("\n".join([";".join(NAMES), *[";".join([f"1,{i + 100}"] * 7) for i in range(50)]]), {"delimiter": "semicolon"},
+     "cannot be read"),
+], ids=["no number", "no time", "nothing", "another decimal sign", "thousands"])  # fmt: skip
+def test_a_column_that_cannot_be_read_is_refused(text: str, layout: dict[str, str], words: str, tmp_path: Path) -> None:
+    """Thousands that are parted by commas are no decimals."""
+    with pytest.raises(SourceRefused, match=words):
+        recording(tmp_path, text, **layout)
 
 
 def test_accelerometer_and_gyroscope_in_two_files(tmp_path: Path) -> None:
@@ -133,78 +150,57 @@ def test_accelerometer_and_gyroscope_in_two_files(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("\n".join(["t,n,x,y,z", *force]))
     (tmp_path / "gyr.csv").write_text("\n".join(["t,n,x,y,z", *turn]))
 
-    def read(stamp: dict[str, str]) -> Recording:
-        entry = {
-            "file": "log.csv", "device": DEVICE, "columns": {**stamp, "ax": "x", "ay": "y", "az": "z"},
-            "gyroscope": {"file": "gyr.csv", "columns": {**stamp, "gx": "x", "gy": "y", "gz": "z"}},
-        }  # fmt: skip
-        ((_, (found,)),) = CsvSource({"files": [entry]}, tmp_path).runs()
+    def both(stamp: dict[str, str]) -> Recording:
+        gyroscope = {"file": "gyr.csv", "columns": {**stamp, "gx": "x", "gy": "y", "gz": "z"}}
+        found = read(tmp_path / "log.csv", {**stamp, "ax": "x", "ay": "y", "az": "z"}, gyroscope=gyroscope)
         np.testing.assert_array_equal(found.acceleration, VALUES[:, :3])
         return found
 
     known = np.ones(ROWS, dtype=bool)
     known[100:110] = False
-    by_packet = read({"packet": "n"}).angular_rate
+    by_packet = both({"packet": "n"}).angular_rate
     np.testing.assert_allclose(by_packet[known], ramp[known] + [late, 2 * late, 0], atol=1e-4)
     assert np.isnan(by_packet[~known]).all()
-    by_stamp = read({"device_stamp": "t"}).angular_rate
+    by_stamp = both({"device_stamp": "t"}).angular_rate
     known[[0, 110]] = False
     np.testing.assert_allclose(by_stamp[known], ramp[known], atol=2e-4)
     assert np.isnan(by_stamp[100:110]).all()
     with pytest.raises(SourceRefused, match="neither packet numbers nor a stamp in common"):
-        read({})
+        both({})
 
 
-def test_a_unit_is_told_only_where_the_rate_confirms_it() -> None:
+UNITS_TOLD = {1: "s", 1e3: "ms", 1e6: "us", 1e9: "ns", 0.4: "s", 2.5: "s",
+              **dict.fromkeys((1 / 3.5, 3.5, 4, 10, 30, 250))}  # fmt: skip
+
+
+@pytest.mark.parametrize(("scale", "told"), UNITS_TOLD.items())
+def test_a_unit_is_told_where_the_rate_confirms_it_within_a_factor_of_three(scale: float, told: str | None) -> None:
+    """Stamps that advance ten times as fast as the nominal rate says are in no unit: they are refused later."""
+    assert unit_of(scale * 0.01 * np.arange(100), 100.0) == told
+
+
+def test_stamps_that_stand_or_pause_have_the_unit_that_their_rows_tell() -> None:
     stamp = 0.01 * np.arange(100)
-    assert [unit_of(scale * stamp, 100.0) for scale in (1, 1e3, 1e6, 1e9)] == ["s", "ms", "us", "ns"]
-    assert [unit_of(factor * stamp, 100.0) for factor in (0.4, 2.5, 4, 10, 30, 250)] == ["s", "s", *[None] * 4]
     assert unit_of(np.full(100, 5.0), 100.0) is None
     np.testing.assert_array_equal(in_seconds(30 * stamp, 100.0), 30 * stamp)
     pauses = np.repeat(7200.0 * np.arange(4), 100) + 0.01 * np.arange(400)
     assert unit_of(1e3 * pauses, 100.0) == "ms", "two hours between runs are not milliseconds of anything"
 
 
-@pytest.mark.parametrize(("factor", "told"), [(0.4, "s"), (2.5, "s"), (1 / 3.5, None), (3.5, None), (10.0, None)])
-def test_a_unit_is_confirmed_within_a_factor_of_three(factor: float, told: str | None) -> None:
-    """Stamps that advance ten times as fast as the nominal rate says are in no unit: they are refused later."""
-    assert unit_of(0.01 * factor * np.arange(100), 100.0) == told
-
-
-def test_a_decimal_comma_is_told_by_the_numbers(tmp_path: Path) -> None:
-    """Where the map says nothing; thousands parted by commas are no decimals, and are refused."""
-    comma = table(lambda t: f"{t:.3f}", ";").replace(".", ",")
-    same(recording(tmp_path, comma, delimiter="semicolon"))
-    with pytest.raises(SourceRefused, match="cannot be read"):
-        recording(tmp_path, comma, delimiter="semicolon", decimal="point")
-    thousands = "\n".join([";".join(NAMES), *[";".join([f"1,{i + 100}"] * 7) for i in range(50)]])
-    with pytest.raises(SourceRefused, match="cannot be read"):
-        recording(tmp_path, thousands, delimiter="semicolon")
-    exponents = "\n".join([";".join(f'"{name}"' for name in NAMES), *[
-        ";".join(f"{value:.12E}".replace(".", ",") for value in (t, *row)) for t, row in zip(TIME, VALUES)]])
-    same(recording(tmp_path, exponents, delimiter="semicolon"))
-
-
-def test_rows_of_another_longer_column_are_none_of_the_sensor_s(tmp_path: Path) -> None:
-    """But without number or stamp an empty row is the place of a sample that was lost."""
-    text = table(lambda t: f"{t:.3f}")
-    same(recording(tmp_path, text + 50 * (6 * "," + "\n")))
-    rows = text.splitlines()
-    rows[5] = 6 * ","
-    numbered = recording(tmp_path, "\n".join(rows), {name: name for name in NAMES[1:]})
-    assert numbered.rows == ROWS - 1, "csv has no empty row"
-    rows[5] = "0" + 6 * ","
-    assert recording(tmp_path, "\n".join(rows), {name: name for name in NAMES[1:]}).rows == ROWS
+def test_an_empty_row_is_the_place_of_a_lost_sample_if_it_has_a_number(tmp_path: Path) -> None:
+    by_number = {name: name for name in NAMES[1:]}
+    rows = PLAIN.splitlines()
+    for cell, found in (("", ROWS - 1), ("0", ROWS)):  # csv has no empty row
+        rows[5] = cell + 6 * ","
+        assert recording(tmp_path, "\n".join(rows), by_number).rows == found
 
 
 @pytest.mark.parametrize("name", ["log.feather", "log.arrow", "log.xls", "log.ods"])
 def test_a_format_that_is_not_read_is_named(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(b"ARROW1" + bytes(200))
-    entry = {"file": name, "device": DEVICE, "columns": COLUMNS}
-    with pytest.raises(SourceRefused, match="which is not read: save it as CSV"):
-        list(CsvSource({"files": [entry]}, tmp_path).runs())
-    with pytest.raises(SourceRefused, match="which is not read: save it as CSV"):
-        proposal(tmp_path / name)
+    for reading in (read, proposal):
+        with pytest.raises(SourceRefused, match="which is not read: save it as CSV"):
+            reading(tmp_path / name)
 
 
 @pytest.mark.parametrize("units", [("m/s^2", "rad/s"), ("g", "deg/s"), ("mg", "mdps")])
@@ -215,9 +211,7 @@ def test_a_struct_of_matlab_is_proposed_and_read(units: tuple[str, str], tmp_pat
     data = {"trial": {"hip": {"time": TIME - START, "accel": acc, "gyro": gyr}, "note": "left",
                       "odd": {"acc_x": acc[:, 0], "gyr_x": gyr[:, 0]}}}  # fmt: skip
     scipy.io.savemat(tmp_path / "log.mat", data)
-    said, told = proposal(tmp_path / "log.mat")
-    (run,) = yaml.safe_load(said)["runs"]
-    (file,) = run["files"]
+    file, told = proposed(tmp_path / "log.mat")
     assert (file["device"]["accelerometer_unit"], file["device"]["gyroscope_unit"]) == units, told
     ((_, (found,)),) = CsvSource({"files": [file]}, tmp_path).runs()
     np.testing.assert_allclose(found.angular_rate, gyr)
@@ -241,18 +235,13 @@ def test_matlab_and_hdf5(tmp_path: Path) -> None:
         f"{kind[0]}{axis}": f"imu/{kind}[{number}]" for kind in ("acc", "gyr") for number, axis in enumerate("xyz", 1)
     }
 
-    def read(name: str, **changed: str) -> Recording:
-        entry = {"file": name, "device": DEVICE, "columns": columns | changed}
-        ((_, (found,)),) = CsvSource({"files": [entry]}, tmp_path).runs()
-        return found
-
     for name in ("log.mat", "log.h5", "new.mat"):
-        same(read(name))
+        same(read(tmp_path / name, columns))
         for wrong, words in (("imu/mag[1]", "has no array"), ("imu/acc[4]", "must name one of 3 columns"),
                              ("imu/acc", "must name one of 3 columns"), ("imu", "no (array|table)")):  # fmt: skip
             with pytest.raises(SourceRefused, match=words):
-                read(name, ax=wrong)
+                read(tmp_path / name, columns | {"ax": wrong})
     for content in (b"", b"MATLAB" * 100, b"\x89HDF\r\n\x1a\n" + b"x" * 600):
         (tmp_path / "broken.mat").write_bytes(content)
         with pytest.raises(SourceRefused, match="no MATLAB or HDF5 file"):
-            read("broken.mat")
+            read(tmp_path / "broken.mat", columns)

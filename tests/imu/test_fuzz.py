@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stages.imu.sources.opening import SourceRefused
-from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited
+from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited, flipped, overwritten_head, truncated
 from tests.imu.stand_in import make_database, make_run, result_of
 
 #: So many seeds are drawn by the quick test: two of each damage.
@@ -35,40 +35,30 @@ def ingest(content: bytes, folder: Path) -> str:
     return said
 
 
-def fuzz(sound: bytes, folder: Path, first: int, last: int) -> None:
-    for seed in range(first, last):
+@pytest.mark.parametrize("seeds", [range(QUICK), pytest.param(range(QUICK, 2210), marks=pytest.mark.slow)],
+                         ids=["two of each", "two thousand"])  # fmt: skip
+def test_a_damaged_log_gives_an_answer_or_one_sentence(seeds: range, sound: bytes, tmp_path: Path) -> None:
+    for seed in seeds:
         rng = np.random.default_rng(seed)
-        damage = HARMFUL[seed % len(HARMFUL)]
-        content = damage(sound, rng)
+        name = [*HARMFUL][seed % len(HARMFUL)]
+        content = HARMFUL[name](sound, rng)
         if rng.random() < 0.2 and content.startswith(b"SQLite"):
-            content = HARMFUL[:3][rng.integers(3)](content, rng)
+            content = (truncated, flipped, overwritten_head)[rng.integers(3)](content, rng)
         try:
-            ingest(content, folder)
+            ingest(content, tmp_path)
         except Exception as error:
-            raise AssertionError(f"{damage.__name__} with seed {seed}") from error
+            raise AssertionError(f"{name} with seed {seed}") from error
 
 
-def test_damaged_logs(sound: bytes, tmp_path: Path) -> None:
-    fuzz(sound, tmp_path, 0, QUICK)
+@pytest.mark.parametrize("damage", NEVER_ACCEPTED)
+def test_wrong_units_and_swapped_sensors_are_refused(damage: str, sound: bytes, tmp_path: Path) -> None:
+    assert ingest(NEVER_ACCEPTED[damage](sound, np.random.default_rng(0)), tmp_path).startswith("refused")
 
 
-@pytest.mark.slow
-def test_two_thousand_damaged_logs(sound: bytes, tmp_path: Path) -> None:
-    fuzz(sound, tmp_path, QUICK, 2210)
+#: With a number of its own a row from another year reads as a life of the sensor before a restart.
+STALE = "UPDATE sample SET packet = 60000, phone_stamp = 5, server_stamp = 5 WHERE sample_id = 10"
 
 
-@pytest.mark.parametrize("damage", NEVER_ACCEPTED, ids=lambda damage: damage.__name__)
-@pytest.mark.parametrize("seed", [0, 1, 11])  # with these each is drawn that a damage may be
-def test_wrong_units_and_swapped_sensors_are_refused(damage, seed: int, sound: bytes, tmp_path: Path) -> None:
-    said = ingest(damage(sound, np.random.default_rng(seed)), tmp_path)
-    assert said.startswith("refused")
-
-
-def test_a_row_from_another_year_costs_its_sensor_only(sound: bytes, tmp_path: Path) -> None:
-    """With a number of its own it reads as a life of the sensor before a restart; all time between would be lost."""
-    stale = "UPDATE sample SET packet = 60000, phone_stamp = 5, server_stamp = 5 WHERE sample_id = 10"
-    assert ingest(edited(sound, (stale, ())), tmp_path).startswith("1 synthetic run,")
-
-
-def test_the_sound_log_is_accepted(sound: bytes, tmp_path: Path) -> None:
-    assert ingest(sound, tmp_path).startswith("1 synthetic run,")
+@pytest.mark.parametrize("change", [[], [STALE]], ids=["none", "a row from another year"])
+def test_a_sound_log_is_accepted_and_a_stale_row_costs_no_run(change: list[str], sound: bytes, tmp_path: Path) -> None:
+    assert ingest(edited(sound, *change), tmp_path).startswith("1 synthetic run,")

@@ -24,16 +24,14 @@ def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def ingest(repository: Path, *arguments: object) -> tuple[int, str, str]:
-    done = commands.run("ingest", *arguments, cwd=repository)
-    return done.returncode, done.stdout, done.stderr
-
-
-def ingest_by_itself(repository: Path, *arguments: object, **environment: str) -> tuple[int, str, str]:
-    """The same by a process of its own."""
-    environment = {**os.environ, "PYTHONPATH": str(repository), **environment}
-    code = "from pipeline.cli import main; main()"
-    done = warm.run(code, "ingest", *map(str, arguments), cwd=repository, env=environment)
+def ingest(repository: Path, *arguments: object, by_itself: dict[str, str] | None = None) -> tuple[int, str, str]:
+    """Exit code, answer and errors; `by_itself` is the environment of a process of its own."""
+    words = ("ingest", *map(str, arguments))
+    if by_itself is None:
+        done = commands.run(*words, cwd=repository)
+    else:
+        environment = {**os.environ, "PYTHONPATH": str(repository), **by_itself}
+        done = warm.run("from pipeline.cli import main; main()", *words, cwd=repository, env=environment)
     assert "Traceback" not in done.stderr
     return done.returncode, done.stdout, done.stderr
 
@@ -41,7 +39,7 @@ def ingest_by_itself(repository: Path, *arguments: object, **environment: str) -
 def test_the_report_and_a_stored_copy(repository: Path, database: Path, tmp_path: Path) -> None:
     before = database.read_bytes()
     copy = tmp_path / "copy.sqlite"
-    code, out, errors = ingest_by_itself(repository, database, "--store", copy)
+    code, out, errors = ingest(repository, database, "--store", copy, by_itself={})
     assert code == 0 and "2 of 2 runs can be used" in errors
     assert [line.split()[0] for line in out.splitlines() if "(synthetic)" in line] == [
         "Rows", "Clocks", "Sensors", "Runs", "Legs,"
@@ -69,7 +67,7 @@ def test_files_with_a_column_map_as_json(repository: Path, tmp_path: Path) -> No
     assert (sensor["rows"], sensor["lost_packets"], sensor["gaps"]) == (392, 7, 7)
     assert sensor["dead_axes"] == ["ay", "az", "gx", "gy", "gz"]
     assert not sensor["accepted"] and sensor["reasons"][0].startswith("dead axes")
-    assert sensor["acceleration_unit"] == "m/s^2" and sensor["acceleration_step"] == pytest.approx(0.01)
+    assert (sensor["acceleration_unit"], sensor["acceleration_step"]) == ("m/s^2", pytest.approx(0.01))
     assert (whole["name"], whole["accepted"], whole["overlap"]) == ("still", False, None)
 
 
@@ -92,8 +90,8 @@ def test_a_connection_string_is_never_told(repository: Path, tmp_path: Path) -> 
     """Neither on the screen nor in any file, whether it comes as an argument or by its variable."""
     secret = "postgresql://anna:swordfish@host.invalid/gait"
     for arguments in ((secret,), ("env:LAB",)):
-        told = ingest_by_itself(repository, *arguments, "--results", tmp_path / "results", LAB=secret)
-        code, out, errors = told
+        code, out, errors = ingest(
+            repository, *arguments, "--results", tmp_path / "results", by_itself={"LAB": secret})
         assert code == 2 and out == "" and len(errors.splitlines()) == 1
         assert not [part for part in ("anna", "swordfish", "invalid", "gait") if part in errors], errors
     assert not [path for path in tmp_path.rglob("*") if path.is_file() and b"swordfish" in path.read_bytes()]
@@ -109,8 +107,8 @@ def test_what_a_lab_takes_away(repository: Path, database: Path, tmp_path: Path)
     tables = {name: list(csv.DictReader((tmp_path / "out" / f"{name}.csv").open()))
               for name in ("runs", "events", "times", "steps", "leg", "hip_path", "strides")}  # fmt: skip
     report = json.loads(out)["runs"]
-    assert [row["name"] for row in tables["runs"]] == [one["name"] for one in report]
-    assert [float(row["step_frequency [Hz]"]) for row in tables["runs"]] == [one["step_frequency"] for one in report]
+    shown = [(row["name"], float(row["step_frequency [Hz]"])) for row in tables["runs"]]
+    assert shown == [(one["name"], one["step_frequency"]) for one in report]
     kinds = [row["event"] for row in tables["events"]]
     assert kinds.count("heel strike") == sum(one["heel_strikes"] for one in report)
     assert kinds.count("toe-off") > 0 and set(kinds) == {"heel strike", "toe-off"}
@@ -120,8 +118,7 @@ def test_what_a_lab_takes_away(repository: Path, database: Path, tmp_path: Path)
     assert len(tables["strides"]) == 101 * sum(one["strides"] for one in report)
     with np.load(tmp_path / "out/curves.npz") as curves:
         assert curves["strides"].shape == (sum(one["strides"] for one in report), 101, 6)
-        assert curves["signals"][2] == "hip_lateral_rate [rad/s]"
-        assert curves["hip_path_m"].shape[0] == len(tables["steps"])
+        assert (curves["signals"][2], len(curves["hip_path_m"])) == ("hip_lateral_rate [rad/s]", len(tables["steps"]))
     code, _, errors = ingest(repository, database, "--export", tmp_path / "out")
     assert code == 2 and "is there already" in errors
 

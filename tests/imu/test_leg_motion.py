@@ -7,23 +7,23 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stages.campaign.parameters import Parameters
+from stages.campaign.twin_run import TwinRun
 from stages.imu.judgement.evidence import Confirmed
 from stages.imu.strikes.step_times import UNKNOWN, HeelStrikes
 from stages.imu.trial.body import leg_angle
 from stages.imu.trial.trial import Trial, read_trial
 from stages.imu.trial.walk import hip_at, leg_motion, stance_angle
+from tests.imu.conftest import RUNS
 from tests.imu.made_logs import Log, made_log, with_errors
-from tests.imu.made_walks import REST_S, campaign_parameters, stand_in_walks
-from tests.imu.stand_in import BIPED, DRAWING, PARAMETERS
+from tests.imu.made_walks import REST_S
+from tests.imu.stand_in import BIPED, DRAWING, PARAMETERS, STUDY
 
 AMPLITUDE = 0.24  # of the stand-in's leg
-RUNS = 3
 
 
 @pytest.fixture(scope="module")
-def trials() -> list[tuple[Log, Trial]]:
-    parameters = campaign_parameters()
-    walks = stand_in_walks(RUNS, parameters)
+def trials(parameters: Parameters, walks: list[TwinRun]) -> list[tuple[Log, Trial]]:
     logs = [made_log(number, walk, with_errors(parameters, 1.0)) for number, walk in enumerate(walks)]
     return [(log, read_trial(log.experiment, log.recordings, PARAMETERS)) for log in logs]
 
@@ -41,15 +41,11 @@ def angle_errors(log: Log, trial: Trial) -> tuple[np.ndarray, np.ndarray]:
     return (trial.leg.angle - np.interp(at, motion.time, true))[walking], trial.leg.angle_error[walking]
 
 
-def test_the_angle_is_a_tenth_of_a_degree_off(trials: list[tuple[Log, Trial]]) -> None:
-    errors = np.array([np.sqrt(np.mean(angle_errors(*one)[0] ** 2)) for one in trials])
-    assert np.degrees(np.sqrt(np.mean(errors**2))) < 0.1
-
-
-def test_the_angles_error_is_what_is_said(trials: list[tuple[Log, Trial]]) -> None:
+def test_the_angle_is_a_tenth_of_a_degree_off_and_its_error_is_what_is_said(trials: list[tuple[Log, Trial]]) -> None:
     """Two standard errors hold nearly all; the stand of these walks is exact, so errors are below what is said."""
-    share = [np.mean(np.abs(error) <= 2 * said) for error, said in (angle_errors(*one) for one in trials)]
-    assert np.mean(share) > 0.95
+    every = [angle_errors(*one) for one in trials]
+    assert np.degrees(np.sqrt(np.mean([np.mean(error**2) for error, _ in every]))) < 0.1
+    assert np.mean([np.mean(np.abs(error) <= 2 * said) for error, said in every]) > 0.95
 
 
 def test_a_step_is_half_a_percent_off(trials: list[tuple[Log, Trial]]) -> None:
@@ -73,8 +69,7 @@ def test_the_hips_path_is_that_of_a_rolling_foot(trials: list[tuple[Log, Trial]]
     for _, trial in trials:
         path = trial.leg.hip_path
         assert (np.diff(path[:, :, 0], axis=1) > 0).all()
-        top = BIPED.leg_length
-        assert path[:, :, 1].max() == pytest.approx(top, abs=1e-4)
+        assert path[:, :, 1].max() == pytest.approx(BIPED.leg_length, abs=1e-4)
         lowest = BIPED.foot_radius + (BIPED.leg_length - BIPED.foot_radius) * np.cos(AMPLITUDE)
         np.testing.assert_allclose(path[:, [0, -1], 1], lowest, atol=1e-3)
 
@@ -103,11 +98,8 @@ def test_an_angle_is_continued_to_the_landings_from_inside_the_stance() -> None:
     np.testing.assert_allclose(stance_angle(time, rounded, 0.3, 0.7), exact, atol=2e-4)
 
 
-def test_the_drawing_is_that_of_the_biped() -> None:
+def test_the_drawing_is_that_of_the_biped(parameters: Parameters) -> None:
     """What params/imu.yaml leaves null is what params/biped.yaml and params/campaign.yaml say."""
-    from tests.imu.stand_in import STUDY
-
-    outsole = campaign_parameters().runs.of(BIPED).outsole
-    assert STUDY.drawing.leg_length == pytest.approx(BIPED.leg_length + outsole)
-    assert STUDY.drawing.foot_radius == pytest.approx(BIPED.foot_radius + outsole)
-    assert STUDY.limits.lever_arm == pytest.approx(BIPED.leg_length - BIPED.foot_com)
+    outsole, drawing = parameters.runs.of(BIPED).outsole, STUDY.drawing
+    assert (drawing.leg_length, drawing.foot_radius, STUDY.limits.lever_arm) == pytest.approx(
+        (BIPED.leg_length + outsole, BIPED.foot_radius + outsole, BIPED.leg_length - BIPED.foot_com))

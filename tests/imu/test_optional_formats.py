@@ -8,45 +8,32 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from stages.imu.sources import formats
 from stages.imu.sources.column_map import CsvSource
 from stages.imu.sources.opening import SourceRefused
-from stages.imu.sources.proposal import proposal
-from stages.imu.sources.schema import Recording
-from tests.imu.test_formats import COLUMNS, DEVICE, NAMES, ROWS, TIME, VALUES
+from tests.imu.test_formats import COLUMNS, NAMES, ROWS, TIME, VALUES, proposed, read, same
 
 WHY = "comes with the extra [files]"
 
 
-def recording(path: Path, columns: dict[str, str] = COLUMNS, **layout: object) -> Recording:
-    described = {"files": [{"file": path.name, "device": DEVICE, "columns": columns, **layout}]}
-    ((_, (found,)),) = CsvSource(described, path.parent).runs()
-    return found
-
-
-def check(found: Recording, exact: float = 1e-6) -> None:
-    np.testing.assert_allclose(found.phone_stamp, TIME, atol=exact)
-    np.testing.assert_allclose(np.hstack((found.acceleration, found.angular_rate)), VALUES, atol=1e-12)
+def add_rows(sheet: object, head: list[list[str]], stamps: list[object], sign: float = 1.0) -> None:
+    """Rows of a spreadsheet: its head, and the readings times a sign."""
+    for row in [*head, *([stamp, *map(float, values)] for stamp, values in zip(stamps, sign * VALUES))]:
+        sheet.append(row)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("stamp", ["seconds", "moments"])
 def test_a_spreadsheet(stamp: str, tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl", reason=WHY)
-    book = openpyxl.Workbook()
-    book.active.append(["exported", "by a lab"])
-    book.active.append(NAMES)
-    book.active.append(["s", *["m/s^2"] * 3, *["rad/s"] * 3])
-    for t, row in zip(TIME, VALUES):
-        at = datetime.fromtimestamp(t, timezone.utc).replace(tzinfo=None) if stamp == "moments" else float(t)
-        book.active.append([at, *map(float, row)])
+    book, head = openpyxl.Workbook(), [["exported", "by a lab"], NAMES, ["s", *["m/s^2"] * 3, *["rad/s"] * 3]]
+    moments = [datetime.fromtimestamp(t, timezone.utc).replace(tzinfo=None) for t in TIME]
+    add_rows(book.active, head, moments if stamp == "moments" else TIME.tolist())
     book.save(tmp_path / "log.xlsx")
-    check(recording(tmp_path / "log.xlsx", header_rows=1), 1e-3)
-    said, told = proposal(tmp_path / "log.xlsx")
-    (run,) = yaml.safe_load(said)["runs"]
-    assert run["files"][0]["columns"] | {"phone_stamp": "t"} == {**COLUMNS, "device_stamp": "t"}
-    assert run["files"][0]["header_rows"] == 1
+    same(read(tmp_path / "log.xlsx", header_rows=1), exact=1e-3)
+    file, told = proposed(tmp_path / "log.xlsx")
+    assert file["columns"] | {"phone_stamp": "t"} == {**COLUMNS, "device_stamp": "t"}
+    assert file["header_rows"] == 1
     assert any("m/s^2" in line for line in told)
 
 
@@ -60,29 +47,24 @@ def test_the_sheet_that_has_the_columns_is_read(tmp_path: Path) -> None:
         made.active.title = "notes"
         made.active.append(["who", "when"])
         for name, sign in sheets.items():
-            rows = made.create_sheet(name)
-            rows.append(NAMES)
-            for t, row in zip(TIME, sign * VALUES):
-                rows.append([float(t), *map(float, row)])
+            add_rows(made.create_sheet(name), [NAMES], TIME.tolist(), sign)
         made.save(path)
 
     book(walk=1)
-    check(recording(path))
-    said, _ = proposal(path)
-    assert yaml.safe_load(said)["runs"][0]["files"][0]["sheet"] == "walk"
+    same(read(path))
+    assert proposed(path)[0]["sheet"] == "walk"
     book(foot=-1, hip=1)
-    check(recording(path, sheet="hip"))
-    with pytest.raises(SourceRefused, match="in the sheets 'foot, hip': say which by the key sheet"):
-        recording(path)
-    with pytest.raises(SourceRefused, match="has no sheet 'knee'; it has 'notes, foot, hip'"):
-        recording(path, sheet="knee")
+    same(read(path, sheet="hip"))
+    for named, said in (({}, "in the sheets 'foot, hip': say which by the key sheet"),
+                        ({"sheet": "knee"}, "has no sheet 'knee'; it has 'notes, foot, hip'")):  # fmt: skip
+        with pytest.raises(SourceRefused, match=said):
+            read(path, **named)
 
 
 @pytest.mark.parametrize("pandas_there", [True, False])
 def test_nanoseconds_in_parquet(pandas_there: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Moments finer than Python's, and times from the start, as pandas writes them."""
-    pyarrow = pytest.importorskip("pyarrow", reason=WHY)
-    parquet = pytest.importorskip("pyarrow.parquet", reason=WHY)
+    pyarrow, parquet = (pytest.importorskip(name, reason=WHY) for name in ("pyarrow", "pyarrow.parquet"))
     if not pandas_there:
         monkeypatch.setitem(sys.modules, "pandas", None)
     at = np.round(1e9 * (TIME - TIME[0])).astype("int64") + 7
@@ -92,8 +74,7 @@ def test_nanoseconds_in_parquet(pandas_there: bool, tmp_path: Path, monkeypatch:
     for stamp in (moments, since):
         columns = dict(zip(["time", *names], (stamp, *VALUES.T)))
         parquet.write_table(pyarrow.table(columns), tmp_path / "log.parquet")
-        said, told = proposal(tmp_path / "log.parquet")
-        (file,) = yaml.safe_load(said)["runs"][0]["files"]
+        file, told = proposed(tmp_path / "log.parquet")
         assert (file["device"]["rate_hz"], file["device"]["gyroscope_unit"]) == (100, "mdps"), told
         ((_, (found,)),) = CsvSource({"files": [file]}, tmp_path).runs()
         np.testing.assert_allclose(found.device_stamp - found.device_stamp[0], TIME - TIME[0], atol=1e-6)
@@ -101,18 +82,15 @@ def test_nanoseconds_in_parquet(pandas_there: bool, tmp_path: Path, monkeypatch:
 
 @pytest.mark.parametrize("stamp", ["seconds", "moments"])
 def test_parquet(stamp: str, tmp_path: Path) -> None:
-    pyarrow = pytest.importorskip("pyarrow", reason=WHY)
-    parquet = pytest.importorskip("pyarrow.parquet", reason=WHY)
+    pyarrow, parquet = (pytest.importorskip(name, reason=WHY) for name in ("pyarrow", "pyarrow.parquet"))
     at = (1e9 * TIME).astype("int64").astype("datetime64[ns]") if stamp == "moments" else TIME
     columns = dict(zip(NAMES, (at, *VALUES.T)))
     parquet.write_table(pyarrow.table(columns | {"words": ["x"] * ROWS}), tmp_path / "log.parquet", row_group_size=64)
-    check(recording(tmp_path / "log.parquet"))
-    said, _ = proposal(tmp_path / "log.parquet")
-    assert yaml.safe_load(said)["runs"][0]["files"][0]["columns"]["gz"] == "gz"
-    with pytest.raises(SourceRefused, match="holds no numbers"):
-        recording(tmp_path / "log.parquet", COLUMNS | {"ax": "words"})
-    with pytest.raises(SourceRefused, match="no column 'nothing'"):
-        recording(tmp_path / "log.parquet", COLUMNS | {"ax": "nothing"})
+    same(read(tmp_path / "log.parquet"))
+    assert proposed(tmp_path / "log.parquet")[0]["columns"]["gz"] == "gz"
+    for name, said in (("words", "holds no numbers"), ("nothing", "no column 'nothing'")):
+        with pytest.raises(SourceRefused, match=said):
+            read(tmp_path / "log.parquet", COLUMNS | {"ax": name})
 
 
 def ros(kind: str, folder: Path) -> Path:
@@ -152,18 +130,16 @@ def imu_message(types: object, t: float, row: np.ndarray) -> object:
 def test_bags(kind: str, tmp_path: Path) -> None:
     path = ros(kind, tmp_path)
     columns = {value: f"/imu/hip:{field}" for value, field in formats.COLUMNS.items()}
-    found = recording(path, columns)
-    check(found)
-    np.testing.assert_allclose(found.device_stamp, TIME, atol=1e-6)
-    said, told = proposal(path)
-    (run,) = yaml.safe_load(said)["runs"]
-    assert run["files"][0]["columns"] == columns
-    assert run["files"][0]["device"]["rate_hz"] == 100
+    found = read(path, columns)
+    same(found)
+    np.testing.assert_allclose(found.device_stamp, TIME, rtol=0, atol=2e-6)
+    file, told = proposed(path)
+    assert (file["columns"], file["device"]["rate_hz"]) == (columns, 100)
     assert any("/imu/hip" in line for line in told)
-    with pytest.raises(SourceRefused, match="/imu/hip"):
-        recording(path, {value: name.replace("hip", "foot") for value, name in columns.items()})
-    with pytest.raises(SourceRefused, match="no column"):
-        recording(path, columns | {"ax": "/imu/hip:__class__"})
+    others = {value: name.replace("hip", "foot") for value, name in columns.items()}
+    for wrong, said in ((others, "/imu/hip"), (columns | {"ax": "/imu/hip:__class__"}, "no column")):
+        with pytest.raises(SourceRefused, match=said):
+            read(path, wrong)
 
 
 BROKEN = {"log.xlsx": "openpyxl", "log.parquet": "pyarrow"}
@@ -176,7 +152,7 @@ def test_what_is_none_of_these_is_refused(name: str, tmp_path: Path) -> None:
     for content in (b"", b"PK\x03\x04 broken", b"a,b\n1,2\n"):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(SourceRefused, match="log"):
-            recording(tmp_path / name)
+            read(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["log.xlsx", "log.parquet", "log.mcap"])

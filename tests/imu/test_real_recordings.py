@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,84 +32,74 @@ def recorded(name: str) -> tuple[Experiment, tuple[Recording, ...]]:
     return experiment, tuple(recordings)
 
 
-def reports(description: dict) -> dict[str, SensorReport]:
-    ((_, recordings),) = CsvSource(description, FOLDER).runs()
-    return {one.device.place: read_sensor(one, SETTINGS, LIMITS)[1] for one in recordings}
+def at(name: str, place: str) -> Recording:
+    """The recording of one of a person's sensors."""
+    return next(one for one in recorded(name)[1] if one.device.place == place)
+
+
+def marked(name: str, side: str) -> np.ndarray:
+    """Swings (m, 2) of a foot that were marked by hand, as packet counters."""
+    return np.array(json.loads((FOLDER / f"ipol_{name}.json").read_text())[f"{side}FootEvents"])
 
 
 @functools.cache
 def sensed(name: str, place: str) -> tuple[BodySensor | None, SensorReport]:
     """What one of a person's sensors showed, and the report on it."""
-    recording = next(one for one in recorded(name)[1] if one.device.place == place)
-    sensor, report, _ = read_sensor(recording, SETTINGS, LIMITS)
+    sensor, report, _ = read_sensor(at(name, place), SETTINGS, LIMITS)
     return sensor, report
 
 
-def reports_on(name: str) -> dict[str, SensorReport]:
-    return {place: sensed(name, place)[1] for place in (one.device.place for one in recorded(name)[1])}
+def reports(description: dict[str, Any], **said: str) -> list[SensorReport]:
+    """Of the sensors of a description, of which something else is said."""
+    for file in description["files"]:
+        file["device"] = file["device"] | said
+    ((_, recordings),) = CsvSource(description, FOLDER).runs()
+    return [read_sensor(one, SETTINGS, LIMITS)[1] for one in recordings]
 
 
 @pytest.mark.parametrize(("name", "fewest", "most"), [("8-5", 572, 783), ("3-3", 532, 651), ("7-4", 0, 0)])
-def test_lost_packets_of_xsens(name: str, fewest: int, most: int) -> None:
-    lost = [report.lost_packets for report in reports_on(name).values()]
+def test_lost_packets_units_and_gain_of_xsens(name: str, fewest: int, most: int) -> None:
+    found = [sensed(name, one.device.place)[1] for one in recorded(name)[1]]
+    lost = [report.lost_packets for report in found]
     assert (min(lost), max(lost)) == (fewest, most)
+    assert all(9.9 <= report.static_reading <= 10.4 for report in found)
+    assert {(report.acceleration_unit, report.angular_rate_unit) for report in found} == {("m/s^2", "rad/s")}
 
 
-@pytest.mark.parametrize("name", ["8-5", "3-3", "7-4"])
-def test_unit_and_gain_of_xsens(name: str) -> None:
-    for report in reports_on(name).values():
-        assert 9.9 <= report.static_reading <= 10.4
-        assert report.acceleration_unit == "m/s^2"
-        assert report.angular_rate_unit == "rad/s"
+NGIMU, XIMU = ("ngimu_foot_short_walk.csv", 400.0), ("ximu_sensor_data.csv", 100.0)
 
 
-def test_faults_of_ngimu() -> None:
-    report = reports(xio("ngimu_foot_short_walk.csv", 400.0))["other"]
-    assert report.exact_duplicates == 205
-    assert report.gaps == 165
-    assert report.rate_hz == pytest.approx(398, abs=1)
-    assert report.lost_packets == -1
+@pytest.mark.parametrize(("which", "gaps", "rate_hz", "found"), [
+    (NGIMU, 165, pytest.approx(398, abs=1), {"exact_duplicates": 205, "lost_packets": -1}),
+    (XIMU, 10, pytest.approx(99.9, abs=0.3), {}),
+])  # fmt: skip
+def test_faults_of_loggers(which: tuple[str, float], gaps: int, rate_hz: object, found: dict[str, int]) -> None:
+    (report,) = reports(xio(*which))
+    assert (report.gaps, report.rate_hz) == (gaps, rate_hz)
     assert (report.acceleration_unit, report.angular_rate_unit) == ("g", "deg/s")
+    assert {name: getattr(report, name) for name in found} == found
 
 
-def test_faults_of_ximu() -> None:
-    report = reports(xio("ximu_sensor_data.csv", 100.0))["other"]
-    assert report.gaps == 10
-    assert report.rate_hz == pytest.approx(99.9, abs=0.3)
-    assert (report.acceleration_unit, report.angular_rate_unit) == ("g", "deg/s")
-
-
-@pytest.mark.parametrize("unit", ["g", "mg"])
-def test_a_wrong_unit_of_acceleration_is_refused(unit: str) -> None:
-    description = ipol("7-4")
-    for file in description["files"]:
-        file["device"] = file["device"] | {"accelerometer_unit": unit}
-    assert not any(report.accepted for report in reports(description).values())
-
-
-def test_a_wrong_unit_of_angular_rate_is_refused() -> None:
-    for description, unit in ((ipol("7-4"), "deg/s"), (xio("ngimu_foot_short_walk.csv", 400.0), "rad/s")):
-        for file in description["files"]:
-            file["device"] = file["device"] | {"gyroscope_unit": unit}
-        for report in reports(description).values():
-            assert not report.accepted
-            assert any("the leg would sweep" in reason for reason in report.reasons)
+@pytest.mark.parametrize(("description", "said", "reason"), [
+    (ipol("7-4"), {"accelerometer_unit": "g"}, ""), (ipol("7-4"), {"accelerometer_unit": "mg"}, ""),
+    (ipol("7-4"), {"gyroscope_unit": "deg/s"}, "the leg would sweep"),
+    (xio(*NGIMU), {"gyroscope_unit": "rad/s"}, "the leg would sweep"),
+])  # fmt: skip
+def test_a_wrong_unit_is_refused(description: dict[str, Any], said: dict[str, str], reason: str) -> None:
+    for report in reports(description, **said):
+        assert not report.accepted and any(reason in one for one in report.reasons)
 
 
 def test_packet_counters_place_the_events_where_rows_do_not() -> None:
     """In a swing marked by hand, as packet counters, the foot turns; read as row numbers, half of them stand."""
-    events = json.loads((FOLDER / "ipol_8-5.json").read_text())
-    _, recordings = recorded("8-5")
-    foot = next(one for one in recordings if one.device.place == "left foot")
+    foot = at("8-5", "left foot")
     rate = np.linalg.norm(foot.angular_rate, axis=1)
-    walk = [pair for pair in events["LeftFootEvents"] if pair[1] < 3200]
 
     def swinging(counter: np.ndarray) -> float:
-        inside = [(counter >= start + 5) & (counter < end - 5) for start, end in walk]
+        inside = [(counter >= start + 5) & (counter < end - 5) for start, end in marked("8-5", "Left") if end < 3200]
         return float(np.mean([np.median(rate[one]) > 1.5 for one in inside if one.any()]))
 
-    assert swinging(foot.packet) > swinging(np.arange(foot.rows, dtype=float)) + 0.2
-    assert swinging(foot.packet) > 0.9
+    assert swinging(foot.packet) > max(0.9, swinging(np.arange(foot.rows, dtype=float)) + 0.2)
 
 
 def push_offs(index: np.ndarray, rate: np.ndarray) -> np.ndarray:
@@ -118,9 +109,9 @@ def push_offs(index: np.ndarray, rate: np.ndarray) -> np.ndarray:
     return grid[find_peaks(smooth, height=2.5, distance=60)[0]]
 
 
-def recall_and_precision(found: np.ndarray, marked: np.ndarray) -> tuple[float, float]:
+def recall_and_precision(found: np.ndarray, swings: np.ndarray) -> tuple[float, float]:
     """Share of the marked swings (m, 2) that begin within 0.15 s of one found, and of those found near a marked one."""
-    near = np.abs(found[:, None] - marked[:, 0]) <= 15
+    near = np.abs(found[:, None] - swings[:, 0]) <= 15
     return float(near.any(axis=0).mean()), float(near.any(axis=1).mean())
 
 
@@ -128,14 +119,12 @@ def recall_and_precision(found: np.ndarray, marked: np.ndarray) -> tuple[float, 
 @pytest.mark.parametrize("side", ["Left", "Right"])
 def test_reading_by_packet_finds_swings_that_reading_by_row_misses(name: str, lossy: bool, side: str) -> None:
     """One plain detector on the same foot, its samples numbered by row or by our index, against marks by hand."""
-    marked = np.array(json.loads((FOLDER / f"ipol_{name}.json").read_text())[f"{side}FootEvents"])
-    _, recordings = recorded(name)
-    foot = next(one for one in recordings if one.device.place == f"{side.lower()} foot")
+    foot, swings = at(name, f"{side.lower()} foot"), marked(name, side)
     indexed = index_samples(foot)
     by_row = push_offs(np.arange(foot.rows), np.linalg.norm(foot.angular_rate, axis=1))
     turning = np.linalg.norm(indexed.recording.angular_rate, axis=1)
     by_packet = push_offs(indexed.index, turning) + indexed.recording.packet[0]
-    naive, ours = recall_and_precision(by_row, marked), recall_and_precision(by_packet, marked)
+    naive, ours = recall_and_precision(by_row, swings), recall_and_precision(by_packet, swings)
     if lossy:
         assert ours[0] > naive[0] + 0.05 and ours[1] > naive[1] + 0.05
         assert min(ours) > 0.65
@@ -151,12 +140,11 @@ FOUND = {("8-5", "Left"): (0.69, 0.94), ("8-5", "Right"): (0.77, 0.84), ("3-3", 
 @pytest.mark.parametrize(("name", "side"), FOUND)
 def test_the_shipped_detector_finds_a_persons_heel_strikes(name: str, side: str) -> None:
     """The one that the ingest uses, on a foot whose mounting is declared; benchmarks/event_detectors.py compares it."""
-    marked = np.array(json.loads((FOLDER / f"ipol_{name}.json").read_text())[f"{side}FootEvents"])[:, 1]
     sensor, _ = sensed(name, f"{side.lower()} foot")
     assert sensor is not None
     strikes, _ = strikes_of({"foot": sensor}, SETTINGS)
     own = np.interp(strikes.time[strikes.leg == INNER], sensor.time, sensor.trace.indexed.recording.packet)
-    apart = np.abs(own[:, None] - marked)
+    apart = np.abs(own[:, None] - marked(name, side)[:, 1])
     recall, precision = np.mean(apart.min(axis=0) <= 15), np.mean(apart.min(axis=1) <= 15)
     assert (recall, precision) >= FOUND[name, side] and precision >= FOUND[name, side][1]
     assert np.median(apart.min(axis=1)) <= 7

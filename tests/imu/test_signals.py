@@ -1,6 +1,7 @@
 """Frames, units, resampling, registration and ensemble: what must hold for any motion."""
 
 import dataclasses
+import functools
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from stages.imu.clock.clock import resample
-from stages.imu.judgement.evidence import axis_turn_of, gain_of, lever_of
+from stages.imu.judgement.evidence import axis_turn_of, gain_of, lever_of, spacing_of
 from stages.imu.judgement.sensor_evidence import flat_tops, wraps
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, swept_angle
 from stages.imu.strikes.heel_strikes import NO_STRIKES
@@ -118,8 +119,7 @@ def test_rounding_of_stamps_decides_over_no_hole(rounded: float) -> None:
 def test_clipped_readings_are_masked() -> None:
     value = np.array([[0.0, 32767.0, 5.0], [1.0, 2.0, -32768.0], [3.0, 3.0, 3.0]])
     masked, count = mask_clipped(value, 32768.0)
-    assert count == 2
-    assert np.isnan(masked).sum() == 2
+    assert (count, np.isnan(masked).sum()) == (2, 2)
 
 
 def test_filter_delay_is_that_of_the_low_pass() -> None:
@@ -139,10 +139,13 @@ def test_step_frequency_of_a_limping_walk(period: float, limp: float, count: int
     assert found.value == pytest.approx(1 / period, rel=1e-9)
 
 
-def test_a_missed_strike_is_no_long_step() -> None:
+def test_a_missed_strike_is_no_long_step_and_pulses_of_one_time_have_no_frequency() -> None:
+    """A gyroscope that wraps turns round many times at one pulse."""
     number = np.delete(np.arange(12), 5)
-    found = step_frequency(HeelStrikes(0.48 * number, (number + 1) % 2))
-    assert found.value == pytest.approx(1 / 0.48)
+    assert step_frequency(HeelStrikes(0.48 * number, (number + 1) % 2)).value == pytest.approx(1 / 0.48)
+    together = HeelStrikes(np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.5]), np.array([0, 1, 0, 1, 0, 1]))
+    assert np.isnan(step_frequency(together).value)
+    assert spacing_of(HeelStrikes(together.time[2:], together.leg[2:])) == (np.inf, 0.0)
 
 
 def test_registration_stretches_each_stride() -> None:
@@ -164,11 +167,9 @@ def test_an_ensemble_leaves_holes_out() -> None:
     strides = np.zeros((3, 4, 1))
     strides[:, :, 0] = [[1, 1, np.nan, np.nan], [2, np.nan, np.nan, 5], [3, 3, np.nan, np.nan]]
     found = ensemble_of(strides)
-    np.testing.assert_allclose(found.mean[:, 0], [2, 2, np.nan, 5])
-    np.testing.assert_allclose(found.lower[:, 0], [1, 1, np.nan, 5])
-    np.testing.assert_allclose(found.upper[:, 0], [3, 3, np.nan, 5])
-    np.testing.assert_allclose(found.spread[:, 0], [1, math.sqrt(2), np.nan, np.nan])
-    assert found.count[:, 0].tolist() == [3, 2, 0, 1]
+    rows = [getattr(found, name)[:, 0] for name in ("mean", "lower", "upper", "spread", "count")]
+    np.testing.assert_allclose(rows, [[2, 2, np.nan, 5], [1, 1, np.nan, 5], [3, 3, np.nan, 5],
+                                      [1, math.sqrt(2), np.nan, np.nan], [3, 2, 0, 1]])  # fmt: skip
 
 
 def hanging_leg() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -188,10 +189,7 @@ def hanging_leg() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def test_two_places_tell_which_way_a_gyroscope_turns_where_gravity_does_not() -> None:
     time, hip, foot = hanging_leg()
-
-    def said(hip: np.ndarray, foot: np.ndarray) -> tuple[float, ...]:
-        return lever_of(time, hip, foot, NO_STRIKES, 200.0)
-
+    said = functools.partial(lever_of, time, strikes=NO_STRIKES, rate_hz=200.0)
     turned = np.array([1, 1, 1, -1, -1, -1])
     arm, direction, _, *turns, late = said(hip, foot)
     assert arm == pytest.approx(0.3, rel=0.01) == -said(foot, hip)[0]

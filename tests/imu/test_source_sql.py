@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sqlite3
 import time
 from collections.abc import Iterator
@@ -30,12 +31,17 @@ def server() -> Iterator[postgres.Server]:
         yield server
 
 
-def writer(server: postgres.Server) -> Any:
-    """A connection that may write, as the lab's own programs have."""
+@contextlib.contextmanager
+def writer(server: postgres.Server, *statements: str) -> Iterator[Any]:
+    """A connection that may write, as the lab's own programs have; first it executes and keeps these."""
     import sqlalchemy  # here: every process that collects tests would load it
 
     url = sqlalchemy.make_url(server.url()).set(drivername="postgresql+psycopg")
-    return sqlalchemy.create_engine(url, poolclass=sqlalchemy.NullPool).connect()
+    with sqlalchemy.create_engine(url, poolclass=sqlalchemy.NullPool).connect() as connection:
+        for statement in statements:
+            connection.exec_driver_sql(statement)
+        connection.commit()
+        yield connection
 
 
 def contents(server: postgres.Server) -> dict[str, list[str]]:
@@ -53,9 +59,7 @@ def filled(server: postgres.Server, tmp_path_factory: pytest.TempPathFactory) ->
     path = tmp_path_factory.mktemp("same") / "log.sqlite"
     path.write_bytes(make_database([make_run(seed, steps=6, rest_s=1.0) for seed in (1, 2)]))
     source = sqlite3.connect(path)
-    with writer(server) as connection:
-        for statement in create_statements():
-            connection.exec_driver_sql(statement)
+    with writer(server, *create_statements()) as connection:
         for table, columns in TABLES.items():
             rows = source.execute(f"SELECT * FROM {table}").fetchall()
             marks = ", ".join("%s" for _ in columns)
@@ -85,16 +89,11 @@ def test_a_server_gives_what_a_file_gives(server: postgres.Server, filled: Path)
 
 
 def test_views_stand_for_tables_of_other_names(server: postgres.Server, filled: Path) -> None:
-    with writer(server) as connection:
-        connection.exec_driver_sql("CREATE SCHEMA shown")
-        for table in TABLES:
-            connection.exec_driver_sql(f"CREATE VIEW shown.{table} AS SELECT * FROM public.{table}")
-        connection.exec_driver_sql("CREATE ROLE guest LOGIN PASSWORD 'guest'")
-        connection.exec_driver_sql("ALTER ROLE guest SET search_path = shown")
-        connection.exec_driver_sql("GRANT USAGE ON SCHEMA shown TO guest")
-        connection.exec_driver_sql("GRANT SELECT ON ALL TABLES IN SCHEMA shown TO guest")
-        connection.commit()
-    assert len(columns_of(SqlSource(server.url(user="guest", password="guest")))) == 4
+    views = [f"CREATE VIEW shown.{table} AS SELECT * FROM public.{table}" for table in TABLES]
+    with writer(server, "CREATE SCHEMA shown", *views, "CREATE ROLE guest LOGIN PASSWORD 'guest'",
+                "ALTER ROLE guest SET search_path = shown", "GRANT USAGE ON SCHEMA shown TO guest",
+                "GRANT SELECT ON ALL TABLES IN SCHEMA shown TO guest"):  # fmt: skip
+        assert len(columns_of(SqlSource(server.url(user="guest", password="guest")))) == 4
 
 
 def test_nothing_can_be_written(server: postgres.Server, filled: Path) -> None:
@@ -139,13 +138,9 @@ def test_a_locked_table_and_an_endless_view_end(server: postgres.Server, filled:
 
 
 def test_missing_and_hostile_tables(server: postgres.Server, filled: Path) -> None:
-    with writer(server) as connection:
-        connection.exec_driver_sql('ALTER TABLE device RENAME TO "x""; DROP TABLE sample; --"')
-        connection.commit()
-        try:
-            with pytest.raises(SourceRefused, match="needs a table named device"):
-                SqlSource(server.url())
-        finally:
-            connection.exec_driver_sql('ALTER TABLE "x""; DROP TABLE sample; --" RENAME TO device')
-            connection.commit()
+    hostile = '"x""; DROP TABLE sample; --"'
+    with writer(server, f"ALTER TABLE device RENAME TO {hostile}"), pytest.raises(SourceRefused, match="named device"):
+        SqlSource(server.url())
+    with writer(server, f"ALTER TABLE {hostile} RENAME TO device"):
+        pass
     assert len(columns_of(SqlSource(server.url()))) == 4
