@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from stages.campaign.parameters import RadioSettings, SensorSettings
-from stages.campaign.virtual_sensor import STANDARD_GRAVITY, SensorMotion, draw_errors, low_pass, read, transmit
+from stages.campaign.virtual_sensor import (
+    STANDARD_GRAVITY,
+    Readings,
+    SensorMotion,
+    draw_errors,
+    low_pass,
+    read,
+    transmit,
+)
 from stages.imu.sources.schema import Device
 from stages.imu.trial.frames import mounting
 
@@ -19,6 +27,12 @@ COUNT_A, COUNT_W = 4 * STANDARD_GRAVITY / 2**15, np.deg2rad(2000) / 2**15
 
 def motion(force: np.ndarray, rate: np.ndarray | None = None) -> SensorMotion:
     return SensorMotion(np.arange(len(force)) * GRID, force, np.zeros_like(force) if rate is None else rate)
+
+
+def sensed(force: np.ndarray, rate: np.ndarray | None = None, seed: int = 0, **errors: float) -> Readings:
+    """What a sensor, perfect but for these errors, reads of a motion."""
+    settings, rng = dataclasses.replace(PERFECT, **errors), np.random.default_rng(seed)
+    return read(motion(force, rate), draw_errors(settings, DEVICE, rng), settings, rng)
 
 
 def test_low_pass_halves_the_power_at_its_cut_off() -> None:
@@ -37,9 +51,7 @@ def test_low_pass_keeps_the_momentum_of_an_impact() -> None:
 def test_a_perfect_sensor_reports_the_motion_on_its_own_axes() -> None:
     force = np.tile([1.0, 9.81, -2.0], (5000, 1))
     rate = np.tile([0.1, -0.2, 3.0], (5000, 1))
-    rng = np.random.default_rng(0)
-    errors = draw_errors(PERFECT, DEVICE, rng)
-    readings = read(motion(force, rate), errors, PERFECT, rng)
+    readings = sensed(force, rate)
     to_body = mounting(DEVICE)
     np.testing.assert_allclose(readings.acceleration * COUNT_A @ to_body.T, np.tile(force[0], (100, 1)), atol=COUNT_A)
     np.testing.assert_allclose(readings.angular_rate * COUNT_W @ to_body.T, np.tile(rate[0], (100, 1)), atol=COUNT_W)
@@ -47,49 +59,34 @@ def test_a_perfect_sensor_reports_the_motion_on_its_own_axes() -> None:
 
 
 def test_readings_saturate_at_full_scale() -> None:
-    force = np.tile([0.0, 100.0, 0.0], (5000, 1))
-    readings = read(
-        motion(force), draw_errors(PERFECT, DEVICE, np.random.default_rng(0)), PERFECT, np.random.default_rng(1)
-    )
-    assert readings.acceleration.min() == -(2**15)
+    assert sensed(np.tile([0.0, 100.0, 0.0], (5000, 1))).acceleration.min() == -(2**15)
 
 
 def test_noise_has_its_density() -> None:
-    settings = dataclasses.replace(PERFECT, acceleration_noise_density=0.01)
-    rng = np.random.default_rng(4)
-    errors = draw_errors(settings, DEVICE, rng)
-    readings = read(motion(np.zeros((500_000, 3))), errors, settings, rng)
+    readings = sensed(np.zeros((500_000, 3)), seed=4, acceleration_noise_density=0.01)
     # White noise of density n behind a second-order low pass: n sqrt(pi / (2 sqrt 2) f_c)
     assert readings.acceleration.std() * COUNT_A == pytest.approx(0.01 * np.sqrt(1.1107 * 40), rel=0.02)
 
 
 def test_the_clock_runs_at_its_own_rate_from_a_random_phase() -> None:
-    settings = dataclasses.replace(PERFECT, rate_error_sd_ppm=2000.0)
-    starts, periods = [], []
-    for seed in range(150):
-        rng = np.random.default_rng(seed)
-        readings = read(motion(np.zeros((1000, 3))), draw_errors(settings, DEVICE, rng), settings, rng)
-        starts.append(readings.time[0])
-        periods.append(np.diff(readings.time).mean())
-    assert np.std(periods) / 0.01 == pytest.approx(2e-3, rel=0.15)
-    assert np.histogram(starts, 5, (0, 0.01))[0].min() > 15
+    times = [sensed(np.zeros((1000, 3)), seed=seed, rate_error_sd_ppm=2000.0).time for seed in range(150)]
+    assert np.std([np.diff(time).mean() for time in times]) / 0.01 == pytest.approx(2e-3, rel=0.15)
+    assert np.histogram([time[0] for time in times], 5, (0, 0.01))[0].min() > 15
 
 
 @pytest.fixture(scope="module")
 def sent():
-    rng = np.random.default_rng(2)
-    readings = read(motion(np.zeros((300_000, 3))), draw_errors(PERFECT, DEVICE, rng), PERFECT, rng)
-    return readings, transmit(readings, 1000.0, 100.0, RADIO, rng)
+    readings = sensed(np.zeros((300_000, 3)), seed=2)
+    return readings, transmit(readings, 1000.0, 100.0, RADIO, np.random.default_rng(3))
 
 
-def test_a_packet_is_late_and_never_early(sent) -> None:
+def test_a_packet_is_late_and_never_early_and_stalls_hold_it_back(sent) -> None:
+    """By when its last sample was taken; stamps are rounded to a millisecond."""
     readings, got = sent
-    last_of_packet = readings.time[got.row // 3 * 3 + 2]
-    late = got.phone_stamp - 1000.0 - last_of_packet
-    assert late.min() >= 0.008 - 0.0005  # stamps are rounded to a millisecond
-    assert late.min() < 0.010
-    assert (got.server_stamp > got.phone_stamp).all()
-    assert (np.diff(got.phone_stamp) >= 0).all()
+    late = got.phone_stamp - 1000.0 - readings.time[got.row // 3 * 3 + 2]
+    assert 0.008 - 0.0005 <= late.min() < 0.010
+    assert (got.server_stamp > got.phone_stamp).all() and (np.diff(got.phone_stamp) >= 0).all()
+    assert np.median(late) < 0.15 and np.quantile(late, 0.99) > 0.3
 
 
 def test_losses_are_whole_packets_and_as_many_as_asked_for(sent) -> None:
@@ -98,10 +95,3 @@ def test_losses_are_whole_packets_and_as_many_as_asked_for(sent) -> None:
     assert set(packets[1]) == {3}
     assert 1 - len(packets[0]) / (len(readings.time) // 3) == pytest.approx(0.05, abs=0.015)
     assert (np.diff(got.packet.astype(int))[got.position[1:] == 0] % 65536 >= 1).all()
-
-
-def test_stalls_hold_packets_back(sent) -> None:
-    readings, got = sent
-    late = got.phone_stamp - 1000.0 - readings.time[got.row // 3 * 3 + 2]
-    assert np.median(late) < 0.15
-    assert np.quantile(late, 0.99) > 0.3

@@ -1,6 +1,7 @@
 """The contact laws as machine code are their own texts over floats: the whole register, and every operation."""
 
 import dataclasses
+from itertools import product
 from pathlib import Path
 
 import numba
@@ -13,7 +14,11 @@ from stages.ground.friction import ARRAYS, SCALARS, friction_slope, signed_coeff
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw
 
 LAW = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
-DEPTHS = (-1e-5, 0.0, 1e-6, 3e-5, 1e-4, 5e-4)
+RATES = (-1.0, -0.01, 0.0, 0.3)
+#: Depths with rates, in and out of contact; those of the second are not where a law has a corner.
+CONTACTS = [*product((-1e-5, 0.0, 1e-6, 3e-5, 1e-4, 5e-4), RATES)]
+SMOOTH = [*product((-1e-5, 1e-6, 3e-5, 0.99e-4, 5e-4), RATES)]
+SLIPS = (-2.0, -0.4, -0.05, 0.0, 0.03, 0.2, 0.7, 1.5)
 SPEEDS = (0.0, 1e-9, 0.01, 0.0999, 0.1, 0.3, 1.0, 2.0)
 GRID = (-2.0, -1.0, -0.3, 0.0, 1e-9, 0.2, 0.5, 1.0, 3.0)
 #: Machine code of what stands here is kept as that of the stages is: by the digest of all its sources.
@@ -33,9 +38,8 @@ def slope(law, slip_x, slip_z):
 @pytest.mark.parametrize("name", NORMAL_FORCES)
 def test_a_compiled_normal_force_is_its_text(name):
     law = dataclasses.replace(LAW, normal_force=name).numbers.normal
-    for depth in DEPTHS:
-        for rate in (-1.0, -0.01, 0.0, 0.3):
-            assert force(law, depth, rate) == pytest.approx(law.force(depth, rate, SCALARS), rel=1e-12, abs=1e-12)
+    for depth, rate in CONTACTS:
+        assert force(law, depth, rate) == pytest.approx(law.force(depth, rate, SCALARS), rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", FRICTIONS)
@@ -47,10 +51,9 @@ def test_compiled_friction_is_its_text(name):
 
 
 def test_what_is_no_law_does_not_compile():
-    with pytest.raises(numba.TypingError):
-        force(LAW, 1e-5, 0.0)
-    with pytest.raises(numba.TypingError):
-        force(LAW.numbers.friction, 1e-5, 0.0)
+    for other in (LAW, LAW.numbers.friction):
+        with pytest.raises(numba.TypingError):
+            force(other, 1e-5, 0.0)
 
 
 #: What each operation is given besides x: of those that any x may be given, and of those that are for x >= 0.
@@ -115,26 +118,20 @@ def coefficient_tangent(law, slip):
 def test_a_law_gives_its_own_derivatives_of_the_normal_force(name):
     """By a complex step, against central differences of its text over floats; in and out of contact."""
     law = dataclasses.replace(LAW, normal_force=name).numbers.normal
-    for depth in (-1e-5, 1e-6, 3e-5, 0.99e-4, 5e-4):
-        for rate in (-1.0, -0.01, 0.0, 0.3):
-            tangents = (
-                force_tangent(law, complex(depth, STEP), complex(rate, 0.0)),
-                force_tangent(law, complex(depth, 0.0), complex(rate, STEP)),
-            )
-            sizes = 1e-5 * max(abs(depth), 1e-6), 1e-6
-            by_depth = [law.force(depth + sign * sizes[0], rate, SCALARS) for sign in (1.0, -1.0)]
-            by_rate = [law.force(depth, rate + sign * sizes[1], SCALARS) for sign in (1.0, -1.0)]
-            for tangent, (ahead, behind), size in zip(tangents, (by_depth, by_rate), sizes):
-                value = law.force(depth, rate, SCALARS)
-                assert tangent.real == pytest.approx(value, rel=1e-12, abs=1e-12)
-                expected, noise = (ahead - behind) / (2 * size), 1e-14 * abs(value) / size
-                assert tangent.imag / STEP == pytest.approx(expected, rel=1e-6, abs=1e-9 + noise)
+    for depth, rate in SMOOTH:
+        value = law.force(depth, rate, SCALARS)
+        for which, size in (((1, 0), 1e-5 * max(abs(depth), 1e-6)), ((0, 1), 1e-6)):
+            tangent = force_tangent(law, complex(depth, which[0] * STEP), complex(rate, which[1] * STEP))
+            ahead, behind = (law.force(depth + by * which[0], rate + by * which[1], SCALARS) for by in (size, -size))
+            assert tangent.real == pytest.approx(value, rel=1e-12, abs=1e-12)
+            expected, noise = (ahead - behind) / (2 * size), 1e-14 * abs(value) / size
+            assert tangent.imag / STEP == pytest.approx(expected, rel=1e-6, abs=1e-9 + noise)
 
 
 @pytest.mark.parametrize("name", FRICTIONS)
 def test_a_law_gives_its_own_derivative_of_friction(name):
     law = dataclasses.replace(LAW, friction=name).numbers
-    for slip in (-2.0, -0.4, -0.05, 0.0, 0.03, 0.2, 0.7, 1.5):
+    for slip in SLIPS:
         tangent = coefficient_tangent(law, complex(slip, STEP))
         ends = [signed_coefficient(law, slip + sign * 1e-7, SCALARS) for sign in (1.0, -1.0)]
         assert complex(tangent).real == pytest.approx(signed_coefficient(law, slip, SCALARS), rel=1e-12, abs=1e-15)
@@ -180,16 +177,15 @@ def test_a_law_gives_its_derivatives_by_every_parameter(law, key):
     ends, step = [changed(sign * 1e-6 * value) for sign in (1.0, -1.0)], 2e-6 * value
     if law in NORMAL_FORCES:
         numbers = np.array(changed(1j * STEP).normal, dtype=complex)
-        for depth in (-1e-5, 1e-6, 3e-5, 0.99e-4, 5e-4):
-            for rate in (-1.0, -0.01, 0.0, 0.3):
-                own = normal_of_numbers(contact.numbers.normal, numbers, depth, rate).imag / STEP
-                ahead, behind = (end.normal.force(depth, rate, SCALARS) for end in ends)
-                noise = 1e-15 * abs(ahead) / step
-                assert own == pytest.approx((ahead - behind) / step, rel=1e-5, abs=1e-9 + 10 * noise)
+        for depth, rate in SMOOTH:
+            own = normal_of_numbers(contact.numbers.normal, numbers, depth, rate).imag / STEP
+            ahead, behind = (end.normal.force(depth, rate, SCALARS) for end in ends)
+            noise = 1e-15 * abs(ahead) / step
+            assert own == pytest.approx((ahead - behind) / step, rel=1e-5, abs=1e-9 + 10 * noise)
         return
     varied = changed(1j * STEP)
     numbers = np.array([*varied.friction, varied.stiction_velocity], dtype=complex)
-    for slip in (-2.0, -0.4, -0.05, 0.0, 0.03, 0.2, 0.7, 1.5):
+    for slip in SLIPS:
         own = friction_of_numbers(contact.numbers, numbers, slip).imag / STEP
         ahead, behind = (signed_coefficient(end, slip, SCALARS) for end in ends)
         assert own == pytest.approx((ahead - behind) / step, rel=1e-6, abs=1e-8)

@@ -27,10 +27,6 @@ def dropped(law):
     return run.y[0].max(), -run.y[1, -1]
 
 
-def test_static_penetration_is_the_share():
-    assert static_penetration(with_impact(LAW, 0.25), 9.4) == pytest.approx(0.25 * static_penetration(LAW, 9.4))
-
-
 @pytest.mark.parametrize("normal", ["impact", "restitution"])
 def test_depth_and_rebound_fall_as_the_share(normal):
     law = dataclasses.replace(LAW, normal_force=normal)
@@ -44,11 +40,9 @@ def test_stiffness_alone_throws_the_foot_back():
     assert dropped(stiff)[1] > 2 * dropped(LAW)[1]
 
 
-def test_creep_at_a_given_friction_is_the_share():
+def test_a_member_has_the_share_of_static_penetration_and_of_creep_at_a_given_friction():
     slip = np.linspace(-0.02, 0.02, 101)
+    assert static_penetration(with_impact(LAW, 0.25), 9.4) == pytest.approx(0.25 * static_penetration(LAW, 9.4))
     assert friction_coefficient(with_creep(LAW, 0.25), 0.25 * slip) == pytest.approx(friction_coefficient(LAW, slip))
-
-
-def test_a_member_has_the_share_of_both():
     assert family_member(LAW, 0.5) == with_creep(with_impact(LAW, 0.5), 0.5)
     assert family_member(family_member(LAW, 0.5), 2.0) == LAW
