@@ -274,9 +274,13 @@ def _read(group: Any, name: str, kind: Any, count: int | None) -> Any:
         if row := row_class(kind):
             size = int(item.attrs[ROWS])
             return tuple(read_fields(item, row, size) if size else ())
+        if not is_mapping(kind):
+            raise TypeError(f"{item.name} is a group")
         parts = {key: _read(item, key, part_kind(kind), count) for key in members_of(item)}
         return parts if count is None else _rows(parts, count)
     none = {*item.attrs.get(NONE, ())}
+    if count is None and not none and (dataclasses.is_dataclass(kind) or row_class(kind) or is_mapping(kind)):
+        raise TypeError(f"{item.name} is no group")
     if count is None:
         return None if none else of_kind(read(item), kind)
     value = read(item)
@@ -320,6 +324,11 @@ def row_class(kind: Any) -> Any:
     arguments = typing.get_args(present(kind))
     table = typing.get_origin(present(kind)) is tuple and arguments and hasattr(arguments[0], "__dataclass_fields__")
     return arguments[0] if table else None
+
+
+def is_mapping(kind: Any) -> bool:
+    """Whether a type is that of a mapping."""
+    return typing.get_origin(kind) in (dict, Mapping)
 
 
 def part_kind(kind: Any) -> Any:

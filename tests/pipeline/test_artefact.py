@@ -180,6 +180,15 @@ def test_an_artefact_of_another_class_is_one_sentence():
         artefact.decode(artefact.encode(inner(), {}), Everything, "x.h5")
 
 
+@pytest.mark.parametrize(
+    "changes", [{"inner": ()}, {"masses": (1.0, 2.0)}, {"rows": np.zeros(3)}, {"count": inner()}, {"flags": {"a": 1.0}}]
+)
+def test_a_field_that_is_stored_as_another_kind_is_one_sentence(changes):
+    """Values for a dataclass, a mapping or a table; a group for a number or an array."""
+    with pytest.raises(ArtefactError, match="do not fit this version"):
+        artefact.decode(artefact.encode(example(**changes), {}), Everything, "x.h5")
+
+
 def test_an_artefact_cut_anywhere_is_never_a_traceback_and_never_taken_for_whole():
     content = artefact.encode(example(), {"key": "k"})
     for end in range(0, len(content), 997):
