@@ -1,4 +1,4 @@
-"""Runs a command of the study in this process: for what a command answers, where a process of its own tells no more."""
+"""Runs commands of the study: as a user's shell does, or in this process, where one of its own tells no more."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from unittest import mock
 
@@ -31,3 +32,11 @@ def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
             signal.signal(signal.SIGTERM, before)
     assert "unexpected" not in errors.getvalue(), errors.getvalue()
     return subprocess.CompletedProcess(command, ended, out.getvalue(), errors.getvalue())
+
+
+def python(
+    code: str, *arguments: str, cwd: Path, env: Mapping[str, str], timeout: float = 300.0
+) -> subprocess.CompletedProcess[str]:
+    """What comes of `python -c code arguments` in this folder and environment; its standard input is empty."""
+    return subprocess.run([sys.executable, "-c", code, *arguments], cwd=cwd, env=env, text=True, capture_output=True,
+                          stdin=subprocess.DEVNULL, timeout=timeout)  # fmt: skip

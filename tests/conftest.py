@@ -9,11 +9,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from pipeline.cache import processor
-from tests import warm
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 processor.take()  # as in the study's own processes
-warm.keep_files_in_memory()
 
 # The same examples on every machine, however slow it is: a test that fails must say something about the code.
 settings.register_profile("study", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
@@ -34,10 +32,6 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
             return nodeid.split("::")[0].rpartition("/")[0]
 
     return ByFolder(config, log)
-
-
-def pytest_sessionfinish() -> None:
-    warm.stop()
 
 
 @pytest.fixture(scope="session")

@@ -26,7 +26,7 @@ from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.motion import flow
 from stages.analytic.phases.section import section_state
-from tests import warm
+from tests import commands
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed
 
 STIFF = changed(TABLE_1, damping=1e5)
@@ -112,7 +112,7 @@ for d in ({", ".join(DIRECTIONS)}):
     functions = {{id(f): f for values in modules for f in values if is_jitted(f)}}.values()
     print(*sorted(f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.stats.cache_misses))
 """
-    done = warm.run(program, cwd=Path(__file__).parents[2], env={**os.environ, "NUMBA_CACHE_DIR": str(code)})
+    done = commands.python(program, cwd=Path(__file__).parents[2], env={**os.environ, "NUMBA_CACHE_DIR": str(code)})
     assert done.returncode == 0, done.stderr
     return map(str.split, done.stdout.splitlines())
 

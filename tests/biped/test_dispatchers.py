@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from stages.biped.machine_code import MachineCode
-from tests import warm
+from tests import commands
 
 OPTIONS = {"nogil": True, "error_model": "numpy"}
 TOYS = """
@@ -97,7 +97,7 @@ def called(tmp_path, repository):
 
     def process(*names, cache="cache"):
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / cache), "PYTHONPATH": str(repository)}
-        done = warm.run(CALLED, str(tmp_path), *names, cwd=repository, env=environment)
+        done = commands.python(CALLED, str(tmp_path), *names, cwd=repository, env=environment)
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
 

@@ -17,7 +17,7 @@ import pytest
 from pipeline.cache.sources import Sources, beside
 from stages.analytic.model import made
 from stages.biped import machine_code
-from tests import warm
+from tests import commands
 
 unix = pytest.mark.skipif(os.name != "posix", reason="looks at owners and modes")
 root = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="gives files to somebody else")
@@ -70,9 +70,8 @@ def used(package: Path, repository: Path, user: int | None = None, **environment
     search = os.pathsep.join([str(package.parent), str(repository)])
     clean = {name: value for name, value in os.environ.items() if name not in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
     environment = {name: str(value) for name, value in environment.items()}
-    anew = any(name.startswith("NUMBA_CPU") for name in environment)  # Numba reads them when it is loaded
-    done = warm.run(AS_USER.format(user=user), cwd=package.parent, env={**clean, "PYTHONPATH": search, **environment},
-                    anew=anew)  # fmt: skip
+    done = commands.python(AS_USER.format(user=user), cwd=package.parent,
+                           env={**clean, "PYTHONPATH": search, **environment})  # fmt: skip
     assert done.returncode == 0, done.stderr
     found: dict[str, object] = json.loads(done.stdout)
     return found

@@ -18,7 +18,7 @@ from stages.calibration.information.identifiability import (
     planned_equations,
     weighed,
 )
-from tests import commands, warm
+from tests import commands
 from tests.calibration.runs import PARAMETERS, ROOT
 
 #: The foot sensor's place is known, as in the trial.
@@ -90,7 +90,7 @@ def test_the_command_says_what_runs_tell_without_any_recording(tmp_path):
 
 def test_the_command_asks_for_recordings(tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = warm.run("from pipeline.cli import main; main()", "calibrate", "--results", str(tmp_path), cwd=ROOT,
+    done = commands.python("from pipeline.cli import main; main()", "calibrate", "--results", str(tmp_path), cwd=ROOT,
                     env=environment)  # fmt: skip
     assert (done.returncode, "name the recordings" in done.stderr) == (2, True)
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests import commands, warm
+from tests import commands
 from tests.imu.stand_in import make_database, make_run
 
 ACCELERATION, RATE = ("ax", "ay", "az"), ("gx", "gy", "gz")
@@ -31,7 +31,7 @@ def ingest(repository: Path, *arguments: object, by_itself: dict[str, str] | Non
         done = commands.run(*words, cwd=repository)
     else:
         environment = {**os.environ, "PYTHONPATH": str(repository), **by_itself}
-        done = warm.run("from pipeline.cli import main; main()", *words, cwd=repository, env=environment)
+        done = commands.python("from pipeline.cli import main; main()", *words, cwd=repository, env=environment)
     assert "Traceback" not in done.stderr
     return done.returncode, done.stdout, done.stderr
 

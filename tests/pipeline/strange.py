@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tests import warm
+from tests import commands
 from tests.pipeline import strange_files
 from tests.pipeline.strange_files import Maker, written
 from tests.pipeline.strange_graphs import graphs
@@ -138,8 +138,7 @@ class Strange:
         code += "from tests.pipeline import strange; strange.bounded(); main()"
         environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}
         try:
-            done = warm.run(code, *words, cwd=home, env=environment, timeout=_LONGEST_S,
-                            light=words[0] != _INGEST)  # fmt: skip
+            done = commands.python(code, *words, cwd=home, env=environment, timeout=_LONGEST_S)
         except subprocess.TimeoutExpired:
             return -1, f"did not end within {_LONGEST_S} s"
         return done.returncode, done.stderr

@@ -14,7 +14,7 @@ import click
 import pytest
 
 from pipeline.cli import cli
-from tests import warm
+from tests import commands
 from tests.imu.stand_in import make_database, make_run
 from tests.pipeline import documented
 
@@ -71,7 +71,7 @@ def test_what_is_not_run_is_still_documented():
 def bench(tmp_path_factory, repository) -> Path:
     """A new study with the files that the documents speak of: sweeps, a recording in SQLite, and one in CSV."""
     root = tmp_path_factory.mktemp("documented") / "study"
-    assert bipedstudy(root.parent, "init", "study", anew=False).returncode == 0
+    assert bipedstudy(root.parent, "init", "study").returncode == 0
     text = documented.blocks(repository / "docs/sweeps.md", "yaml")[0]
     assert "count: 2000 " in text
     for name in ("slopes", "designs"):
@@ -104,16 +104,16 @@ def as_csv(database: Path) -> str:
     return "\n".join(lines)
 
 
-def bipedstudy(folder: Path, *words: str, anew: bool = True) -> subprocess.CompletedProcess[str]:
-    """Run the command line in a folder, in a process that begins with nothing or one that has large packages."""
+def bipedstudy(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run the command line in a folder."""
     code = "from pipeline.cli import main; main()"
-    return warm.run(code, *words, cwd=folder, env={**os.environ, "PYTHONPATH": str(HOME)}, timeout=3600.0, anew=anew)
+    return commands.python(code, *words, cwd=folder, env={**os.environ, "PYTHONPATH": str(HOME)}, timeout=3600.0)
 
 
-def works(folder: Path, command: documented.Command, anew: bool = True) -> None:
+def works(folder: Path, command: documented.Command) -> None:
     """Run a documented command; it must end well, and leave every file it names."""
     assert command.words[0] == "bipedstudy" and not command.environment, command.text
-    done = bipedstudy(folder, *command.words[1:], anew=anew)
+    done = bipedstudy(folder, *command.words[1:])
     # 3: something changed; two runs of few strides, as are measured here, are too short for a robot to be fitted
     ends = (0, 3) if command.words[1] == "compare" or "imu.database" in command.text else (0,)
     assert done.returncode in ends, f"{command.text}\n{done.stdout[-2000:]}{done.stderr}"
@@ -125,7 +125,7 @@ def works(folder: Path, command: documented.Command, anew: bool = True) -> None:
 
 @pytest.mark.parametrize("text", AT_ONCE)
 def test_a_command_that_needs_no_results_works(text, bench):
-    works(bench, documented.Command(tuple(text.split())), anew=False)
+    works(bench, documented.Command(tuple(text.split())))
 
 
 @pytest.fixture(scope="module")

@@ -11,13 +11,13 @@ import pytest
 
 from pipeline import graph
 from pipeline.commands import house
-from tests import warm
+from tests import commands
 
 
 def bipedstudy(folder, *arguments, **environment):
     code = "from pipeline.cli import main; main()"
     home = os.pathsep.join(path for path in sys.path if path)
-    done = warm.run(code, *arguments, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment}, light=True)
+    done = commands.python(code, *arguments, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment})
     return done.returncode, done.stdout, done.stderr
 
 

@@ -14,7 +14,7 @@ import pytest
 from pipeline import layout
 from pipeline.cache import artefact
 from stages.biped.quantity import quantity
-from tests import warm
+from tests import commands
 from tests.pipeline.test_documented_commands import HOME
 
 #: Commands that answer from what lies there.
@@ -22,8 +22,6 @@ AT_ONCE = (
     "--help", "status", "graph", "claims", "doctor", "figures", "show analytic", "show twin", "show tradeoff",
     "run-all --dry-run", "run figures --dry-run --set biped.foot_radius=0.09", "clean --dry-run",
 )  # fmt: skip
-#: Those of them that load what stages compute with.
-LOADING = ("doctor", "clean --dry-run")
 #: Commands that compute.
 ASKED = (
     "gait", "gait --all", "sensitivity", "basin --points 4 --steps 4", "continue ground.slope_deg 1.8:2.2",
@@ -38,10 +36,10 @@ def too_wide(text: str, columns: int) -> list[str]:
     return [line for line in text.splitlines() if len(line) > columns and len(line.split()) > 1]
 
 
-def printed(folder, *words: str, columns: int, light: bool = False) -> str:
+def printed(folder, *words: str, columns: int) -> str:
     code = "import sys; from pipeline.cli import main; main()"
     environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": str(columns)}
-    done = warm.run(code, *words, cwd=folder, env=environment, light=light)
+    done = commands.python(code, *words, cwd=folder, env=environment)
     if any(words in done.stderr for words in ("made by an earlier version", "do not fit this version")):
         pytest.skip("the results are of an earlier version: bipedstudy run-all")
     assert done.returncode == 0, done.stderr
@@ -57,7 +55,7 @@ def study(repository):
 
 @pytest.mark.parametrize("command", AT_ONCE)
 def test_a_command_fits_80_columns(command, study):
-    text = printed(study, *command.split(), columns=80, light=command not in LOADING)
+    text = printed(study, *command.split(), columns=80)
     assert text and not too_wide(text, 80)
 
 

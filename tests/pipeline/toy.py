@@ -19,7 +19,7 @@ from pipeline.cache.sources import SyntaxMemo, beside
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Outcome, bring_up_to_date
 from pipeline.study import Study
-from tests import warm
+from tests import commands
 
 HOME = Path(__file__).resolve().parents[2]
 TEMPLATE = Path(__file__).with_name("toy_study")
@@ -97,7 +97,7 @@ class Toy:
     ) -> tuple[int, str, str]:
         """Run `bipedstudy` to its end, after some code: exit code, standard output, standard error."""
         asked = {**self._environment(), **(environment or {})}
-        done = warm.run(before + self._code(), *arguments, cwd=self.root, env=asked, light=True)
+        done = commands.python(before + self._code(), *arguments, cwd=self.root, env=asked)
         return done.returncode, done.stdout, done.stderr
 
 

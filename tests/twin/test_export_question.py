@@ -7,7 +7,7 @@ import pytest
 
 from stages.twin.exports.formats import FORMATS
 from stages.twin.questions.export import FORMATS as OFFERED
-from tests import warm
+from tests import commands
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def export(repository, tmp_path):
     def export(*arguments):
         environment = {**os.environ, "PYTHONPATH": str(repository)}
         code = "from pipeline.cli import main; main()"
-        done = warm.run(code, "export", *map(str, arguments), cwd=repository, env=environment)
+        done = commands.python(code, "export", *map(str, arguments), cwd=repository, env=environment)
         assert "Traceback" not in done.stderr
         return done.returncode, done.stdout, done.stderr
 
