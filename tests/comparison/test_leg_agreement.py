@@ -19,19 +19,15 @@ POINTS, SKIPPED = 101, 0
 def runs_of(walk, turned=0.0, longer=1.0):
     """One run as the ingest would give it of a walk, with its leg turned [rad] and its hip's way stretched."""
     strikes, legs = walk.heel_strike_time, walk.heel_strike_leg
-    inner = strikes[legs == INNER]
-    bounds = list(itertools.pairwise(inner))
+    bounds = list(itertools.pairwise(strikes[legs == INNER]))
     phase = np.linspace(0, 1, POINTS)
-    rates = [np.interp(a + (b - a) * phase, walk.time, walk.leg_rate[:, INNER]) for a, b in bounds]
     strides = np.zeros((len(bounds), POINTS, len(SENSOR_SIGNALS)))
-    strides[:, :, 2] = rates
-    ends = [strikes[(strikes > a) & (legs == OUTER)][0] for a, _ in bounds]
-    paths = []
-    for (start, _), end in zip(bounds, ends):
-        at = np.linspace(start, end, 51)
+    paths = np.zeros((len(bounds), 51, 2))
+    for number, (begin, end) in enumerate(bounds):
+        strides[number, :, 2] = np.interp(begin + (end - begin) * phase, walk.time, walk.leg_rate[:, INNER])
+        at = np.linspace(begin, strikes[(strikes > begin) & (legs == OUTER)][0], 51)
         path = np.column_stack([np.interp(at, walk.time, axis) for axis in walk.hip_position.T])
-        paths.append((path - [path[0, 0], 0.0]) * [longer, 1.0] + [0.0, 0.01])
-    paths = np.array(paths)
+        paths[number] = (path - [path[0, 0], 0.0]) * [longer, 1.0] + [0.0, 0.01]
     leg = SimpleNamespace(
         time=walk.time, angle=walk.leg_angle[:, INNER] + turned, hip_path=paths, step_length=paths[:, -1, 0],
         step_length_error=np.full(len(paths), 1e-3),

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up import make_budget, make_step, make_walk
 
 from stages.comparison.claims import calibration, contact, figure_8, gait, numerics, twin
 from stages.comparison.determinants import Determinants, digits_of, of_walk
@@ -16,6 +15,7 @@ from stages.comparison.tables import side_by_side
 from stages.contact_study.result import FrictionVariation
 from stages.error_budget.result import CREEP, EFFECTS, SLIP, Split
 from stages.tradeoff.result import Errors, Row
+from tests.comparison.made_up import make_budget, make_step, make_walk
 
 RADIUS = 0.08
 
@@ -79,13 +79,10 @@ def test_what_a_gait_does_not_tell_stays_empty():
     assert of_walk(make_walk(steps=2), RADIUS, 0.333, 9.81).speed_variation != 0, "NaN"
 
 
-def friction(key, factor, length):
-    return FrictionVariation(key, factor, 0.48, length)
-
-
 def test_the_gait_turns_with_the_velocity_and_the_factor_at_which_it_changes_most():
-    rows = [friction("stiction_velocity", *pair) for pair in ((0.5, 0.1616), (1.0, 0.16), (2.0, 0.1568))]
-    rows += [friction("friction_velocity", factor, 0.16) for factor in (0.5, 1.0, 2.0)]
+    lengths = {"stiction_velocity": (0.1616, 0.16, 0.1568), "friction_velocity": (0.16, 0.16, 0.16)}
+    rows = [FrictionVariation(key, factor, 0.48, length)
+            for key, found in lengths.items() for factor, length in zip((0.5, 1.0, 2.0), found)]  # fmt: skip
     study = SimpleNamespace(default_friction_variations=tuple(rows), default=make_step(creep=4e-3))
     results = SimpleNamespace(contact_study=study)
     limits = SimpleNamespace(settings=SimpleNamespace(unaffected_limit=0.005))
@@ -101,13 +98,11 @@ def test_step_frequency_takes_its_uncertainty_from_the_model():
         analytic = SimpleNamespace(gait=SimpleNamespace(step_frequency_hz=2.07), uncertainties=uncertainties)
         return SimpleNamespace(results=SimpleNamespace(analytic=analytic))
 
-    period = SimpleNamespace(name="period_s")
     own = SimpleNamespace(
         name="step_frequency_hz", worst=7e-3, decisive="biped.foot_com", decisive_part=3e-3,
         slope_least=2.05, slope_most=2.08)
-    found = gait.step_frequency(given(period, own))
-    assert found == (
-        2.07, 7e-3, "biped.foot_com", 3e-3, (2.05, 2.08))
+    found = gait.step_frequency(given(SimpleNamespace(name="period_s"), own))
+    assert found == (2.07, 7e-3, "biped.foot_com", 3e-3, (2.05, 2.08))
     assert gait.step_frequency(given())[1] == 0.0, "all values are exact"
 
 

@@ -28,6 +28,18 @@ def errors(monkeypatch):
         parameters.level.level, {}).get(claim, {}))
 
 
+@pytest.fixture
+def measured(tmp_path, monkeypatch):
+    """Keep these errors of claims as those measured with the study's own parameters."""
+
+    def keep(**claims):
+        kept = {"parameters": {"paper": judge.digest(parameters("paper"))}, "errors": {"paper": claims}}
+        (tmp_path / "table.json").write_text(json.dumps(kept))
+        monkeypatch.setattr(judge, "TABLE", tmp_path / "table.json")
+
+    return keep
+
+
 def test_a_verdict_that_its_error_could_change_is_not_decided(errors):
     far, near = (of(STABLE, multibody=value) for value in (0.985, 0.995))
     assert judged(DRAFT, far).verdict == HOLDS and judged(PARAMETERS, near).verdict == HOLDS
@@ -49,11 +61,8 @@ def parameters(level, *settings):
     return study.parameters(("comparison",))["comparison"]
 
 
-def test_errors_are_twice_what_was_measured_with_the_same_parameters_and_unknown_with_all_others(tmp_path, monkeypatch):
-    kept = {"parameters": {"paper": judge.digest(parameters("paper"))},
-            "errors": {"paper": {STABLE.about.id: {"constraint": 1e-9, "multibody": 3e-7}}}}  # fmt: skip
-    (tmp_path / "table.json").write_text(json.dumps(kept))
-    monkeypatch.setattr(judge, "TABLE", tmp_path / "table.json")
+def test_errors_are_twice_what_was_measured_with_the_same_parameters_and_unknown_with_all_others(measured):
+    measured(stable_gait={"constraint": 1e-9, "multibody": 3e-7})
     claim = judged(parameters("paper"), STABLE)
     assert [number.error for number in claim.numbers] == [2e-9, 6e-7]
     assert (claim.verdict, claim.beside) == (HOLDS, "")
@@ -68,10 +77,8 @@ def test_errors_are_twice_what_was_measured_with_the_same_parameters_and_unknown
     assert "stable_gait: holds (errors unknown here)\n" in shown
 
 
-def test_errors_of_a_claim_that_nobody_measured_yet_are_unknown(tmp_path, monkeypatch):
-    kept = {"parameters": {"paper": judge.digest(parameters("paper"))}, "errors": {"paper": {}}}
-    (tmp_path / "table.json").write_text(json.dumps(kept))
-    monkeypatch.setattr(judge, "TABLE", tmp_path / "table.json")
+def test_errors_of_a_claim_that_nobody_measured_yet_are_unknown(measured):
+    measured()
     assert judged(parameters("paper"), STABLE).beside == UNKNOWN
 
 

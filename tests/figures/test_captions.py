@@ -34,33 +34,31 @@ def test_every_figure_has_a_title_and_a_caption_from_the_results_that_it_names(n
     assert set(figure(name).inputs) <= {field.name for field in dataclasses.fields(Inputs)}
 
 
-def test_captions_state_the_numbers_of_the_results():
-    assert "2.0718 Hz" in text("gait_animation")
-    assert "1.9999 Hz" in text("gait_animation", analytic=analytic(frequency=1.9999))
-    assert "768 N with 31 µm" in text("figure_02_ground_reaction")
-    assert "0.19 mm in x and 0.04 mm in y" in text("figure_08_hip_motion")
-    assert "the paper states 0.3 mm and 5 mm/s" in text("figure_08_hip_motion")
+@pytest.mark.parametrize(("name", "other", "words"), [
+    ("gait_animation", {}, ["2.0718 Hz"]),
+    ("gait_animation", {"analytic": analytic(frequency=1.9999)}, ["1.9999 Hz"]),
+    ("figure_02_ground_reaction", {}, ["768 N with 31 µm"]),
+    ("figure_08_hip_motion", {}, ["0.19 mm in x and 0.04 mm in y", "the paper states 0.3 mm and 5 mm/s"]),
+    ("figure_05_contact_parameters", {}, ["2.00 mm", "0.20 mm"]),
+    ("bifurcation", {}, [
+        "known from 1° to 4°; stable ones lie between 1° and 3.333°.",
+        "At 3.3333° the cycle of 1 doubles (multiplier -1.000000). At 1.0000° the cycle of 1 turns back",
+        "loses its double stance: the cycle of 2 at 3.4°."]),
+    ("basin", {}, ["from 42 starts", "14.3 % come within 0.001", "after 1 to 5 steps", "falls forward: 14.3 %",
+                   "In 14.3 % the trailing leg"]),
+    ("bifurcation", {"stability": SimpleNamespace(slope_deg=2.0, families=(), basin=None)},
+     ["No gait could be followed."]),
+    ("basin", {"stability": SimpleNamespace(slope_deg=2.0, families=(), basin=None)}, ["unstable"]),
+])
+def test_captions_state_the_numbers_of_the_results(name, other, words):
+    said = text(name, **other)
+    assert all(each in said for each in words), said
+    if "stability" in other:
+        plt.close(made_up_figure(name, **other))
+
+
+def test_without_a_statement_that_applies_the_paper_is_not_named():
     assert "paper" not in text("figure_08_hip_motion", comparison=comparison(verdict="does not apply"))
-    contact = text("figure_05_contact_parameters")
-    assert "2.00 mm" in contact and "0.20 mm" in contact
-
-
-def test_the_slope_and_the_basin_tell_turns_kinks_and_shares():
-    slope = text("bifurcation")
-    assert "known from 1° to 4°; stable ones lie between 1° and 3.333°." in slope
-    assert "At 3.3333° the cycle of 1 doubles (multiplier -1.000000). At 1.0000° the cycle of 1 turns back" in slope
-    assert "loses its double stance: the cycle of 2 at 3.4°." in slope
-    basin = text("basin")
-    assert "from 42 starts" in basin and "14.3 % come within 0.001" in basin and "after 1 to 5 steps" in basin
-    assert "falls forward: 14.3 %" in basin and "In 14.3 % the trailing leg" in basin
-
-
-def test_a_gait_that_is_unstable_or_cannot_be_followed_is_told_so():
-    none = SimpleNamespace(slope_deg=2.0, families=(), basin=None)
-    assert text("bifurcation", stability=none).endswith("No gait could be followed.")
-    assert "unstable" in text("basin", stability=none)
-    for name in ("bifurcation", "basin"):
-        plt.close(made_up_figure(name, stability=none))
 
 
 def test_gaits_of_legs_that_differ_are_counted_in_steps():
@@ -69,14 +67,11 @@ def test_gaits_of_legs_that_differ_are_counted_in_steps():
     assert "repeats after two steps, or" in said and "The gait of two steps is known" in said
 
 
-def test_one_figure_stands_beside_the_parameters():
-    assert [name for name in NAMES if figure(name).beside_parameters] == ["robot_symbols"]
-
-
-def test_claims_that_figures_name_are_judged_and_one_figure_opens_the_report():
+def test_claims_that_figures_name_are_judged_and_one_figure_opens_the_report_and_one_the_parameters():
     named = {claim for name in NAMES for claim in figure(name).claims}
     assert named <= set(STATEMENTS) and len(named) > 10
     assert [name for name in NAMES if figure(name).opens] == ["robot_in_space"]
+    assert [name for name in NAMES if figure(name).beside_parameters] == ["robot_symbols"]
 
 
 @pytest.mark.parametrize(("origin", "said"), [("synthetic", True), ("mixed", True), ("measured", False)])
@@ -147,17 +142,15 @@ def test_the_stage_draws_all_in_their_places_with_captions_beside(monkeypatch):
     assert said[-1] == 1.0
 
 
+@pytest.mark.parametrize("level", ["draft", "paper"])
 @pytest.mark.parametrize("name", ["extremes", "gait_animation"])
-def test_a_figure_of_another_accuracy_than_the_usual_says_so(name, monkeypatch):
-    drafts, usual = ([], [])
-    for level, shown in (("draft", drafts), ("paper", usual)):
-        monkeypatch.setattr(drawn.style, "pictures",
-                            lambda name, figure, dpi, shown=shown, **_: shown.append(figure) or {})  # fmt: skip
-        files, _ = drawn.draw(name, parameters(level), results())
-        shown += [content.decode() for content in files.values()]
-    said = [one if isinstance(one, str) else " ".join(text.get_text() for text in one.texts)
-            for one in (drafts[0], usual[0])]  # fmt: skip
-    assert "accuracy: draft" in said[0] and "accuracy:" not in said[1]
+def test_a_figure_of_another_accuracy_than_the_usual_says_so(name, level, monkeypatch):
+    pictures = []
+    monkeypatch.setattr(drawn.style, "pictures", lambda name, figure, *_, **__: pictures.append(figure) or {})
+    files, _ = drawn.draw(name, parameters(level), results())
+    said = " ".join([content.decode() for content in files.values()]
+                    + [text.get_text() for picture in pictures for text in picture.texts])  # fmt: skip
+    assert ("accuracy: draft" in said, "accuracy:" in said) == (level == "draft", level == "draft")
 
 
 def test_that_mark_stands_on_no_label():

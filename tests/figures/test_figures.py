@@ -1,3 +1,5 @@
+"""What figures show is what they are given, in the units that their axes say."""
+
 from __future__ import annotations
 
 import dataclasses
@@ -5,13 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.drawing import style
 from stages.figures.drawn import figure_02_ground_reaction as figure_02
 from stages.figures.drawn import figure_04_normal_force as figure_04
 from stages.figures.drawn import figure_05_contact_parameters as figure_05
 from tests.comparison.made_up import DEFAULTS, make_study, make_walk
 from tests.figures.made_up_results import comparison, drawn, multibody, shown
 from tests.figures.test_golden import PICTURES
+
+pytestmark = pytest.mark.usefixtures("drawing")
 
 
 def labels(figure):
@@ -29,9 +32,7 @@ def test_every_axis_label_carries_a_unit(name):
 def test_figure_08_shows_the_walks_and_their_difference_in_millimetres():
     faster = multibody()
     faster.walk = make_walk(speed=0.31)
-    with style.drawing():
-        figure = drawn("figure_08_hip_motion", multibody=faster)
-    position, difference = figure.get_axes()[0], figure.get_axes()[2]
+    position, _, difference, *_ = drawn("figure_08_hip_motion", multibody=faster).get_axes()
     time, shown = position.lines[0].get_data()
     assert shown == pytest.approx(make_walk().hip_position[: len(time), 0])
     time, shown = difference.lines[0].get_data()
@@ -39,18 +40,14 @@ def test_figure_08_shows_the_walks_and_their_difference_in_millimetres():
 
 
 def test_figure_16_says_what_is_synthetic():
-    synthetic = shown("figure_16_measurement")
-    with style.drawing():
-        measured = drawn("figure_16_measurement", comparison=comparison("measured"))
-
-    def words(figure):
-        return " ".join(text.get_text() for axes in figure.get_axes() for text in axes.texts)
-
-    assert "SYNTHETIC" in words(synthetic)
-    for measure in ("RMSE", "multiple correlation", "ICC(A,1)", "bias", "limit of agreement", "inside the envelope"):
-        assert measure in words(synthetic)
-    assert "mHz" in synthetic.get_supxlabel()
-    assert "SYNTHETIC" not in words(measured)
+    synthetic, measured = shown("figure_16_measurement"), drawn(
+        "figure_16_measurement", comparison=comparison("measured"))
+    said, not_said = (" ".join(text.get_text() for axes in figure.get_axes() for text in axes.texts)
+                      for figure in (synthetic, measured))  # fmt: skip
+    for words in ("SYNTHETIC", "RMSE", "multiple correlation", "ICC(A,1)", "bias", "limit of agreement",
+                  "inside the envelope"):  # fmt: skip
+        assert words in said
+    assert "mHz" in synthetic.get_supxlabel() and "SYNTHETIC" not in not_said
 
 
 def test_figure_02_takes_one_whole_contact():
@@ -119,9 +116,8 @@ def test_the_figure_of_contact_sets_shows_distances_that_do_not_cancel():
 
 def test_without_a_rigid_limit_the_figures_say_so():
     study = dataclasses.replace(make_study(), limit=None, candidates=None, limit_outcome="the foot slips away")
-    with style.drawing():
-        assert drawn("contact_sets", contact_study=study).get_axes()[0].get_title() == "the foot slips away"
-        drawn("figure_05_contact_parameters", contact_study=study)
+    assert drawn("contact_sets", contact_study=study).get_axes()[0].get_title() == "the foot slips away"
+    assert drawn("figure_05_contact_parameters", contact_study=study)
 
 
 def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do():
@@ -137,15 +133,12 @@ def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do()
 
 
 def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():
-    figure = shown("twin_ladder")
-    bars = figure.get_axes()[0].patches
-    assert [bar.get_x() + bar.get_width() for bar in bars] == pytest.approx([490.0, 470.0])
-    assert bars[0].get_x() == pytest.approx(480.0) and bars[1].get_x() == pytest.approx(490.0)
+    bars = shown("twin_ladder").get_axes()[0].patches
+    ends = [end for bar in bars for end in (bar.get_x(), bar.get_x() + bar.get_width())]
+    assert ends == pytest.approx([480.0, 490.0, 490.0, 470.0])
 
 
 def test_a_fall_is_crossed_where_it_happened():
-    figure = shown("twin_pushes")
-    roll, yaw, _ = figure.get_axes()
-    crosses = [line for line in yaw.lines if line.get_marker() == "x"]
-    assert len(crosses) == 1 and len(roll.lines) == 3
-    assert crosses[0].get_xydata()[0] == pytest.approx([2.0, np.degrees(0.4)])
+    roll, yaw, _ = shown("twin_pushes").get_axes()
+    (cross,) = (line for line in yaw.lines if line.get_marker() == "x")
+    assert len(roll.lines) == 3 and cross.get_xydata()[0] == pytest.approx([2.0, np.degrees(0.4)])

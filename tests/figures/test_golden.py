@@ -38,11 +38,7 @@ QUICK = ("figure_03_simple_model", "twin_ladder", "extremes")
 DRAWN_AGAIN = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in PICTURES]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def drawing():
-    """Fonts and rules are read once for all of these figures."""
-    with style.drawing():
-        yield
+pytestmark = pytest.mark.usefixtures("drawing")
 
 
 def draw(name, scale, path):

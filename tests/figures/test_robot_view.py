@@ -91,8 +91,6 @@ def test_a_section_has_the_area_that_the_plane_cuts(shape, size, axis, x, area):
 
 
 def test_pale_paint_is_nearer_to_white():
-    import matplotlib.pyplot as plt
-
     faces = view.faces(box((0.1, 0.1, 0.1)), np.array([0.2, 0.4, 0.1]))
     figure, panels = plt.subplots(1, 2)
     for axes, strength in zip(panels, (1.0, 0.5)):
