@@ -27,7 +27,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 type_of: Any = numba.typeof
 FOLDER = Path(__file__).parent
 #: What is worth saying while nothing is compiled yet.
-COMPILING = "compiling the equations of motion: some 20 s, once after an install or an edit"
+COMPILING = "compiling the equations of motion: some 30 s, once after an install or an edit"
 #: Compiled functions take constants and types from these folders.
 SOURCES = FOLDER, folder_of(quantity), folder_of(slope)
 CODE = MachineCode("analytic", *SOURCES)

@@ -16,6 +16,7 @@ from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.motion import HIP_STICKS, ON_BOTH, RUBS_BACK, RUBS_FORWARD, flow, holding_torque, motion
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import ends_step, hip_phase, hip_succession
+from stages.analytic.run import without_impact
 from stages.analytic.walk.recording import crossing_state, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.design import BeyondModel
@@ -155,6 +156,8 @@ def test_legs_that_differ_rub_as_well(free):
 def test_the_search_finds_a_gait_by_itself():
     walker, point = find_gait(changed(FREE, hip_friction=2e-3), SLOPE, 1e-10)
     assert isinstance(walker.p, DetailedCompliant) and point.residual < 1e-9
+    found = without_impact(walker, record(walker, section_state(point.z, walker.p), 1, 1e-10))
+    assert found.slip_at_end == pytest.approx(found.slip_at_landing, rel=1e-9)  # the contact holds it, rubbing or not
 
 
 def test_what_is_not_known_is_said(free):
