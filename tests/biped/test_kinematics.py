@@ -68,10 +68,10 @@ def test_hip_of_eq_7_and_8():
     hip = hip_motion(theta, stance, RADIUS, np.full_like(TIMES, 0.7))
     arm = stance.value - RADIUS
     sin, cos = np.sin(theta.value), np.cos(theta.value)
-    assert np.allclose(hip.position[:, 0], 0.7 + RADIUS * theta.value + arm * sin, atol=1e-15)
-    assert np.allclose(hip.position[:, 1], RADIUS + arm * cos, atol=1e-15)
-    assert np.allclose(hip.velocity[:, 0], RADIUS * theta.rate + stance.rate * sin + theta.rate * arm * cos, atol=1e-14)
-    assert np.allclose(hip.velocity[:, 1], stance.rate * cos - theta.rate * arm * sin, atol=1e-14)
+    position = np.column_stack((0.7 + RADIUS * theta.value + arm * sin, RADIUS + arm * cos))
+    velocity = np.column_stack((RADIUS * theta.rate + stance.rate * sin + theta.rate * arm * cos,
+                                stance.rate * cos - theta.rate * arm * sin))  # fmt: skip
+    assert np.allclose(hip.position, position, atol=1e-15) and np.allclose(hip.velocity, velocity, atol=1e-14)
 
 
 def test_rolling_foot_does_not_slip():

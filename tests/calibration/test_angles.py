@@ -38,9 +38,7 @@ def sizes(robot):
 
 def driven(robot, seed, steps, noise, samples=100):
     """Steps of half a second of a robot that is driven at random, with white noise on its angles."""
-    rng = np.random.default_rng(seed)
-    found = []
-    interval = 0.5 / samples
+    rng, found, interval = np.random.default_rng(seed), [], 0.5 / samples
     for number in range(steps):
         time = interval * np.arange(samples)
         signal = rng.normal(scale=6.0) + 6.0 * np.sin(2 * np.pi * (time * rng.uniform(1, 3) + rng.uniform()))
@@ -60,17 +58,16 @@ def test_derivatives_are_those_of_differences(leg):
     step = driven(robot, 5, 2, 0.0)[leg]
     start = np.array([-0.15, -0.2, 0.7, -0.3])
     found = show(robot, step, start, NAMES)
-    for place, name in enumerate(NAMES):
+    by, changes = np.concatenate((found.by, found.by_start), axis=2), []
+    for name in NAMES:
         change = 1e-4 * sizes(robot)[name]
-        ends = [show(robot.with_values({name: robot.value(name) + part * change}), step, start, ()).angles
-                for part in (1, -1)]
-        expected = (ends[0] - ends[1]) / (2 * change)
-        np.testing.assert_allclose(found.by[:, :, place], expected, atol=1e-6 * max(1e-9, np.abs(expected).max()))
-    for place in range(4):
-        moved = np.zeros(4)
-        moved[place] = 1e-6
-        expected = (show(robot, step, start + moved, ()).angles - show(robot, step, start - moved, ()).angles) / 2e-6
-        np.testing.assert_allclose(found.by_start[:, :, place], expected, atol=1e-6 * np.abs(expected).max())
+        ends = [robot.with_values({name: robot.value(name) + part * change}) for part in (1, -1)]
+        changes.append((change, [(end, start) for end in ends]))
+    changes += [(1e-6, [(robot, start + moved), (robot, start - moved)]) for moved in 1e-6 * np.eye(4)]
+    for place, (change, ends) in enumerate(changes):
+        ahead, behind = (show(end, step, begin, ()).angles for end, begin in ends)
+        expected = (ahead - behind) / (2 * change)
+        np.testing.assert_allclose(by[:, :, place], expected, atol=1e-6 * max(1e-9, np.abs(expected).max()))
 
 
 def test_a_late_signal_is_the_one_before():
@@ -129,13 +126,13 @@ def test_a_wrong_file_is_refused_with_line_and_key(text, message):
 
 
 def test_a_wrong_recording_is_refused_with_line_and_column(tmp_path):
-    path = tmp_path / "steps.csv"
-    path.write_text("time_s,stance_angle_rad,hip_angle_rad,motor_signal\n")
-    with pytest.raises(WrongOption, match=r"steps.csv:1: no column outer_pair_stands for stands"):
-        read_steps(path, {}, 7)
-    path.write_text("time_s,stance_angle_rad,hip_angle_rad,motor_signal,outer_pair_stands\n0,0,0,0,1\n0.1,0,x,0,1\n")
-    with pytest.raises(WrongOption, match=r"steps.csv:3: hip_angle_rad: 'x' is no number"):
-        read_steps(path, {}, 7)
+    path, head = tmp_path / "steps.csv", "time_s,stance_angle_rad,hip_angle_rad,motor_signal"
+    for text, said in ((f"{head}\n", "steps.csv:1: no column outer_pair_stands for stands"),
+                       (f"{head},outer_pair_stands\n0,0,0,0,1\n0.1,0,x,0,1\n",
+                        "steps.csv:3: hip_angle_rad: 'x' is no number")):  # fmt: skip
+        path.write_text(text)
+        with pytest.raises(WrongOption, match=said):
+            read_steps(path, {}, 7)
 
 
 AUTHORS = """
@@ -164,10 +161,7 @@ def test_a_real_robot_is_told_from_half_of_its_steps(fitted_first):
     pairs = [number for number in range(80) if (number // 2) % 2 == (1 if fitted_first else 0)]
     found = calibrated(BIPED, LEVEL, about(AUTHORS + f"held_out: {pairs}"), RECORDED)
     assert found.found.steps == 40
-    hip, stance = found.found.fit
-    assert (hip < 5.2e-3, stance < 4.0e-3) == (True, True)
-    hip, stance = found.found.foretold
-    assert (hip < 18e-3, stance < 13e-3) == (True, True)
+    assert (np.array([found.found.fit, found.found.foretold]) < [[5.2e-3, 4.0e-3], [18e-3, 13e-3]]).all()
     assert found.fit.robot.value("biped.hip_damping") >= 0.0
     assert any("friction falls with speed" in remark for remark in found.remarks)
 

@@ -26,8 +26,7 @@ def blind(request):
 
 
 def test_a_blind_run_comes_to_rest_at_the_noise(blind):
-    assert blind.converged
-    assert 0.9 < blind.chi2 < 1.1
+    assert blind.converged and 0.9 < blind.chi2 < 1.1
     assert np.abs((blind.estimate - blind.truth) / blind.sd).max() < 4.5
     np.testing.assert_allclose(blind.sd, blind.bound, rtol=0.1)
 
@@ -69,8 +68,7 @@ def fit_of_two(campaign, own_fits):
 def test_two_runs_tell_more_than_one(campaign, own_fits, fit_of_two):
     drawing, model = fitted()
     one = fit_campaign(drawing, campaign.runs[:1], model, campaign.known, lambda _: [(0, own_fits[0])])
-    assert fit_of_two.converged
-    assert one.converged
+    assert fit_of_two.converged and one.converged
     assert (np.diag(fit_of_two.covariance) < np.diag(one.covariance)).all()
     truth = np.array([campaign.design.value(name) for name in model.shared])
     assert np.abs((fit_of_two.design - truth) / np.sqrt(np.diag(fit_of_two.covariance))).max() < 4.5
@@ -124,9 +122,7 @@ def test_a_run_that_is_not_at_rest_begins_where_its_own_fit_ended(campaign, own_
 def test_horizons_rise_to_the_whole_run(campaign):
     run = campaign.runs[0]
     ends = [end for end, _ in horizons(run)]
-    assert ends == sorted(ends)
-    assert ends[-1] == run.duration
-    assert horizons(run)[-1][1] == 1.0
+    assert ends == sorted(ends) and horizons(run)[-1] == (run.duration, 1.0)
 
 
 def test_a_run_is_the_same_in_plain_values(campaign):
@@ -134,8 +130,7 @@ def test_a_run_is_the_same_in_plain_values(campaign):
     again = from_plain(as_plain(run))
     np.testing.assert_array_equal(again.samples["foot"], run.samples["foot"])
     np.testing.assert_array_equal(again.used["hip"], run.used["hip"])
-    assert again.own == run.own
-    assert again.sampling.first_leg == run.sampling.first_leg
+    assert (again.own, again.sampling.first_leg) == (run.own, run.sampling.first_leg)
 
 
 @pytest.mark.parametrize(("text", "message"), [

@@ -55,11 +55,16 @@ def unlike():
     return made({RADIUS: 1.03})
 
 
+@pytest.fixture(scope="module")
+def narrow():
+    """With a low pass that cuts off at half of what is declared."""
+    return made({}, 2, bandwidth=math.log(0.5))
+
+
 def test_a_foot_that_is_larger_than_the_other_is_named_with_its_radius(unlike):
     model, fit = unlike
     found = causes(DESIGN, fit, model, KNOWN)
-    assert found[0].name == RADIUS
-    assert found[0].explains
+    assert (found[0].name, found[0].explains) == (RADIUS, True)
     assert found[0].value == pytest.approx(1.03 * BIPED.foot_radius, abs=4 * found[0].sd)
     (words,) = in_words(found, DESIGN)
     assert "other_foot_radius" in words
@@ -77,9 +82,8 @@ def test_runs_that_are_fitted_anew_name_the_same(unlike, monkeypatch):
     monkeypatch.setattr(left_out, "GOOD", 0.5)
     assert left_out.is_lost(fit)
     (anew,) = causes(DESIGN, fit, model, KNOWN)
-    assert anew.name == near.name
-    assert anew.value == pytest.approx(near.value, abs=0.1 * near.sd)
-    assert anew.sigmas == pytest.approx(near.sigmas, rel=1e-2)
+    assert (anew.name, anew.value, anew.sigmas) == (
+        near.name, pytest.approx(near.value, abs=0.1 * near.sd), pytest.approx(near.sigmas, rel=1e-2))
 
 
 @pytest.mark.slow
@@ -133,8 +137,7 @@ def test_a_score_foretells_the_fit_with_the_parameter():
 
 
 def test_all_scores_together_name_a_cause_in_so_many_of_right_campaigns():
-    for count in (1, 8, 12):
-        assert count * 2 * ndtr(-limit(count)) == pytest.approx(LEVEL)
+    assert [count * 2 * ndtr(-limit(count)) for count in (1, 8, 12)] == pytest.approx([LEVEL] * 3)
 
 
 def test_only_what_is_not_there_is_tried():
@@ -146,8 +149,8 @@ def test_only_what_is_not_there_is_tried():
     assert candidates(DESIGN.with_values({"biped.hip_friction": 1e-3}), model)[-1] == "biped.frame_mass"
 
 
-def test_a_low_pass_that_is_not_the_declared_one_is_found_by_the_fit():
-    model, fit = made({}, 2, bandwidth=math.log(0.5))
+def test_a_low_pass_that_is_not_the_declared_one_is_found_by_the_fit(narrow):
+    model, fit = narrow
     assert causes(DESIGN, fit, model, KNOWN) == []
     assert fit.unknowns[0, model.layout.place("bandwidth")] == pytest.approx(math.log(0.5), abs=0.02)
 
@@ -164,18 +167,17 @@ def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(u
     assert ("not at rest" in answer.lines[0]) is not converged
 
 
-def test_what_the_runs_say_of_the_sensors_is_said():
-    model, fit = made({}, 2, bandwidth=math.log(0.5))
-    (words,) = sensor_report._of_sensors(fit, model)
-    assert words.startswith("bandwidth: the sensors' low pass cuts off at 20.") and "40.0 Hz is declared" in words
+def test_what_the_runs_say_of_the_sensors_is_said(narrow):
+    model, fit = narrow
     silent = dataclasses.replace(fit.runs[0], sampling=dataclasses.replace(fit.runs[0].sampling, declared=False))
-    (words,) = sensor_report._of_sensors(dataclasses.replace(fit, runs=(silent,)), model)
-    assert "bandwidth is not declared" in words
-    unknowns = np.zeros_like(fit.unknowns)
-    assert sensor_report._of_sensors(dataclasses.replace(fit, unknowns=unknowns), model) == []
-    unknowns[0, model.layout.place("foot_place")] = 0.02
-    (words,) = sensor_report._of_sensors(dataclasses.replace(fit, unknowns=unknowns), model)
-    assert "lever arm" in words and "+20.0 mm" in words
+    as_said, moved = np.zeros_like(fit.unknowns), np.zeros_like(fit.unknowns)
+    moved[0, model.layout.place("foot_place")] = 0.02
+    for changed, parts in (({}, ("bandwidth: the sensors' low pass cuts off at 20.", "40.0 Hz is declared")),
+                           ({"runs": (silent,)}, ("bandwidth is not declared",)),
+                           ({"unknowns": moved}, ("lever arm", "+20.0 mm"))):  # fmt: skip
+        (words,) = sensor_report._of_sensors(dataclasses.replace(fit, **changed), model)
+        assert all(part in words for part in parts)
+    assert sensor_report._of_sensors(dataclasses.replace(fit, unknowns=as_said), model) == []
 
 
 def test_causes_that_cannot_be_parted_are_one_of_a_few():

@@ -29,11 +29,11 @@ def planned():
     """Model, design and a run on the gait whose samples are the prediction and noise."""
     plan = dataclasses.replace(plan_of(PARAMETERS), steps=STEPS)
     equations, model = planned_equations(plan, PARAMETERS)
-    shown = equations.predicted
+    (walker, point), shown = gait(), equations.predicted
     strikes = np.concatenate([[0.0], shown.strikes[:, 0]])
     sides = {side: shown.samples[side][:, :, 0] for side in SIDES}
     first = model.layout.middle[model.layout.place("mid_stance")] + SETTINGS.settling_s
-    times = np.arange(0.0, gait_period() * STEPS, 1.0 / PARAMETERS.sensor.rate_hz)
+    times = np.arange(0.0, point.steps[0].period * walker.time * STEPS, 1.0 / PARAMETERS.sensor.rate_hz)
     times = times[times >= first]
     late = np.sqrt(2.0) / (2.0 * np.pi * PARAMETERS.sensor.bandwidth_hz)
     mask = usable(times, strikes, first, SETTINGS.before_strike_s, SETTINGS.after_strike_s)
@@ -45,11 +45,6 @@ def planned():
     return plan.design, model, run
 
 
-def gait_period():
-    walker, point = gait()
-    return point.steps[0].period * walker.time
-
-
 def equations_of(planned):
     design, model, run = planned
     return run_equations(design, np.array([design.value("ground.slope_deg")]), model.layout.middle, run, model)
@@ -58,18 +53,16 @@ def equations_of(planned):
 def test_noise_is_told_for_noise_and_a_lack_at_one_phase_for_what_it_is(planned):
     design, model, run = planned
     found = structure(run, equations_of(planned))
-    assert len(found) == 6
-    assert all(one.is_noise for one in found)
+    assert [one.is_noise for one in found] == [True] * 6
     assert told_structure([run], [equations_of(planned)]) == []
     part = step_parts(run.sampling.foot, run.strikes)
     foot = run.samples["foot"] + np.where(part == 2, 1.5 * model.noise[1], 0.0)[:, None] * np.array([0.0, 1.0, 0.0])
     changed = dataclasses.replace(run, samples={**run.samples, "foot": foot})
-    wrong = [one for one in structure(changed, equations_of((design, model, changed))) if not one.is_noise]
-    assert [(one.side, one.axis) for one in wrong] == [("foot", "up")]
-    assert wrong[0].means.argmax() == 2
-    told = told_structure([changed], [equations_of((design, model, changed))])
-    assert len(told) == 1
-    assert f"part 3 of {PARTS}" in told[0]
+    equations = equations_of((design, model, changed))
+    (wrong,) = (one for one in structure(changed, equations) if not one.is_noise)
+    assert (wrong.side, wrong.axis, wrong.means.argmax()) == ("foot", "up", 2)
+    (told,) = told_structure([changed], [equations])
+    assert f"part 3 of {PARTS}" in told
 
 
 def test_spikes_hardly_widen_intervals(planned):
@@ -80,11 +73,8 @@ def test_spikes_hardly_widen_intervals(planned):
     samples = {side: one + np.where(rng.random(one.shape) < 0.01, 50.0, 0.0) * np.asarray(model.noise)
                for side, one in run.samples.items()}
     clean, spoiled = (equations_of((design, robust, one)) for one in (run, dataclasses.replace(run, samples=samples)))
-    _, plain = widening([clean])
-    size, wider = widening([spoiled])
-    assert plain < 1.1
-    assert 1.0 < size < 1.15
-    assert 1.02 * plain < wider < 1.3 * plain
+    (_, plain), (size, wider) = widening([clean]), widening([spoiled])
+    assert plain < 1.1 and 1.0 < size < 1.15 and 1.02 * plain < wider < 1.3 * plain
     assert all(one.is_noise for one in structure(run, spoiled))
 
 
@@ -170,7 +160,6 @@ def test_a_discrepancy_takes_off_what_goes_along_with_a_pull():
     alone = Discrepancy.of(("a", "b"), misses)
     assert alone.expected(scales) == pytest.approx(scales * misses.mean(axis=0))
     np.testing.assert_allclose(alone.covariance, np.cov(misses, rowvar=False), atol=1e-15)
-    with pytest.raises(ValueError, match="4 runs"):
-        Discrepancy.of(("a", "b"), misses[:3], pulls[:3])
-    with pytest.raises(ValueError, match="3 runs"):
-        Discrepancy.of(("a", "b"), misses[:2])
+    for few, needed in (((misses[:3], pulls[:3]), "4 runs"), ((misses[:2],), "3 runs")):
+        with pytest.raises(ValueError, match=needed):
+            Discrepancy.of(("a", "b"), *few)

@@ -98,19 +98,15 @@ def worst_of(derived, columns, signs):
     return np.median(off), off.max()
 
 
-@pytest.mark.parametrize("first", range(0, COUNT, TOGETHER))
+#: Some together, and in the slow tests each alone.
+COLUMNS = [*(slice(first, first + TOGETHER) for first in range(0, COUNT, TOGETHER)),
+           *(pytest.param(slice(number, number + 1), marks=pytest.mark.slow) for number in range(COUNT))]  # fmt: skip
+
+
+@pytest.mark.parametrize("columns", COLUMNS, ids=lambda one: f"{one.start} to {one.stop - 1}")
 @pytest.mark.parametrize("derived", ROBOTS, indirect=True)
-def test_derivatives_are_those_of_extrapolated_differences(first, derived):
-    columns = slice(first, first + TOGETHER)
+def test_derivatives_are_those_of_extrapolated_differences(columns, derived):
     median, largest = worst_of(derived, columns, SIGNS[columns])
-    assert median < 0.02 * NOISE and largest < 5.0 * NOISE
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", range(COUNT))
-@pytest.mark.parametrize("derived", ROBOTS, indirect=True)
-def test_each_derivative_is_that_of_extrapolated_differences(number, derived):
-    median, largest = worst_of(derived, [number], 1.0)
     assert median < 0.02 * NOISE and largest < 5.0 * NOISE
 
 
@@ -120,12 +116,10 @@ def test_a_foot_sensor_is_told_of_from_the_hip_or_from_the_foots_mass():
     biped = DESIGN.biped
     hung = dataclasses.replace(sampling, below_hip=biped.leg_length - biped.foot_com - 0.004)
     put = dataclasses.replace(sampling, place=0.004)
-    shown, other = (predict(DESIGN, (), unknowns, layout, one, 1e-9).samples["foot"][:, :, 0] for one in (hung, put))
-    np.testing.assert_allclose(shown, other, atol=1e-12 * np.abs(other).max())
-    heavier_above = DESIGN.with_value("biped.foot_com", 0.104)
-    shown, other = (predict(heavier_above, (), unknowns, layout, one, 1e-9).samples["foot"][:, :, 0]
-                    for one in (hung, dataclasses.replace(sampling)))
-    np.testing.assert_allclose(shown, other, atol=1e-12 * np.abs(other).max())
+    for design, told in ((DESIGN, put), (DESIGN.with_value("biped.foot_com", 0.104), sampling)):
+        shown, other = (predict(design, (), unknowns, layout, one, 1e-9).samples["foot"][:, :, 0]
+                        for one in (hung, told))  # fmt: skip
+        np.testing.assert_allclose(shown, other, atol=1e-12 * np.abs(other).max())
 
 
 def test_an_impact_is_felt_as_its_impulse():
@@ -144,17 +138,16 @@ def test_an_impact_is_felt_as_its_impulse():
 def test_a_hip_that_rubs_is_walked_and_derived():
     """Its friction turns with the hip within a step; the derivative by it is that of a difference, down to none."""
     layout, unknowns, sampling = disturbed(1, 2.5)
-    name = "biped.hip_friction"
-    rubbing = DESIGN.with_value(name, 3e-3)
-    exact = predict(rubbing, (name,), unknowns, layout, sampling, 1e-10)
-    ends = [predict(rubbing.with_value(name, 3e-3 + step), (), unknowns, layout, sampling, 1e-11)
-            .samples["hip"][:, :, 0] for step in (1e-6, -1e-6)]
-    expected = (ends[0] - ends[1]) / 2e-6
-    by = exact.samples["hip"][:, :, 1]
+
+    def shown(friction, *by):
+        """What the hip's sensor shows (n, 3), and where it is asked for by how much more with friction."""
+        rubbing, tolerance = DESIGN.with_value("biped.hip_friction", friction), 1e-10 if by else 1e-11
+        found = predict(rubbing, by, unknowns, layout, sampling, tolerance).samples["hip"]
+        return (found[:, :, 0], found[:, :, 1]) if by else found[:, :, 0]
+
+    _, by = shown(3e-3, "biped.hip_friction")
+    expected = (shown(3e-3 + 1e-6) - shown(3e-3 - 1e-6)) / 2e-6
     np.testing.assert_allclose(by, expected, atol=2e-4 * np.abs(expected).max())
-    none = predict(DESIGN.with_value(name, 1e-9), (name,), unknowns, layout, sampling, 1e-10)
-    little = predict(DESIGN.with_value(name, 1e-6), (), unknowns, layout, sampling, 1e-11).samples["hip"][:, :, 0]
-    shown, by = none.samples["hip"][:, :, 0], none.samples["hip"][:, :, 1]
-    np.testing.assert_allclose(by, (little - shown) / (1e-6 - 1e-9), atol=2e-3 * np.abs(by).max())
-    without = predict(DESIGN, (), unknowns, layout, sampling, 1e-11).samples["hip"][:, :, 0]
-    np.testing.assert_allclose(shown, without, atol=1e-3)
+    least, by = shown(1e-9, "biped.hip_friction")
+    np.testing.assert_allclose(by, (shown(1e-6) - least) / (1e-6 - 1e-9), atol=2e-3 * np.abs(by).max())
+    np.testing.assert_allclose(least, shown(0.0), atol=1e-3)

@@ -17,16 +17,14 @@ def test_the_drawing_is_what_the_bill_of_parts_makes_seen_from_the_side():
     design = drawn_design(plain)
     biped = design.biped
     assert biped.hip_mass == 0.0
-    assert table_value(biped, "biped.hip_mass") == pytest.approx(0.316, abs=5e-5)
-    assert table_value(biped, "biped.foot_com") == pytest.approx(0.1, abs=5e-5)
-    assert biped.frame_inertia > 0
-    assert biped.leg_inertia > 0
+    counted = [table_value(biped, f"biped.{name}") for name in ("hip_mass", "foot_com")]
+    assert counted == pytest.approx([0.316, 0.1], abs=5e-5)
+    assert min(biped.frame_inertia, biped.leg_inertia) > 0
     assert biped.other_leg_length == biped.leg_length
-    names = looked_for(design)
-    assert "biped.frame_mass" in names
-    assert "biped.hip_mass" not in names
-    assert not {"biped.frame_com", "biped.frame_inertia", "biped.leg_inertia", "ground.gravity"} & set(names)
-    assert {"biped.leg_length", "biped.other_leg_length", "ground.slope_deg"} <= set(names)
+    names = {*looked_for(design)}
+    assert not {"biped.hip_mass", "biped.frame_com", "biped.frame_inertia", "biped.leg_inertia",
+                "ground.gravity"} & names  # fmt: skip
+    assert {"biped.frame_mass", "biped.leg_length", "biped.other_leg_length", "ground.slope_deg"} <= names
 
 
 def test_a_biped_that_says_its_details_is_taken_as_it_is():
@@ -42,11 +40,9 @@ def run():
 
 def test_a_run_is_cut_at_a_heel_strike(run):
     cut = first_steps(run, 5)
-    assert len(cut.strikes) == 6
-    assert cut.duration <= cut.strikes[-1] < run.duration
+    assert (len(cut.strikes), len(first_steps(run, 1).strikes)) == (6, 4)  # fewer cannot be used
+    assert cut.duration <= cut.strikes[-1] < run.duration and first_steps(run, 99) is run
     assert len(cut.samples["hip"]) == len(cut.sampling.hip) == len(cut.used["hip"])
-    assert first_steps(run, 99) is run
-    assert len(first_steps(run, 1).strikes) == 4  # fewer cannot be used
 
 
 def test_intervals_widen_by_size_and_by_neighbours_that_hang_together(run):
@@ -58,7 +54,6 @@ def test_intervals_widen_by_size_and_by_neighbours_that_hang_together(run):
     white = dataclasses.replace(at, residuals=noise, chi2=sum(float(np.nansum(one**2)) for one in noise.values()))
     smooth = {side: np.repeat(one[::5], 5, axis=0)[: len(one)] for side, one in noise.items()}
     rough = dataclasses.replace(at, residuals=smooth, chi2=4.0 * white.count)
-    assert widening([white])[0] == pytest.approx(1.0, abs=0.05)
-    assert widening([white])[1] < 1.5
-    assert widening([rough])[0] == pytest.approx(2.0)
-    assert 3.0 < widening([rough])[1] < 8.0
+    (size, wider), (larger, widest) = widening([white]), widening([rough])
+    assert (size, larger) == (pytest.approx(1.0, abs=0.05), pytest.approx(2.0))
+    assert wider < 1.5 and 3.0 < widest < 8.0

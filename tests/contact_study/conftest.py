@@ -15,6 +15,7 @@ from stages.penalty.settings import Settings
 from stages.penalty.walk import simulate
 from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
+from tests.changed import changed
 
 PERIOD = 0.48
 STANDING_FORCE = 9.4
@@ -47,24 +48,27 @@ def stand_in(parameters, default, solver):
 
 
 @pytest.fixture(scope="session")
-def scene(parameters, stand_in, solver):
-    return Scene(
-        parameters.biped,
-        parameters.slope,
-        solver,
-        parameters.settings.cost_tolerance,
-        stand_in.walk,
-        stand_in.mid_stance,
-        PERIOD,
-        parameters.settings.impact_window,
-    )
+def scene_of(parameters, solver):
+    """A scene beside this walk from a mid-stance."""
+
+    def beside(walk, mid_stance, period):
+        settings = parameters.settings
+        return Scene(parameters.biped, parameters.slope, solver, settings.cost_tolerance, walk, mid_stance, period,
+                     settings.impact_window)  # fmt: skip
+
+    return beside
+
+
+@pytest.fixture(scope="session")
+def scene(scene_of, stand_in):
+    return scene_of(stand_in.walk, stand_in.mid_stance, PERIOD)
 
 
 @pytest.fixture(scope="session")
 def small(parameters):
     """A study of a few sets."""
-    few = dataclasses.replace(
-        parameters.settings,
+    return changed(
+        parameters,
         stiffness_values=(3e5,),
         exponent_values=(),
         damping_values=(),
@@ -80,30 +84,25 @@ def small(parameters):
         checked=2,
         checked_tolerance=3e-9,
     )
-    return dataclasses.replace(parameters, settings=few)
 
 
 @pytest.fixture(scope="session")
 def constraints(parameters):
     """The constraint models with rolling feet and with Coulomb's transition, from the first one's mid-stance."""
-    settings = parameters.settings
     walker, point = find_gait(parameters.biped, parameters.slope, parameters.constraint_tolerance)
     start = walker.stance_state(crossing_state(walker, point.z, parameters.constraint_tolerance))
+    rate = parameters.settings.sampling_rate_hz
     return tuple(
-        constraint_model(parameters.biped, parameters.slope, friction, start, 1e-10, settings.sampling_rate_hz)
+        constraint_model(parameters.biped, parameters.slope, friction, start, 1e-10, rate)
         for friction in (None, parameters.contact.coefficients)
     )
 
 
 @pytest.fixture(scope="session")
-def beside_rolling(parameters, constraints, solver):
+def beside_rolling(constraints, scene_of):
     """The scene of the study, in which sets are walked beside rolling feet."""
     rolling, _ = constraints
-    settings = parameters.settings
-    return Scene(
-        parameters.biped, parameters.slope, solver, settings.cost_tolerance, rolling.walk, rolling.mid_stance,
-        rolling.period, settings.impact_window,
-    )  # fmt: skip
+    return scene_of(rolling.walk, rolling.mid_stance, rolling.period)
 
 
 @pytest.fixture(scope="session")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.cache import artefact
+from pipeline.study import locate
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_search import gaits_kept
 from stages.contact_study import rigid_limit
@@ -21,9 +22,9 @@ from stages.studies.walks import Machine
 @pytest.fixture(scope="module")
 def analytic(constraints):
     """What the stage reads of an analytic result."""
-    rolling = constraints[0]
-    gait = SimpleNamespace(period_s=rolling.period)
-    return SimpleNamespace(walk=rolling.walk, mid_stance=rolling.mid_stance, gait=gait)
+    rolling, _ = constraints
+    return SimpleNamespace(
+        walk=rolling.walk, mid_stance=rolling.mid_stance, gait=SimpleNamespace(period_s=rolling.period))
 
 
 @pytest.fixture(scope="module")
@@ -43,22 +44,20 @@ def unchecked(result, monkeypatch):
 
 
 def test_rows_and_curves_belong_together(result):
-    assert result.variations.key == ("contact_stiffness", "stiction_velocity")
-    assert result.variations.value.tolist() == [3e5, 0.05]
-    assert result.variations.outcome == ("completed", "completed")
-    assert result.variations.force.shape == (2, len(result.time), 2)
+    rows = result.variations
+    assert (rows.key, rows.value.tolist()) == (("contact_stiffness", "stiction_velocity"), [3e5, 0.05])
+    assert rows.outcome == ("completed", "completed") and len(result.candidates.outcome) == 2
+    assert rows.force.shape == (2, len(result.time), 2)
     assert result.default_force.shape == result.chosen_force.shape == (len(result.time), 2)
-    assert len(result.candidates.outcome) == 2
 
 
 def test_the_choice_is_among_the_candidates_and_at_the_head_of_its_family(result, default):
-    depth = result.chosen.law.damping_depth
+    limit, depth = result.limit, result.chosen.law.damping_depth
     chosen = dataclasses.replace(default, stiction_velocity=0.03, damping_depth=depth)
-    assert result.chosen.law == result.limit.chosen.law == chosen
-    assert result.limit.finalists == (result.limit.chosen,)
-    assert [one.law.stiction_velocity for one in result.limit.family] == [0.03, 0.015]
-    assert result.limit.family[1].position_parts.sum() < result.limit.family[0].position_parts.sum()
-    assert result.limit.chosen.evaluations <= result.limit.most_evaluations
+    assert result.chosen.law == limit.chosen.law == chosen and limit.finalists == (limit.chosen,)
+    assert [one.law.stiction_velocity for one in limit.family] == [0.03, 0.015]
+    assert limit.family[1].position_parts.sum() < limit.family[0].position_parts.sum()
+    assert limit.chosen.evaluations <= limit.most_evaluations
 
 
 def test_it_says_whether_the_ground_is_its_choice(result, small, analytic, unchecked):
@@ -79,13 +78,11 @@ def test_runs_give_the_same_bytes_and_survive_storage(result, small, analytic, u
 
 
 def test_tables_show_all_variations_the_family_and_the_best_sets(result):
-    (_, columns, varied), (_, limits, measured), (_, searched, tried), *friction, (_, heads, checks) = result.tables()
-    assert len(varied) == 1 + 2 + 2 and all(len(row) == len(columns) for row in varied)
-    assert len(measured) == 1 + 3 + 1 + 2 and all(len(row) == len(limits) for row in measured)
-    assert len(tried) == 2 and all(len(row) == len(searched) for row in tried)
-    assert tried[0][-1] <= tried[1][-1]
-    assert all(len(rows) == 14 and len(row) == len(names) for _, names, rows in friction for row in rows)
-    assert len(checks) == 3 and all(len(row) == len(heads) for row in checks)
+    tables = result.tables()
+    assert all(len(row) == len(columns) for _, columns, rows in tables for row in rows)
+    varied, measured, tried, *friction, checks = (rows for *_, rows in tables)
+    assert [len(rows) for rows in (varied, measured, tried, checks)] == [1 + 2 + 2, 1 + 3 + 1 + 2, 2, 3]
+    assert all(len(rows) == 14 for rows in friction) and tried[0][-1] <= tried[1][-1]
 
 
 def test_the_study_is_within_a_nanometre_of_exudyn_and_fails_if_it_is_not(
@@ -123,7 +120,6 @@ def test_without_a_gait_with_slipping_feet_there_is_no_choice_but_a_result(
 @pytest.mark.slow
 def test_ground_yaml_holds_the_choice_of_the_study(parameters, repository):
     """The whole study from the analytic gait: is the set that every stage uses still the one the criterion chooses?"""
-    from pipeline.study import locate
     from stages.analytic import run as analytic
 
     own = locate(start=repository).parameters(["analytic"])["analytic"]

@@ -1,6 +1,5 @@
 """A study knows no metre: similar robots have the same choices, and numbers that differ by their units alone."""
 
-import dataclasses
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.run import rolling_state
 from stages.planar.section import section_numbers
+from tests.changed import changed
 from tests.planar_start import rough
 from tests.similar import EXPONENT, differences, factor, similar
 
@@ -27,9 +27,7 @@ ROUND_OFF = 1e-9
 @pytest.fixture
 def exact(small):
     """Ground of which a similar robot's is exact."""
-    return dataclasses.replace(
-        small, contact=dataclasses.replace(small.contact, contact_exponent=EXPONENT),
-        default_set=dataclasses.replace(small.default_set, default_exponent=EXPONENT))
+    return changed(small, contact_exponent=EXPONENT, default_exponent=EXPONENT)
 
 
 def searched(parameters, rough):

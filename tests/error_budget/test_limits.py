@@ -36,10 +36,9 @@ def orders(values):
 def test_without_damping_depth_falls_as_e_over_e_plus_one(parameters):
     """So does the depth to which contact of stiffness s^(-e) k_c is pressed if damping plays no part."""
     law = dataclasses.replace(parameters.contact, contact_damping=0.0)
-    hard = [dataclasses.replace(law, contact_stiffness=law.contact_stiffness * s**-law.contact_exponent)
-            for s in (0.4, 0.2, 0.1)]  # fmt: skip
-    depths = [landing(each)[0] for each in hard]
     exponent = law.contact_exponent
+    depths = [landing(dataclasses.replace(law, contact_stiffness=law.contact_stiffness * s**-exponent))[0]
+              for s in (0.4, 0.2, 0.1)]  # fmt: skip
     assert orders(depths) == pytest.approx(np.full(2, exponent / (exponent + 1.0)), abs=1e-4)
 
 

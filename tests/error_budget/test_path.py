@@ -117,8 +117,7 @@ def test_all_effects_on_is_the_law_itself():
 
 @pytest.mark.parametrize("share", (0.2, 0.1, 0.01))
 def test_an_effect_that_is_off_keeps_its_share(share):
-    off = switched(LAW, (), share)
+    off, slip = switched(LAW, (), share), 1e-7
     assert static_penetration(off, 10.0) == pytest.approx(share * static_penetration(LAW, 10.0), rel=1e-9)
-    slip = 1e-7
     assert friction_coefficient(off, share * slip) == pytest.approx(friction_coefficient(LAW, slip), rel=1e-4)
     assert off.friction_velocity == 2 * off.stiction_velocity

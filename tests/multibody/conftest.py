@@ -1,30 +1,41 @@
-"""A walk of the planar model in Exudyn that others look at."""
+"""The planar model in Exudyn as the tests change it, and a walk of it that others look at."""
+
+import dataclasses
 
 import pytest
 
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.walk import simulate
+from stages.multibody.walking.cycle import Model
+from stages.multibody.walking.walk import build, simulate
+from tests.changed import changed
 from tests.planar_start import biped, contact, rough, slope, start
 
 __all__ = ["biped", "contact", "rough", "slope", "start"]  # fixtures
 
 
-@pytest.fixture(scope="session")
-def settings():
-    return Settings(
-        assembly="tree",
-        steps=2,
-        sampling_rate_hz=2000.0,
-        tolerance=1e-9,
-        largest_step=5e-4,
-        implicit_solver="trapezoidal",
-        rolling_step=2e-4,
-        impact_step=1e-5,
-        impact_window=0.02,
-        longest_step=3.0,
-    )
+@dataclasses.dataclass(frozen=True)
+class Scene(Model):
+    """A model that can be changed, built and walked."""
+
+    def but(self, **changes):
+        """The same with other values, each of the part that has a field of this name."""
+        return changed(self, **changes)
+
+    def build(self, lanes=None, **how):
+        """Its assembly."""
+        return build(self.biped, self.slope, self.contact, self.settings, lanes, **how)
+
+    def walk(self, state, **how):
+        """Its walk from a state."""
+        return simulate(self.biped, self.slope, self.contact, state, self.settings, **how)
 
 
 @pytest.fixture(scope="session")
-def two_steps(biped, slope, contact, start, settings):
-    return simulate(biped, slope, contact, start, settings)
+def scene(biped, slope, contact):
+    settings = Settings(1e-9, "tree", 2, 2000.0, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
+    return Scene(biped, slope, contact, settings)
+
+
+@pytest.fixture(scope="session")
+def two_steps(scene, start):
+    return scene.walk(start)

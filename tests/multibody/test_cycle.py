@@ -10,8 +10,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.result import Result
-from stages.multibody.walking.cycle import COARSE, Model, limit_cycle, search, solve, solved_cycle, unsettled
-from stages.multibody.walking.walk import simulate
+from stages.multibody.walking.cycle import COARSE, limit_cycle, search, solve, solved_cycle, unsettled
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import by_differences, fixed_point, gait_near
@@ -52,18 +51,23 @@ def bent(numbers):
     return FIXED + SCALES * (MAP @ off + 0.5 * off**2)
 
 
-def test_an_unstable_fixed_point_of_a_bent_map_is_found():
-    found = fixed_point(MadeUp(bent, 1e-6, 1e-10), FIXED + 0.02 * SCALES)
-    assert found.residual < 1e-10
-    assert found.numbers / SCALES == pytest.approx(FIXED / SCALES, abs=1e-9)
+def scaled(derivative):
+    """As a derivative of section numbers."""
+    return derivative * SCALES[:, None] / SCALES
 
 
-def test_a_kept_derivative_is_corrected_on_the_way():
-    walker = MadeUp(bent, 1e-6, 1e-8)
-    similar = 1.05 * MAP * SCALES[:, None] / SCALES
-    found = fixed_point(walker, FIXED + 0.02 * SCALES, similar)
-    assert found.numbers / SCALES == pytest.approx(FIXED / SCALES, abs=1e-7)
-    assert len(walker.taken) < 10  # a derivative alone would take ten
+def away(numbers):
+    """From the fixed point, in the section's scales."""
+    return np.abs((numbers - FIXED) / SCALES).max()
+
+
+@pytest.mark.parametrize(("tolerance", "known", "within", "most"), [
+    (1e-10, None, 1e-9, 60), (1e-8, 1.05 * MAP, 1e-7, 9)])
+def test_an_unstable_fixed_point_of_a_bent_map_is_found(tolerance, known, within, most):
+    """A kept derivative, which is not quite the map's, is corrected on the way: a derivative alone would take ten."""
+    walker = MadeUp(bent, 1e-6, tolerance)
+    found = fixed_point(walker, FIXED + 0.02 * SCALES, known if known is None else scaled(known))
+    assert found.residual < tolerance and away(found.numbers) < within and len(walker.taken) <= most
 
 
 @pytest.mark.parametrize(("central", "steps", "within"), [(True, 20, 1e-9), (False, 10, 1e-6)])
@@ -75,67 +79,67 @@ def test_multipliers_at_a_gait_are_those_of_the_map(start, central, steps, withi
     assert found.floquet_multipliers[:4, 0] == pytest.approx(MULTIPLIERS[:4], abs=within)
 
 
-def test_a_search_ends_where_the_steps_own_error_does():
+@pytest.mark.parametrize("rough", [False, True])
+def test_a_search_ends_where_the_steps_own_error_does(rough):
     """A made-up error of fifty tolerances, which no residual gets below for long: what is found is within it.
 
     Without the error the residual falls to the tolerance, however far beyond what a walk of the same steps needs.
     """
     tolerance = 1e-8
 
-    def rough(numbers):
-        return bent(numbers) + 50.0 * tolerance * SCALES * np.sin(1e12 * numbers)
+    def step(numbers):
+        return bent(numbers) + 50.0 * rough * tolerance * SCALES * np.sin(1e12 * numbers)
 
-    for step, within in ((bent, tolerance), (rough, 100.0 * tolerance)):
-        walker = MadeUp(step, 1e-6, tolerance)
-        found = fixed_point(walker, FIXED + 0.02 * SCALES, MAP * SCALES[:, None] / SCALES)
-        assert found.residual == np.abs((step(found.numbers) - found.numbers) / SCALES).max() <= within
-        assert np.abs((found.numbers - FIXED) / SCALES).max() < 10.0 * within and len(walker.taken) < 10
+    walker, within = MadeUp(step, 1e-6, tolerance), tolerance * (100.0 if rough else 1.0)
+    found = fixed_point(walker, FIXED + 0.02 * SCALES, scaled(MAP))
+    assert found.residual == np.abs((step(found.numbers) - found.numbers) / SCALES).max() <= within
+    assert away(found.numbers) < 10.0 * within and len(walker.taken) < 10
 
 
 def test_a_derivative_that_leads_away_is_made_anew_before_its_change_is_taken():
     """Nearly singular in one direction: its first change is ten times the distance, and the bent map leads on."""
     poor = BASIS @ np.diag([*MULTIPLIERS[:3], 0.999, *MULTIPLIERS[4:]]) @ np.linalg.inv(BASIS)
     walker = MadeUp(bent, 1e-6, 1e-10)
-    found = fixed_point(walker, FIXED + 0.02 * SCALES, poor * SCALES[:, None] / SCALES)
-    assert np.abs((found.numbers - FIXED) / SCALES).max() < 1e-9
-    away = [np.abs((taken - FIXED) / SCALES).max() for taken in walker.taken]
-    assert sum(far > 0.1 for far in away) == 1 and len(walker.taken) < 30
+    assert away(fixed_point(walker, FIXED + 0.02 * SCALES, scaled(poor)).numbers) < 1e-9
+    assert sum(away(taken) > 0.1 for taken in walker.taken) == 1 and len(walker.taken) < 30
 
 
-@pytest.mark.parametrize("derivative", [None, np.eye(10), (1.0 - 1e-14) * np.eye(10)])
-def test_a_map_without_fixed_point_is_told(derivative):
-    """Its derivative is one but for the round-off of differences, and Newton's change is infinite or nearly so."""
-    with pytest.raises(NoLimitCycle, match="no fixed point in reach"):
-        fixed_point(MadeUp(lambda numbers: numbers + SCALES, 1e-4), FIXED, derivative)
-
-
-def test_a_map_that_moves_every_state_is_told():
-    """Each number by its scale at least, and by more the further away: Newton's method goes to and fro."""
-    walker = MadeUp(lambda numbers: numbers + SCALES * (1.0 + ((numbers - FIXED) / SCALES) ** 2), 1e-4)
-    with pytest.raises(NoLimitCycle, match="no fixed point within 16 iterations, residual"):
-        fixed_point(walker, FIXED + 0.5 * SCALES)
+@pytest.mark.parametrize(("bend", "off", "derivative", "words"), [
+    *((0.0, 0.0, one, "no fixed point in reach") for one in (None, np.eye(10), (1.0 - 1e-14) * np.eye(10))),
+    (1.0, 0.5, None, "no fixed point within 16 iterations, residual"),
+])
+def test_a_map_without_fixed_point_is_told(bend, off, derivative, words):
+    """It moves each number by its scale: its derivative is one but for the round-off of differences, and Newton's
+    change is infinite or nearly so. Or by more the further away it is: Newton's method goes to and fro.
+    """
+    walker = MadeUp(lambda numbers: numbers + SCALES * (1.0 + bend * ((numbers - FIXED) / SCALES) ** 2), 1e-4)
+    with pytest.raises(NoLimitCycle, match=words):
+        fixed_point(walker, FIXED + off * SCALES, derivative)
 
 
 @pytest.fixture(scope="module")
-def from_gait(biped, slope, contact, settings):
-    """Model, mid-stance of the constraint model's gait and a walk from it, for changes of biped, slope or ground.
+def from_gait(scene):
+    """Model, mid-stance of the constraint model's gait, a walk from it and its samples, for changes of the scene.
 
     `before`: steps of the compiled walker that lead from there to where the walk begins, nearer to the gait.
     """
 
-    def prepared(steps, slope_deg=2.0, contact=contact, before=0, largest_step=settings.largest_step, **changed):
-        machine, ground = dataclasses.replace(biped, **changed), dataclasses.replace(slope, slope_deg=slope_deg)
-        walker, point = find_gait(machine, ground, 1e-9, None)
+    def prepared(steps, before=0, **changes):
+        model = scene.but(tolerance=1e-7, **changes)
+        walker, point = find_gait(model.biped, model.slope, 1e-9, None)
         upright = walker.stance_state(crossing_state(walker, point.z, 1e-9))
-        state = rolling_state(machine, contact, upright, 9.4)
+        state = rolling_state(model.biped, model.contact, upright, 9.4)
         if before:
-            state = PenaltyStepper(machine, ground, contact, state, PenaltySettings(1e-7)).walk(state, before).state
-        coarse = dataclasses.replace(settings, tolerance=1e-7, largest_step=largest_step)
-        model = Model(machine, ground, contact, coarse)
-        walked = simulate(machine, ground, contact, state, model.settings, steps=steps)
-        return model, state, walked, sample(walked.trajectory, machine, ground, 500.0)
+            state = compiled(model, state, 1e-7).walk(state, before).state
+        walked = model.walk(state, steps=steps)
+        return model, state, walked, sample(walked.trajectory, model.biped, model.slope, 500.0)
 
     return prepared
+
+
+def compiled(model, state, tolerance):
+    """The compiled walker of the same model."""
+    return PenaltyStepper(model.biped, model.slope, model.contact, state, PenaltySettings(tolerance))
 
 
 @pytest.fixture(scope="module")
@@ -151,11 +155,9 @@ def settled(from_gait):
 
 def test_a_step_from_the_cycle_ends_on_it_and_a_walk_settles_there(settled):
     model, state, _, walk, (cycle, found, reason) = settled
-    assert cycle.solved and not reason
-    assert cycle.residual < COARSE
-    gait = found.section_state
-    again = model.walker(state).step(gait)
-    assert np.abs((again.numbers - gait) / SCALES).max() < 1e-5
+    assert cycle.solved and not reason and cycle.residual < COARSE
+    again = model.walker(state).step(found.section_state)
+    assert np.abs((again.numbers - found.section_state) / SCALES).max() < 1e-5
     periods = np.diff(walk.heel_strike_time)
     shrunk = abs(periods[-1] - cycle.period_s) / abs(periods[1] - cycle.period_s)
     assert 0.0 < shrunk < 2.0 * cycle.largest_multiplier ** (len(periods) - 2)
@@ -166,18 +168,18 @@ def test_a_step_from_the_cycle_ends_on_it_and_a_walk_settles_there(settled):
 
 def test_the_cycle_is_that_of_another_walker_at_a_far_finer_tolerance(settled):
     model, state, _, _, (cycle, _, _) = settled
-    other = gait_near(PenaltyStepper(model.biped, model.slope, model.contact, state, PenaltySettings(1e-12)), state)
+    other = gait_near(compiled(model, state, 1e-12), state)
     assert (cycle.period_s, cycle.step_length_m) == pytest.approx((other.period_s, other.step_length_m), abs=3e-8)
 
 
 def test_a_short_walk_has_not_settled_yet(settled):
     model, state, _, whole, (cycle, _, _) = settled
     far = dataclasses.replace(state, hip_velocity=(1.1 * state.hip_velocity[0], state.hip_velocity[1]))
-    walked = simulate(model.biped, model.slope, model.contact, far, model.settings, steps=2)
+    walked = model.walk(far, steps=2)
     walk = sample(walked.trajectory, model.biped, model.slope, 500.0)
     assert "stable, but after 2 steps the last one still differs by" in unsettled(walked, walk, cycle, "")
-    away = dataclasses.replace(cycle, floquet_multipliers=np.array([[-1.05, 0.0], [0.6, 0.0]]))
-    assert unsettled(walked, whole, away, "") == "its gait is unstable, largest multiplier 1.050 in magnitude"
+    unstable = dataclasses.replace(cycle, floquet_multipliers=np.array([[-1.05, 0.0], [0.6, 0.0]]))
+    assert unsettled(walked, whole, unstable, "") == "its gait is unstable, largest multiplier 1.050 in magnitude"
 
 
 @pytest.mark.parametrize("changed", [
@@ -238,13 +240,9 @@ def test_a_rough_search_begins_where_a_walk_ends(from_gait):
 @pytest.mark.slow
 def test_multipliers_agree_with_fine_central_differences(from_gait):
     model, state, _, _ = from_gait(1)
-    found = search(model, state)
-    fine = dataclasses.replace(model.settings, tolerance=1e-10)
-    full = limit_cycle(model.biped, model.slope, model.contact, state, fine)
+    found, fine = search(model, state), model.at(1e-10)
+    full = limit_cycle(model.biped, model.slope, model.contact, state, fine.settings)
     assert found.floquet_multipliers[:3, 0] == pytest.approx(full.floquet_multipliers[:3, 0], abs=5e-4)
     assert found.period_s == pytest.approx(full.period_s, abs=1e-6)
-    walk = sample(simulate(model.biped, model.slope, model.contact, state, fine, steps=1).trajectory, model.biped,
-                  model.slope, 500.0)  # fmt: skip
-    assert solved_cycle(dataclasses.replace(model, settings=fine), state, found, walk).period_s == pytest.approx(
-        full.period_s, abs=5e-7
-    )
+    walk = sample(fine.walk(state, steps=1).trajectory, model.biped, model.slope, 500.0)
+    assert solved_cycle(fine, state, found, walk).period_s == pytest.approx(full.period_s, abs=5e-7)

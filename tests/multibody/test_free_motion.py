@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.multibody.walking.walk import build, simulate
 from stages.planar.energy import kinetic_energy, mass_moment, spring_energy
 from stages.planar.run import PlanarState
 
@@ -26,28 +25,27 @@ DETAILS = pytest.mark.parametrize("details", [{}, UNEQUAL, {**UNEQUAL, "hip_mass
                                   ids=["plain", "unequal", "no hip mass"])  # fmt: skip
 
 
-def with_details(biped, assembly, legs, details):
+def flown(scene, assembly, legs, details, **changes):
+    """A design in the air, and its flight from `TUMBLING`."""
     if details and legs == "rigid" and assembly == "joints":
         pytest.skip("this assembly has no frames on rigid legs")
-    return dataclasses.replace(biped, **{"legs": legs, "leg_inertia": 2e-3, **details})
+    return fly(scene, assembly=assembly, legs=legs, **{"leg_inertia": 2e-3, **details, **changes})
 
 
-def fly(biped, slope, contact, settings, assembly, state=TUMBLING, duration=0.1, rolling_step=1e-4):
-    fine = dataclasses.replace(settings, assembly=assembly, rolling_step=rolling_step)
-    high = dataclasses.replace(state, hip_position=(0.0, 5.0))
-    run = simulate(biped, slope, contact, high, fine, duration=duration)
+def fly(scene, state=TUMBLING, duration=0.1, rolling_step=1e-4, **changes):
+    high = scene.but(rolling_step=rolling_step, **changes)
+    run = high.walk(dataclasses.replace(state, hip_position=(0.0, 5.0)), duration=duration)
     assert run.completed
-    return run
+    return high.biped, run.trajectory
 
 
 @ASSEMBLIES
 @LEGS
 @DETAILS
-def test_mass_centre_falls_on_a_parabola(biped, slope, contact, settings, assembly, legs, details):
-    design = with_details(biped, assembly, legs, details)
-    flight = fly(design, slope, contact, settings, assembly, rolling_step=2e-4).trajectory
+def test_mass_centre_falls_on_a_parabola(scene, assembly, legs, details):
+    design, flight = flown(scene, assembly, legs, details, rolling_step=2e-4)
     centre = mass_moment(design, flight.position) / design.total_mass
-    gravity, t = np.array(slope.gravity_vector), flight.time[:, None]
+    gravity, t = np.array(scene.slope.gravity_vector), flight.time[:, None]
     thrown = moving_masses(design, flight.position, flight.velocity)
     start_velocity = sum(mass * velocity[0] for mass, _, velocity in thrown) / design.total_mass
     parabola = centre[0] + start_velocity * t + 0.5 * gravity * t**2
@@ -57,41 +55,38 @@ def test_mass_centre_falls_on_a_parabola(biped, slope, contact, settings, assemb
 @ASSEMBLIES
 @LEGS
 @DETAILS
-def test_undamped_flight_keeps_its_energy_and_spin(biped, slope, contact, settings, assembly, legs, details):
-    design = dataclasses.replace(with_details(biped, assembly, legs, details), damping=0.0, other_damping=None)
+def test_undamped_flight_keeps_its_energy_and_spin(scene, assembly, legs, details):
     duration, step = (0.05, 3.5e-5) if details else (0.1, 1e-4)
-    flight = fly(design, slope, contact, settings, assembly, duration=duration, rolling_step=step).trajectory
-    position, velocity = flight.position, flight.velocity
-    energy = kinetic_energy(design, position, velocity) + spring_energy(design, position)
-    energy = energy - mass_moment(design, position) @ np.array(slope.gravity_vector)
-    assert np.abs(energy - energy[0]).max() < 1e-5 * kinetic_energy(design, position, velocity)[0]
-    spin = spin_about_mass_centre(design, position, velocity)
+    design, flight = flown(
+        scene, assembly, legs, details, damping=0.0, other_damping=None, duration=duration, rolling_step=step)
+    moving = kinetic_energy(design, flight.position, flight.velocity)
+    energy = moving + spring_energy(design, flight.position)
+    energy -= mass_moment(design, flight.position) @ np.array(scene.slope.gravity_vector)
+    assert np.abs(energy - energy[0]).max() < 1e-5 * moving[0]
+    spin = spin_about_mass_centre(design, flight.position, flight.velocity)
     assert np.abs(spin - spin[0]).max() < 1e-6 * abs(spin[0])
 
 
 @ASSEMBLIES
 @LEGS
-def test_the_watch_is_told_the_rate_of_each_leg(biped, slope, contact, settings, assembly, legs):
-    design, fine = dataclasses.replace(biped, legs=legs), dataclasses.replace(settings, assembly=assembly)
+def test_the_watch_is_told_the_rate_of_each_leg(scene, assembly, legs):
+    flying = scene.but(legs=legs, assembly=assembly)
     high = dataclasses.replace(TUMBLING, hip_position=(0.0, 5.0), leg_length_rate=(0.4, -0.7))
-    machine = build(design, slope, contact, fine)
-    run = simulate(design, slope, contact, high, fine, duration=0.01, assembly=machine)
-    last = run.trajectory.velocity[-1]
+    machine = flying.build()
+    last = flying.walk(high, duration=0.01, assembly=machine).trajectory.velocity[-1]
     assert last[2] > 1.5 and last[3] < -1.0 and np.abs(last[[0, 1, 4, 5]]).max() < 1.0
     assert [machine.leg_rate(leg) for leg in (0, 1)] == pytest.approx(last[2:4], rel=1e-9)
 
 
 @ASSEMBLIES
-def test_legs_ring_like_two_masses_on_a_damped_spring(biped, slope, contact, settings, assembly):
+def test_legs_ring_like_two_masses_on_a_damped_spring(scene, assembly):
     stretched = dataclasses.replace(
         TUMBLING, hip_velocity=(0.0, 0.0), leg_angle=(0.0, 0.0), leg_rate=(0.0, 0.0), leg_length=(0.343, 0.343)
     )
-    level = dataclasses.replace(slope, slope_deg=0.0)
-    flight = fly(biped, level, contact, settings, assembly, stretched, duration=0.1).trajectory
+    biped, flight = fly(scene, stretched, assembly=assembly, slope_deg=0.0)
     compliance = 1.0 / biped.hip_mass + 0.5 / biped.foot_mass  # one hip against two feet
-    decay = biped.damping * compliance
+    decay, t = biped.damping * compliance, flight.time
     ringing = np.sqrt(2 * biped.stiffness * compliance - decay**2 + 0j)
-    t = flight.time
     expected = (0.01 * np.exp(-decay * t) * (np.cos(ringing * t) + decay / ringing * np.sin(ringing * t))).real
     assert np.abs(flight.position[:, 4] - 0.333 - expected).max() < (1e-8 if assembly == "tree" else 2e-5)
 

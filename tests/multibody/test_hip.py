@@ -12,7 +12,7 @@ from stages.biped.gait import StanceState
 from stages.ground.contact_law import family_member
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.walk import build, simulate
+from stages.multibody.walking.walk import simulate
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
 from stages.planar.run import PlanarState, hip_creep, rolling_state
 from tests.analytic.test_driven_stance import ROBOT
@@ -24,16 +24,14 @@ SCISSORS = PlanarState((0.0, 5.0), (0.0, 0.0), (0.01, -0.01), (0.0, 0.0), (0.333
 
 
 @pytest.fixture
-def scissors(biped, slope, contact, settings):
+def scissors(scene):
     """Fall with two rigid legs that turn against each other; other numbers are those of the hip."""
 
     def falling(assembly, state=SCISSORS, duration=0.2, **hip):
-        design = dataclasses.replace(biped, legs="rigid", leg_inertia=2e-3, **hip)
-        level = dataclasses.replace(slope, slope_deg=0.0)
-        fine = dataclasses.replace(settings, assembly=assembly, rolling_step=1e-4)
-        run = simulate(design, level, contact, state, fine, duration=duration)
+        level = scene.but(legs="rigid", leg_inertia=2e-3, slope_deg=0.0, assembly=assembly, rolling_step=1e-4, **hip)
+        run = level.walk(state, duration=duration)
         assert run.completed
-        return design, run.trajectory
+        return level.biped, run.trajectory
 
     return falling
 
@@ -64,8 +62,7 @@ def test_friction_brings_the_legs_to_rest_and_holds_them(scissors, assembly):
     apart = flight.velocity[:, 2] - flight.velocity[:, 3]
     creep = hip_creep(design, Slope(0.0, 9.81))
     assert np.abs(apart - 2 * rate * np.maximum(0.0, 1 - flight.time / stops)).max() < 2 * creep
-    before = flight.time < 0.9 * stops
-    assert np.abs(apart - 2 * rate * (1 - flight.time / stops))[before].max() < 1e-4 * rate
+    assert np.abs(apart - 2 * rate * (1 - flight.time / stops))[flight.time < 0.9 * stops].max() < 1e-4 * rate
 
 
 @ASSEMBLIES
@@ -116,17 +113,17 @@ def test_standing_legs_slip_and_stick_as_in_the_constraint_model(contact, fricti
     assert np.abs(rates[:, 2] - rates[:, 3]).max() < creep
 
 
-def test_nothing_is_assembled_for_what_is_not_there(biped, slope, contact, settings):
+def test_nothing_is_assembled_for_what_is_not_there(scene):
     def objects(**design):
-        return build(dataclasses.replace(biped, **design), slope, contact, settings).mbs.systemData.NumberOfObjects()
+        return scene.but(**design).build().mbs.systemData.NumberOfObjects()
 
     plain = objects()
     assert objects(frame_mass=0.1, other_leg_length=0.32) == plain
     assert objects(hip_stiffness=1.0, hip_damping=0.1) == objects(hip_friction=0.1) == plain + 1
 
 
-def test_frames_on_rigid_legs_are_refused_by_the_joints_alone(biped, slope, contact, settings):
-    rigid = dataclasses.replace(biped, legs="rigid", frame_mass=0.1)
-    build(rigid, slope, contact, settings)
+def test_frames_on_rigid_legs_are_refused_by_the_joints_alone(scene):
+    rigid = scene.but(legs="rigid", frame_mass=0.1)
+    rigid.build()
     with pytest.raises(BeyondModel, match=r"multibody\.assembly = tree has"):
-        build(rigid, slope, contact, dataclasses.replace(settings, assembly="joints"))
+        rigid.but(assembly="joints").build()

@@ -5,8 +5,6 @@ contact damping grows with the stiffness so that the impact stays as plastic as 
 k^(-1/(e + 1)) of an impact, the damping's depth shrinks and its size grows by the same power.
 """
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -16,7 +14,6 @@ from stages.analytic.walk.recording import crossing_state, record
 from stages.analytic.walk.sampling import sample_walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
-from stages.multibody.walking.walk import simulate
 from stages.planar.run import rolling_state
 
 FRICTION, EXPONENT = 1.1, 2.2
@@ -24,27 +21,25 @@ FRICTION, EXPONENT = 1.1, 2.2
 IMPACT = 5e-3
 
 
-def walk_of(biped, slope, friction):
+def walk_of(model, friction):
     """One step of the constraint model's gait from mid-stance to mid-stance, its period, and its state at the start."""
-    walker, point = find_gait(biped, slope, 1e-11, friction)
+    walker, point = find_gait(model.biped, model.slope, 1e-11, friction)
     upright = crossing_state(walker, point.z, 1e-11)
     walk = sample_walk(walker, record(walker, upright, 2, 1e-11, SINGLE_STANCE), 5000.0)
     return walk, point.steps[0].period * walker.time, walker.stance_state(upright)
 
 
-def differences(constraint, factor, biped, slope, settings, stiction_velocity=1e-3):
+def differences(model, constraint, factor, stiction_velocity=1e-3):
     """Largest hip difference [mm] and velocity difference [mm/s] away from heel strike, stiffness times `factor`."""
     walk, period, upright = constraint
     scale = factor ** (1 / (EXPONENT + 1))
     law = ContactLaw(
         1e5 * factor, EXPONENT, 1e4 * scale, 1e-4 / scale, FRICTION, FRICTION, stiction_velocity, 2 * stiction_velocity)
-    start = rolling_state(biped, law, upright, walk.standing_force)
-    run = simulate(biped, slope, law, start, settings, steps=1)
+    run = model.but(contact=law).walk(rolling_state(model.biped, law, upright, walk.standing_force), steps=1)
     assert run.completed
     away = (walk.time <= period) & (np.abs(walk.time - walk.heel_strike_time[0]) > IMPACT)
-    position, velocity = run.trajectory.at(walk.time[away])
-    return (1e3 * np.abs(position[:, :2] - walk.hip_position[away]).max(),
-            1e3 * np.abs(velocity[:, :2] - walk.hip_velocity[away]).max())
+    found = zip(run.trajectory.at(walk.time[away]), (walk.hip_position, walk.hip_velocity), strict=True)
+    return tuple(1e3 * np.abs(own[:, :2] - wanted[away]).max() for own, wanted in found)
 
 
 #: About the twin's planar projection: frames that differ instead of a hip mass, and the lower legs' inertia.
@@ -54,21 +49,20 @@ FRAMES = {"hip_mass": 0.0, "leg_inertia": 8.576e-4, "frame_mass": 0.1582, "frame
 
 @pytest.mark.slow
 @pytest.mark.parametrize("details", [{}, FRAMES], ids=["table 1", "frames"])
-def test_penalty_contact_tends_to_coulomb_transitions(biped, slope, settings, details):
+def test_penalty_contact_tends_to_coulomb_transitions(scene, details):
     """Hip within 0.03 mm and 0.5 mm/s away from the impact; the difference falls like the static penetration,
     k^(-1/e), while creep is smaller than it."""
-    biped = dataclasses.replace(biped, **details)
-    limited = walk_of(biped, slope, Friction(FRICTION, FRICTION))
-    factors = (1.0, 10.0, 100.0)
-    found = np.array([differences(limited, factor, biped, slope, settings) for factor in factors])
+    model = scene.but(**details)
+    limited = walk_of(model, Friction(FRICTION, FRICTION))
+    found = np.array([differences(model, limited, factor) for factor in (1.0, 10.0, 100.0)])
     orders = np.log10(found[:-1, 0] / found[1:, 0])
     assert orders == pytest.approx([1 / EXPONENT] * 2, abs=0.1), (found, orders)
-    position, velocity = differences(limited, 1e4, biped, slope, settings)
+    position, velocity = differences(model, limited, 1e4)
     assert position <= 0.03 and velocity <= 0.5, (position, velocity)
 
 
 @pytest.mark.slow
-def test_penalty_contact_does_not_tend_to_rolling_transitions(biped, slope, settings):
+def test_penalty_contact_does_not_tend_to_rolling_transitions(scene):
     """A trailing foot that rolls through the impact is told apart at the same stiffness."""
-    position, velocity = differences(walk_of(biped, slope, None), 1e4, biped, slope, settings)
+    position, velocity = differences(scene, walk_of(scene, None), 1e4)
     assert position > 0.1 and velocity > 0.5, (position, velocity)

@@ -1,12 +1,9 @@
 """The ideal rule against scuffing, and stepping blocks that do the same."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from stages.ground.friction import SCALARS, Lane, lanes
-from stages.multibody.walking.walk import simulate
 from stages.planar.run import FELL
 from stages.planar.sampling import sample
 
@@ -20,25 +17,23 @@ def test_blocks_of_a_lane():
     assert inner.presence(0.0) == 1.0 and outer.presence(0.16) == 1.0 and inner.presence(0.16) == 0.0
 
 
-def test_blocks_under_the_feet_give_the_walk_of_the_ideal_rule(biped, slope, contact, start, settings):
-    coarse = dataclasses.replace(settings, tolerance=1e-6, largest_step=2e-3)
-    run, plain = (simulate(biped, slope, contact, start, coarse, lanes=each) for each in (lanes(0.16, 0.1), None))
+def test_blocks_under_the_feet_give_the_walk_of_the_ideal_rule(scene, start):
+    coarse = scene.but(tolerance=1e-6, largest_step=2e-3)
+    run, plain = (coarse.walk(start, lanes=each) for each in (lanes(0.16, 0.1), None))
     assert run.completed and run.heel_strikes == 2
     assert np.array_equal(run.trajectory.position, plain.trajectory.position)
-    on_blocks, ideal = (sample(each.trajectory, biped, slope, 500.0) for each in (run, plain))
-    assert np.array_equal(on_blocks.heel_strike_time, ideal.heel_strike_time)
-    assert np.array_equal(on_blocks.toe_off_time, ideal.toe_off_time)
+    on_blocks, ideal = (sample(each.trajectory, scene.biped, scene.slope, 500.0) for each in (run, plain))
+    for name in ("heel_strike_time", "toe_off_time"):
+        assert np.array_equal(getattr(on_blocks, name), getattr(ideal, name))
 
 
 @pytest.mark.parametrize(("step", "length"), [(0.3, 0.05), (0.16, 0.03)])
-def test_a_missed_block_is_told(biped, slope, contact, start, settings, step, length):
-    run = simulate(biped, slope, contact, start, settings, lanes=lanes(step, length))
+def test_a_missed_block_is_told(scene, start, step, length):
+    run = scene.walk(start, lanes=lanes(step, length))
     assert run.outcome == FELL and run.message
 
 
-def test_without_the_rule_the_swing_foot_scuffs(biped, slope, contact, start, settings):
+def test_without_the_rule_the_swing_foot_scuffs(scene, start):
     """The rule is needed: on plain ground under both feet the same start does not get through two steps."""
     endless = (Lane(0.0, 2.0, 2.0), Lane(0.0, 2.0, 2.0))
-    coarse = dataclasses.replace(settings, tolerance=1e-6, largest_step=2e-3)
-    run = simulate(biped, slope, contact, start, coarse, lanes=endless)
-    assert not run.completed
+    assert not scene.but(tolerance=1e-6, largest_step=2e-3).walk(start, lanes=endless).completed

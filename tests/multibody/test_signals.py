@@ -1,6 +1,5 @@
 """A signal that is not named is not recorded, has no sensor, and costs nothing; the walk stays the same."""
 
-import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +10,6 @@ from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.multibody.parameters import Parameters
 from stages.multibody.run import Inputs, run
 from stages.multibody.walking.cycle import walked_cycle
-from stages.multibody.walking.walk import build, simulate
 from stages.planar.sampling import sample
 from stages.planar.signals import SIGNALS
 
@@ -22,42 +20,39 @@ NUMBERS_A_ROW = {"tree": {(): 21, ("imu",): 25, ("ground_reaction",): 29, SIGNAL
                  "joints": {(): 24, ("imu",): 36, ("ground_reaction",): 32, SIGNALS: 44}}  # fmt: skip
 
 
-def awaited(model, state, run, walk):
-    return walked_cycle(run, walk, model.contact, model.biped.foot_radii), None, ""
-
-
-def walked(biped, slope, contact, start, settings, signals):
-    machine = build(biped, slope, contact, settings, signals=signals)
-    done = simulate(biped, slope, contact, start, settings, duration=0.03, assembly=machine)
-    return done, take_inventory(machine.mbs), len(machine.mbs.GetSensorStoredData(0))
-
-
 @pytest.mark.parametrize("assembly", ["tree", "joints"])
-def test_exudyn_records_what_is_named_and_solves_the_same(biped, slope, contact, start, settings, assembly):
+def test_exudyn_records_what_is_named_and_solves_the_same(scene, start, assembly):
     """Numbers a row: 7 for coordinates (4 for each of three bodies), as many for rates; 4 for a force or a foot."""
-    chosen = dataclasses.replace(settings, assembly=assembly)
-    full, held, _ = walked(biped, slope, contact, start, chosen, SIGNALS)
-    for signals, numbers in NUMBERS_A_ROW[assembly].items():
-        done, found, rows = walked(biped, slope, contact, start, chosen, signals)
-        assert found.recorded_bytes == 8 * numbers * rows
-        assert found.sensors < held.sensors or signals == SIGNALS
-        assert (found.bodies, found.contact_pairs) == (held.bodies, held.contact_pairs)
+    chosen, found = scene.but(assembly=assembly), {}
+    for signals in NUMBERS_A_ROW[assembly]:
+        machine = chosen.build(signals=signals)
+        done = chosen.walk(start, duration=0.03, assembly=machine)
+        found[signals] = done, take_inventory(machine.mbs), len(machine.mbs.GetSensorStoredData(0))
+    full, held, _ = found[SIGNALS]
+    for signals, (done, own, rows) in found.items():
+        assert own.recorded_bytes == 8 * NUMBERS_A_ROW[assembly][signals] * rows
+        assert own.sensors < held.sensors or signals == SIGNALS
+        assert (own.bodies, own.contact_pairs) == (held.bodies, held.contact_pairs)
         assert done.solver_steps == full.solver_steps
         for name in ("time", "position", "velocity"):
             assert np.array_equal(getattr(done.trajectory, name), getattr(full.trajectory, name))
 
 
+def awaited(model, state, run, walk):
+    return walked_cycle(run, walk, model.contact, model.biped.foot_radii), None, ""
+
+
 @pytest.fixture(scope="module")
-def results(biped, slope, contact, rough, settings):
+def results(scene, rough):
     """The stage's result for all signals, for all but one, and for none."""
-    loose = dataclasses.replace(settings, tolerance=1e-4, largest_step=2e-3, sampling_rate_hz=500.0)
+    loose = scene.but(tolerance=1e-4, largest_step=2e-3, sampling_rate_hz=500.0)
     force = SimpleNamespace(standing_force=9.4)
     inputs = Inputs(SimpleNamespace(walk=force, mid_stance=rough, gait=SimpleNamespace(step_length_m=0.16)))
     chosen = {name: tuple(other for other in SIGNALS if other != name) for name in SIGNALS}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("stages.multibody.run.solve", awaited)
         return {
-            name: run(Parameters(biped, slope, contact, dataclasses.replace(loose, signals=signals)), inputs)
+            name: run(Parameters(*vars(loose.but(signals=signals)).values()), inputs)
             for name, signals in {"all": SIGNALS, "none": (), **chosen}.items()
         }
 
@@ -77,8 +72,7 @@ def test_motion_alone_gives_the_same_gait(results):
     assert bare.cycle.period_s == full.cycle.period_s and bare.energy == full.energy
     assert np.isnan(bare.cycle.peak_normal_force) and full.cycle.peak_normal_force > 9.4
     assert bare.inventory.sensors == 3
-    held = bytes_of(full.walk, full.penetration, full.slip_velocity)
-    assert full.inventory.sampled_bytes == held
+    assert full.inventory.sampled_bytes == bytes_of(full.walk, full.penetration, full.slip_velocity)
 
 
 def test_the_rate_asked_for_is_the_rate_sampled(two_steps, slope, biped):
@@ -93,8 +87,6 @@ def test_a_missing_signal_is_told_by_name():
         require("multibody", {"imu": np.zeros((0, 2)), "slip": np.zeros((3, 2))})
 
 
-def test_a_signal_named_twice_is_refused(settings):
-    assert not list(settings.broken_rules())
-    assert [broken.key for broken in dataclasses.replace(settings, signals=("imu", "imu")).broken_rules()] == [
-        "signals"
-    ]
+def test_a_signal_named_twice_is_refused(scene):
+    assert not list(scene.settings.broken_rules())
+    assert [broken.key for broken in scene.but(signals=("imu", "imu")).settings.broken_rules()] == ["signals"]

@@ -1,8 +1,11 @@
 """Interpolation between solver steps, and the kinematics of a foot."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from stages.ground.friction import normal_force
 from stages.planar.run import Trajectory, foot_kinematics, rolling_state
 
 
@@ -16,12 +19,17 @@ def polynomial_trajectory(degree, exact):
 
 
 @pytest.mark.parametrize(("degree", "exact"), [(5, True), (3, False)])
-def test_polynomials_are_reproduced(degree, exact):
+def test_polynomials_are_reproduced_and_one_time_after_another_as_many_at_once(degree, exact):
     shapes, trajectory = polynomial_trajectory(degree, exact)
     time = np.linspace(0.0, 1.0, 101)
     position, velocity = trajectory.at(time)
     assert np.allclose(position, np.column_stack([shape(time) for shape in shapes]), atol=1e-12)
     assert np.allclose(velocity, np.column_stack([shape.deriv()(time) for shape in shapes]), atol=1e-11)
+    for row in range(3):
+        after, (start, end) = trajectory.after(row), trajectory.time[row : row + 2].tolist()
+        for one in np.linspace(start, end, 9)[:-1]:
+            assert np.array_equal(after(float(one)), [rows[0] for rows in trajectory.at(np.array([one]))])
+        assert np.array_equal(after(end), (trajectory.position[row + 1], trajectory.velocity[row + 1]))
 
 
 def test_switches_are_kept():
@@ -45,10 +53,6 @@ def test_rate_of_penetration_is_its_derivative():
 
 def test_the_rolling_state_rolls(biped, contact, rough):
     """No slip at the standing foot, no motion into the ground, and the force asked for."""
-    import dataclasses
-
-    from stages.ground.friction import normal_force
-
     leaning = dataclasses.replace(rough, stance_angle=0.13)
     state = rolling_state(biped, contact, leaning, normal_force=9.4)
     row = np.array([[*state.hip_position, *state.leg_angle, *state.leg_length]])
@@ -56,13 +60,3 @@ def test_the_rolling_state_rolls(biped, contact, rough):
     depth, rate, slip = (value[0] for value in foot_kinematics(row, motion, 0, biped.foot_radius))
     assert abs(rate) < 1e-15 and abs(slip) < 1e-15
     assert normal_force(contact, depth, 0.0) == pytest.approx(9.4, rel=1e-9)
-
-
-@pytest.mark.parametrize(("degree", "exact"), [(5, True), (3, False)])
-def test_one_time_after_another_is_as_many_at_once(degree, exact):
-    _, trajectory = polynomial_trajectory(degree, exact)
-    for row in range(3):
-        after, (start, end) = trajectory.after(row), trajectory.time[row : row + 2].tolist()
-        for time in np.linspace(start, end, 9)[:-1]:
-            assert np.array_equal(after(float(time)), [rows[0] for rows in trajectory.at(np.array([time]))])
-        assert np.array_equal(after(end), (trajectory.position[row + 1], trajectory.velocity[row + 1]))

@@ -1,7 +1,5 @@
 """Legs that differ, on the ground: a cycle of two steps, which both assemblies walk, and where its energy goes."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -11,8 +9,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import family_member
 from stages.multibody.parameters import Parameters
-from stages.multibody.walking.cycle import Model, SectionWalker, solve
-from stages.multibody.walking.walk import simulate
+from stages.multibody.walking.cycle import solve
 from stages.planar.energy import energy_balance
 from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
@@ -32,32 +29,31 @@ UNEQUAL = {
 
 
 @pytest.fixture(scope="module")
-def unequal(biped):
-    return dataclasses.replace(biped, **UNEQUAL)
+def unequal(scene):
+    return scene.but(**UNEQUAL)
 
 
 @pytest.fixture(scope="module")
-def firm(contact):
-    """Ground on which a standing foot hardly creeps: else the gaits of both models differ by more than their limps."""
-    return family_member(contact, 0.3)
-
-
-@pytest.fixture(scope="module")
-def gait(unequal, slope):
+def gait(unequal):
     """The constraint model's gait."""
-    walker, point = find_gait(unequal, slope, 1e-9)
+    walker, point = find_gait(unequal.biped, unequal.slope, 1e-9)
     return walker, point, walker.stance_state(crossing_state(walker, point.z, 1e-9))
 
 
+@pytest.fixture(scope="module")
+def begin(gait):
+    """A model's start from that gait's mid-stance."""
+    return lambda model: rolling_state(model.biped, model.contact, gait[2], 9.4)
+
+
 @pytest.mark.slow
-def test_a_cycle_has_two_steps_and_a_walk_settles_on_it(unequal, slope, firm, gait, settings):
-    walker, point, upright = gait
-    start = rolling_state(unequal, firm, upright, 9.4)
-    quick = dataclasses.replace(settings, tolerance=1e-7)
-    walked = simulate(unequal, slope, firm, start, quick, steps=14)
-    walk = sample(walked.trajectory, unequal, slope, 500.0)
-    model = Model(unequal, slope, firm, quick)
-    cycle, _, reason = solve(model, start, walked, walk)
+def test_a_cycle_has_two_steps_and_a_walk_settles_on_it(unequal, gait, begin):
+    """On ground on which a standing foot hardly creeps: else the gaits differ by more than their limps."""
+    walker, point, _ = gait
+    model = unequal.but(contact=family_member(unequal.contact, 0.3), tolerance=1e-7)
+    walked = model.walk(begin(model), steps=14)
+    walk = sample(walked.trajectory, model.biped, model.slope, 500.0)
+    cycle, _, reason = solve(model, begin(model), walked, walk)
     assert cycle.solved and not reason
     steps = np.diff(walk.heel_strike_time)
     off = np.abs(0.5 * (steps[1:] + steps[:-1]) - cycle.period_s)
@@ -68,58 +64,46 @@ def test_a_cycle_has_two_steps_and_a_walk_settles_on_it(unequal, slope, firm, ga
     assert cycle.double_stance_s == pytest.approx(walk.double_stance(walk.heel_strike_time[-3:-1]), rel=0.02)
 
 
-def test_a_cycle_ends_where_it_began_with_the_same_leg_standing(biped, unequal, slope, contact, gait, settings):
-    numbers = section_numbers(rolling_state(unequal, contact, gait[2], 9.4))
+def test_a_cycle_ends_where_it_began_with_the_same_leg_standing(scene, unequal, begin):
+    numbers = section_numbers(begin(unequal))
     steps = {}
-    for name, design in (("alike", biped), ("unequal", unequal)):
-        start = rolling_state(design, contact, gait[2], 9.4)
-        coarse = dataclasses.replace(settings, tolerance=1e-5, largest_step=2e-3)
-        walker = SectionWalker(design, slope, contact, start, coarse, 1e-4)
-        steps[name] = walker.step(numbers), walker.walk(start, 1)
-        assert walker.steps_a_cycle == (1 if name == "alike" else 2)
-    (cycle, step), (stride, half) = steps["alike"], steps["unequal"]
+    for model, steps_a_cycle in ((scene, 1), (unequal, 2)):
+        start = begin(model)
+        walker = model.but(tolerance=1e-5, largest_step=2e-3).walker(start, 1e-4)
+        steps[steps_a_cycle] = walker.step(numbers), walker.walk(start, 1)
+        assert walker.steps_a_cycle == steps_a_cycle
+    (cycle, step), (stride, half) = steps[1], steps[2]
     assert cycle.duration == step.duration
     assert 1.8 * half.duration < stride.duration < 2.2 * half.duration
     assert np.abs((stride.numbers - numbers) / SCALES).max() < 0.3  # it is near the gait
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.002])
-def test_losses_add_up_to_the_work_of_gravity(unequal, slope, contact, gait, settings, friction):
-    rough = dataclasses.replace(unequal, hip_friction=friction)
-    start = rolling_state(rough, contact, gait[2], 9.4)
-    run = simulate(
-        rough, slope, contact, start, dataclasses.replace(settings, tolerance=1e-8, largest_step=1e-3), steps=2)
-    strikes = sample(run.trajectory, rough, slope, 500.0).heel_strike_time
+@pytest.mark.parametrize(("friction", "within"), [(0.0, 1e-6), (0.002, 1e-4)])
+def test_losses_add_up_to_the_work_of_gravity(unequal, begin, friction, within):
+    rough = unequal.but(hip_friction=friction, tolerance=1e-8, largest_step=1e-3)
+    run = rough.walk(begin(rough), steps=2)
     assert run.completed
-    balance = energy_balance(run.trajectory, rough, slope, contact, *strikes[:2])
-    assert balance.relative_residual < (1e-6 if friction == 0.0 else 1e-4)
-    plain = dataclasses.replace(unequal, hip_stiffness=0.0, hip_rest_angle=0.0)
-    assert energy_balance(run.trajectory, plain, slope, contact, *strikes[:2]).relative_residual > 1e-4
+
+    def residual(model):
+        return energy_balance(run.trajectory, model.biped, model.slope, model.contact, *strikes[:2]).relative_residual
+
+    strikes = sample(run.trajectory, rough.biped, rough.slope, 500.0).heel_strike_time
+    assert residual(rough) < within and residual(unequal.but(hip_stiffness=0.0, hip_rest_angle=0.0)) > 1e-4
 
 
-def test_both_assemblies_walk_it(unequal, slope, contact, gait, settings):
-    start = rolling_state(unequal, contact, gait[2], 9.4)
-    coarse = dataclasses.replace(settings, tolerance=1e-7, largest_step=1e-3, rolling_step=4e-4, impact_step=2e-5)
-    tree, joints = (
-        simulate(unequal, slope, contact, start, dataclasses.replace(coarse, assembly=assembly), steps=1)
-        for assembly in ("tree", "joints")
-    )
+def test_both_assemblies_walk_it(unequal, begin):
+    coarse = unequal.but(tolerance=1e-7, largest_step=1e-3, rolling_step=4e-4, impact_step=2e-5)
+    tree, joints = (coarse.but(assembly=assembly).walk(begin(coarse), steps=1) for assembly in ("tree", "joints"))
     assert tree.completed and joints.completed and joints.joint_drift < 1e-7
     time = np.linspace(0.0, 0.45, 200)
-    apart = np.abs(tree.trajectory.at(time)[0] - joints.trajectory.at(time)[0]).max(axis=0)
-    assert apart.max() < 2e-5
+    assert np.abs(tree.trajectory.at(time)[0] - joints.trajectory.at(time)[0]).max() < 2e-5
 
 
-def test_joints_refuse_frames_on_rigid_legs_by_name(unequal, slope, contact, settings):
-    joints = dataclasses.replace(settings, assembly="joints")
-    given = Parameters(dataclasses.replace(unequal, legs="rigid"), slope, contact, joints)
-    assert [fault.key for fault in faults_of(given)] == ["multibody.assembly"]
-    assert not faults_of(dataclasses.replace(given, biped=unequal))
-    assert not faults_of(dataclasses.replace(given, settings=settings))
-
-
-def faults_of(parameters):
-    return list(parameters.broken_rules())
+@pytest.mark.parametrize(("legs", "assembly", "keys"), [
+    ("rigid", "joints", ["multibody.assembly"]), ("compliant", "joints", []), ("rigid", "tree", [])])
+def test_joints_refuse_frames_on_rigid_legs_by_name(unequal, legs, assembly, keys):
+    given = Parameters(*vars(unequal.but(legs=legs, assembly=assembly)).values())
+    assert [fault.key for fault in given.broken_rules()] == keys
 
 
 @pytest.mark.slow

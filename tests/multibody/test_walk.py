@@ -8,7 +8,6 @@ import pytest
 from pipeline.parameters.loading import load
 from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.parameters import Parameters
-from stages.multibody.walking.walk import build, simulate
 from stages.multibody.walking.watch import Look, Watch
 from stages.planar.energy import energy_balance, mass_moment
 from stages.planar.run import DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR, PlanarState
@@ -36,34 +35,31 @@ def test_losses_add_up_to_the_work_of_gravity(two_steps, walk, biped, slope, con
 
 def test_ground_reaction_changes_the_momentum(two_steps, biped, slope):
     """Impulse of the recorded forces and of gravity equals the change of momentum over the whole walk."""
-    trajectory = two_steps.trajectory
+    trajectory, step = two_steps.trajectory, 1e-5
     impulse = np.trapezoid(trajectory.ground_reaction.sum(axis=1), trajectory.time, axis=0)
-    span = trajectory.time[-1] - trajectory.time[0]
-    ends, step = trajectory.time[[0, -1]], 1e-5
-    earlier = mass_moment(biped, trajectory.at(np.array([ends[0], ends[1] - step]))[0])
-    later = mass_moment(biped, trajectory.at(np.array([ends[0] + step, ends[1]]))[0])
+    start, end = trajectory.time[[0, -1]]
+    earlier, later = (mass_moment(biped, trajectory.at(np.array(times))[0])
+                      for times in ((start, end - step), (start + step, end)))  # fmt: skip
     momentum = (later - earlier) / step
-    expected = momentum[1] - momentum[0] - biped.total_mass * np.array(slope.gravity_vector) * span
+    expected = momentum[1] - momentum[0] - biped.total_mass * np.array(slope.gravity_vector) * (end - start)
     assert impulse == pytest.approx(expected, abs=2e-3)
 
 
 def test_sensors_feel_the_motion_they_ride_on(walk, slope, biped):
     """Specific force is the derivative of velocity less gravity, on the leg's axes; here away from the impacts."""
-    quiet = np.ones(len(walk.time), dtype=bool)
+    inside = (walk.time > 0.02) & (walk.time < walk.time[-1] - 0.01)
     for strike in walk.heel_strike_time:
-        quiet &= np.abs(walk.time - strike) > 0.03
-    acceleration = np.gradient(walk.hip_velocity, walk.time, axis=0) - np.array(slope.gravity_vector)
-    angle = walk.leg_angle[:, 0]
-    forward = acceleration[:, 0] * np.cos(angle) + acceleration[:, 1] * np.sin(angle)
-    upward = -acceleration[:, 0] * np.sin(angle) + acceleration[:, 1] * np.cos(angle)
-    inside = quiet & (walk.time > 0.02) & (walk.time < walk.time[-1] - 0.01)
-    assert np.abs(walk.hip_specific_force[inside, 0] - forward[inside]).max() < 0.02
-    assert np.abs(walk.hip_specific_force[inside, 1] - upward[inside]).max() < 0.02
-    arm = walk.leg_length[:, 0] - biped.foot_com
-    foot = walk.hip_position + np.column_stack([arm * np.sin(angle), -arm * np.cos(angle)])
-    acceleration = np.gradient(np.gradient(foot, walk.time, axis=0), walk.time, axis=0) - np.array(slope.gravity_vector)
-    forward = acceleration[:, 0] * np.cos(angle) + acceleration[:, 1] * np.sin(angle)
-    assert np.abs(walk.foot_specific_force[inside, 0] - forward[inside]).max() < 0.05
+        inside &= np.abs(walk.time - strike) > 0.03
+    angle, arm = walk.leg_angle[:, 0], walk.leg_length[:, 0] - biped.foot_com
+    forward, upward = np.array([np.cos(angle), np.sin(angle)]).T, np.array([-np.sin(angle), np.cos(angle)]).T
+
+    def felt(velocity):
+        force = np.gradient(velocity, walk.time, axis=0) - np.array(slope.gravity_vector)
+        return np.column_stack([(force * axis).sum(axis=1) for axis in (forward, upward)])
+
+    foot = np.gradient(walk.hip_position - arm[:, None] * upward, walk.time, axis=0)
+    assert np.abs(walk.hip_specific_force - felt(walk.hip_velocity))[inside].max() < 0.02
+    assert np.abs(walk.foot_specific_force - felt(foot))[inside, 0].max() < 0.05
     assert np.array_equal(walk.hip_angular_velocity, walk.leg_rate[:, 0])
 
 
@@ -71,78 +67,59 @@ def test_feet_are_loaded_only_between_heel_strike_and_toe_off(walk):
     strike, off = walk.heel_strike_time[0], walk.toe_off_time[1]
     loaded = walk.ground_reaction[:, 1, 1] > 0.0
     stance = (walk.time > strike) & (walk.time < off)
-    rounding = 1e-9  # of the located events
-    apart = (walk.time < strike - rounding) | (walk.time > off + rounding)
+    apart = (walk.time < strike - 1e-9) | (walk.time > off + 1e-9)  # but for the rounding of the located events
     assert not loaded[apart].any() and loaded[stance].mean() > 0.95
     assert walk.ground_reaction[:, :, 1].min() >= 0.0
 
 
-def test_reruns_have_the_same_bits(biped, slope, contact, start, settings):
-    coarse = dataclasses.replace(settings, tolerance=1e-5, largest_step=2e-3)
-    one, two = (simulate(biped, slope, contact, start, coarse).trajectory for _ in range(2))
-    for name in ("time", "position", "velocity", "acceleration", "foot_acceleration", "ground_reaction"):
-        assert np.array_equal(getattr(one, name), getattr(two, name)), name
-
-
-def test_a_walk_can_be_resumed(two_steps, biped, slope, contact, start, settings):
-    first = simulate(biped, slope, contact, start, settings, steps=1)
-    rest = simulate(biped, slope, contact, first.last_state, settings, steps=1)
+def test_a_walk_can_be_resumed(two_steps, scene, start):
+    first = scene.walk(start, steps=1)
+    rest = scene.walk(first.last_state, steps=1)
     assert rest.completed
-    joined = first.trajectory.time[-1] + rest.trajectory.time[-1] - 1e-3
-    whole = two_steps.trajectory.at(np.array([joined]))[0]
-    parts = rest.trajectory.at(np.array([rest.trajectory.time[-1] - 1e-3]))[0]
+    end = rest.trajectory.time[-1] - 1e-3
+    whole, parts = (run.trajectory.at(np.array([time]))[0]
+                    for run, time in ((two_steps, first.trajectory.time[-1] + end), (rest, end)))  # fmt: skip
     assert np.abs(whole - parts).max() < 1e-8
 
 
-def end_of(run):
-    state = run.last_state
-    assert run.completed
-    return np.array([*state.hip_position, *state.leg_angle, *state.leg_length])
+def orders(errors):
+    """Of a solver whose steps are halved."""
+    return np.log2(np.array(errors[:-1]) / errors[1:])
 
 
-def test_explicit_solver_converges_at_fifth_order(biped, slope, contact, start, settings):
+def test_explicit_solver_converges_at_fifth_order(scene, start):
     """Over a smooth span, with a tolerance so wide that the largest step rules."""
-    fine = dataclasses.replace(settings, tolerance=1e-11, largest_step=1e-4)
-    reference = end_of(simulate(biped, slope, contact, start, fine, duration=0.1))
-    errors = []
-    for step in (8e-4, 4e-4, 2e-4):
-        loose = dataclasses.replace(settings, tolerance=1e-3, largest_step=step)
-        errors.append(np.abs(end_of(simulate(biped, slope, contact, start, loose, duration=0.1)) - reference).max())
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert np.all(orders > 4.7)
+
+    def end(tolerance, step):
+        run = scene.but(tolerance=tolerance, largest_step=step).walk(start, duration=0.1)
+        assert run.completed
+        return run.trajectory.position[-1]
+
+    reference = end(1e-11, 1e-4)
+    assert np.all(orders([np.abs(end(1e-3, step) - reference).max() for step in (8e-4, 4e-4, 2e-4)]) > 4.7)
 
 
-def test_implicit_solver_converges_at_second_order_through_heel_strike(biped, slope, contact, start, settings):
+def test_implicit_solver_converges_at_second_order_through_heel_strike(scene, start):
     time = np.linspace(0.0, 0.2, 2000)
-    reference = simulate(biped, slope, contact, start, settings, duration=0.2).trajectory.at(time)[0]
+    reference = scene.walk(start, duration=0.2).trajectory.at(time)[0]
     errors = []
     for refinement in (1, 2, 4):
-        steps = {"rolling_step": 1.2e-3 / refinement, "impact_step": 6e-5 / refinement}
-        jointed = dataclasses.replace(settings, assembly="joints", **steps)
-        run = simulate(biped, slope, contact, start, jointed, duration=0.2)
-        errors.append(np.abs(run.trajectory.at(time)[0] - reference).max())
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert orders == pytest.approx([2.0, 2.0], abs=0.2)
+        jointed = scene.but(assembly="joints", rolling_step=1.2e-3 / refinement, impact_step=6e-5 / refinement)
+        errors.append(np.abs(jointed.walk(start, duration=0.2).trajectory.at(time)[0] - reference).max())
+    assert orders(errors) == pytest.approx([2.0, 2.0], abs=0.2)
 
 
-@pytest.mark.parametrize("solver", ["trapezoidal", "generalized_alpha"])
-def test_the_two_assemblies_agree(two_steps, biped, slope, contact, start, settings, solver):
-    jointed = dataclasses.replace(
-        settings, assembly="joints", implicit_solver=solver, rolling_step=3e-4, impact_step=1.5e-5)
-    run = simulate(biped, slope, contact, start, jointed, steps=1)
+@pytest.mark.parametrize(("solver", "steps", "rolling_step"), [
+    ("trapezoidal", 1, 3e-4), ("generalized_alpha", 1, 3e-4),
+    pytest.param("trapezoidal", 10, 1e-4, marks=pytest.mark.slow)])
+def test_the_two_assemblies_agree(scene, start, two_steps, solver, steps, rolling_step):
+    explicit = two_steps if steps == 1 else scene.walk(start, steps=steps)
+    jointed = scene.but(
+        assembly="joints", implicit_solver=solver, rolling_step=rolling_step, impact_step=0.05 * rolling_step)
+    run = jointed.walk(start, steps=steps)
     assert run.completed and run.joint_drift < 1e-7
-    time = np.linspace(0.0, run.trajectory.time[-1] - 1e-3, 3000)
-    difference = run.trajectory.at(time)[0] - two_steps.trajectory.at(time)[0]
-    assert np.abs(difference[:, :2]).max() < 1e-6
-
-
-@pytest.mark.slow
-def test_the_two_assemblies_agree_over_ten_steps(biped, slope, contact, start, settings):
-    one = simulate(biped, slope, contact, start, settings, steps=10)
-    fine = dataclasses.replace(settings, assembly="joints", rolling_step=1e-4, impact_step=5e-6)
-    two = simulate(biped, slope, contact, start, fine, steps=10)
-    time = np.linspace(0.0, one.trajectory.time[-1] - 1e-3, 20_000)
-    difference = one.trajectory.at(time)[0] - two.trajectory.at(time)[0]
+    time = np.linspace(0.0, run.trajectory.time[-1] - 1e-3, 3000 * steps)
+    difference = run.trajectory.at(time)[0] - explicit.trajectory.at(time)[0]
     assert np.abs(difference[:, :2]).max() < 1e-6
 
 
@@ -154,49 +131,42 @@ def chosen(repository):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ground", ["contact", "chosen"])
-def test_a_hundred_steps_settle_and_stay_with_the_same_bits(ground, request, biped, slope, start, settings):
+def test_a_hundred_steps_settle_and_stay_with_the_same_bits(ground, request, scene, start):
     """No fall; after the transient neither period nor length of a step drifts; a rerun has the same bits."""
-    law, fast = request.getfixturevalue(ground), dataclasses.replace(settings, tolerance=1e-8)
-    one, two = (simulate(biped, slope, law, start, fast, steps=100) for _ in range(2))
+    fast = scene.but(contact=request.getfixturevalue(ground), tolerance=1e-8)
+    one, two = (fast.walk(start, steps=100) for _ in range(2))
     assert one.completed and one.heel_strikes == 100
-    strikes = find_events(one.trajectory, biped.foot_radii).heel_strike_time
-    periods, lengths = np.diff(strikes), np.diff(one.trajectory.at(strikes)[0][:, 0])
-    assert np.ptp(periods[-60:]) < 1e-7 and np.ptp(lengths[-60:]) < 1e-7
+    strikes = find_events(one.trajectory, scene.biped.foot_radii).heel_strike_time
+    for values in (strikes, one.trajectory.at(strikes)[0][:, 0]):
+        assert np.ptp(np.diff(values)[-60:]) < 1e-7
     for name in ("time", "position", "velocity", "ground_reaction"):
         assert np.array_equal(getattr(one.trajectory, name), getattr(two.trajectory, name)), name
 
 
-@pytest.mark.parametrize("assembly", ["tree", "joints"])
-def test_a_fall_is_told_with_the_last_valid_state(biped, slope, contact, start, settings, assembly):
-    pushed_back = dataclasses.replace(start, hip_velocity=(-0.6, 0.0), leg_rate=(2.0, 0.0))
-    coarse = dataclasses.replace(
-        settings, assembly=assembly, tolerance=1e-6, largest_step=2e-3, rolling_step=5e-4, impact_step=5e-5)
-    run = simulate(biped, slope, contact, pushed_back, coarse)
-    assert run.outcome == FELL and "fell at t =" in run.message
-    assert run.last_state.hip_position[1] < 0.6 * biped.leg_length
+COARSE = {"tolerance": 1e-6, "largest_step": 2e-3, "rolling_step": 5e-4, "impact_step": 5e-5}
+BACK = {"hip_velocity": (-0.6, 0.0), "leg_rate": (2.0, 0.0)}
+
+
+@pytest.mark.parametrize(("of_start", "changes", "outcomes", "words"), [
+    (BACK, COARSE, (FELL,), "fell at t ="),
+    (BACK, {**COARSE, "assembly": "joints"}, (FELL,), "fell at t ="),
+    ({"hip_velocity": (1e200, 0.0)}, {}, (DIVERGED, FELL, STEP_FLOOR), ""),
+    ({}, {"assembly": "joints", "rolling_step": 1e-2, "impact_step": 1e-2, "contact_stiffness": 1e12,
+          "damping_depth": 1e-9}, (SOLVER_FAILED,), " "),
+], ids=["fall", "fall of joints", "not finite", "no convergence"])
+def test_a_walk_that_ends_early_is_told_with_the_last_valid_state(scene, start, of_start, changes, outcomes, words):
+    """It falls, its state is not finite, or Newton's iteration fails."""
+    run = scene.but(**changes).walk(dataclasses.replace(start, **of_start))
+    assert run.outcome in outcomes and words in run.message
     assert np.all(np.isfinite(run.trajectory.position))
+    assert of_start is not BACK or run.last_state.hip_position[1] < 0.6 * scene.biped.leg_length
 
 
-def test_standing_still_is_told(biped, slope, contact, settings):
-    level = dataclasses.replace(slope, slope_deg=0.0)
-    upright = (0.0, 0.0)
-    standing = PlanarState((0.0, 0.33299), upright, upright, upright, (0.333, 0.333), (0.0, 0.0), (True, True))
-    run = simulate(biped, level, contact, standing, dataclasses.replace(settings, longest_step=0.2))
+def test_standing_still_is_told(scene):
+    nothing = (0.0, 0.0)
+    standing = PlanarState((0.0, 0.33299), nothing, nothing, nothing, (0.333, 0.333), nothing, (True, True))
+    run = scene.but(slope_deg=0.0, longest_step=0.2).walk(standing)
     assert run.outcome == STALLED and run.trajectory.time[-1] == pytest.approx(0.2, abs=2e-3)
-
-
-def test_a_state_that_is_not_finite_is_told(biped, slope, contact, start, settings):
-    run = simulate(biped, slope, contact, dataclasses.replace(start, hip_velocity=(1e200, 0.0)), settings)
-    assert run.outcome in (DIVERGED, FELL, STEP_FLOOR)
-    assert np.all(np.isfinite(run.trajectory.position))
-
-
-def test_a_newton_iteration_that_fails_is_told(biped, slope, contact, start, settings):
-    coarse = dataclasses.replace(settings, assembly="joints", rolling_step=1e-2, impact_step=1e-2)
-    hard = dataclasses.replace(contact, contact_stiffness=1e12, damping_depth=1e-9)
-    run = simulate(biped, slope, hard, start, coarse)
-    assert run.outcome == SOLVER_FAILED and run.message
-    assert np.all(np.isfinite(run.trajectory.position))
 
 
 def test_a_solver_that_gets_nowhere_is_stopped(start):
@@ -217,13 +187,13 @@ def test_a_solver_that_gets_nowhere_is_stopped(start):
     assert watch.outcome == STEP_FLOOR
 
 
-def test_residuals_of_implicit_steps_are_counted(biped, slope, contact, start, settings):
+def test_residuals_of_implicit_steps_are_counted(scene, start):
     """As often as the contact's law is called, written in Python, for each foot; Newton's iterations are most of it."""
-    joints = dataclasses.replace(settings, assembly="joints", rolling_step=1e-3, impact_step=2e-5)
-    machine, made = build(biped, slope, contact, joints, compiled=False, signals=()), []
+    joints, made = scene.but(assembly="joints", rolling_step=1e-3, impact_step=2e-5), []
+    machine = joints.build(compiled=False, signals=())
     for connector, law in zip(machine.contacts, machine.laws, strict=True):
         counted = lambda *given, law=law: (made.append(1), law(*given))[1]  # noqa: E731
         machine.mbs.SetObjectParameter(connector, "springForceTorqueUserFunction", counted)
-    run = simulate(biped, slope, contact, start, joints, duration=0.15, assembly=machine)
+    run = joints.walk(start, duration=0.15, assembly=machine)
     assert run.completed and run.evaluations > 3 * run.solver_steps
     assert len(made) / 2 == pytest.approx(run.evaluations, abs=2)

@@ -27,10 +27,11 @@ SEED, OF_ONE = 20, 24
 def placed(biped, slope, rough):
     """A machine on a contact set, and its start."""
 
-    def on(contact, **changed):
-        machine, stance = dataclasses.replace(biped, **changed), rough
+    def on(contact, design=biped, **changed):
+        machine, stance = dataclasses.replace(design, **changed), rough
         if machine.legs == "rigid":
-            stance = dataclasses.replace(rough, stance_length=biped.leg_length, swing_length=biped.leg_length)
+            lengths = [machine.leg(leg).leg_length for leg in (0, 1)]
+            stance = dataclasses.replace(rough, stance_length=lengths[0], swing_length=lengths[1])
         return Machine(machine, slope, contact), rolling_state(machine, contact, stance, 9.4)
 
     return on
@@ -84,69 +85,53 @@ def test_two_errors_that_are_alike_by_chance_do_not_pass_for_a_difference(monkey
     assert between_cycles("a cycle", Machine(biped, slope, contact, 1e-8), None, np.zeros(10)).fine is not truly
 
 
-def test_rigid_legs_and_legs_with_inertia_are_the_same_too(placed, contact):
-    for changed in ({"legs": "rigid"}, {"leg_inertia": 5e-4}):
-        distance = over_a_walk("a step", *placed(contact, **changed), duration=0.3)
-        assert distance.fine, (changed, distance)
+@pytest.mark.parametrize("changed", [{"legs": "rigid"}, {"leg_inertia": 5e-4}])
+def test_rigid_legs_and_legs_with_inertia_are_the_same_too(placed, contact, changed):
+    distance = over_a_walk("a step", *placed(contact, **changed), duration=0.3)
+    assert distance.fine, distance
 
 
 @pytest.mark.parametrize(("seed", "drawn"), [(OF_ONE, 1), pytest.param(SEED, 3, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("legs", ["compliant", "rigid"])
-def test_detailed_designs_are_the_same_too(biped, slope, contact, rough, legs, seed, drawn):
+@pytest.mark.parametrize(("legs", "duration"), [("compliant", None), ("rigid", 0.3)])
+def test_detailed_designs_are_the_same_too(placed, biped, contact, legs, duration, seed, drawn):
     """Frames, masses off the line, legs that differ, the hip's spring, damper, friction and weight; drawn by a seed."""
     for design, ground in zip(drawn_designs(dataclasses.replace(biped, legs=legs), seed, drawn),
                               drawn_sets(contact, seed, drawn, "impact"), strict=True):  # fmt: skip
         assert design.detailed and not design.alike
-        lengths = [design.leg(leg).leg_length for leg in (0, 1)]
-        stance = rough if legs == "compliant" else dataclasses.replace(
-            rough, stance_length=lengths[0], swing_length=lengths[1])
-        state = rolling_state(design, ground, stance, 9.4)
-        duration = None if legs == "compliant" else 0.3
-        distance = over_a_walk("a step", Machine(design, slope, ground), state, duration=duration)
+        distance = over_a_walk("a step", *placed(ground, design), duration=duration)
         assert distance.fine and distance.distance < 1e-9, (design, ground, distance)
 
 
-def test_the_sensor_of_a_foot_off_its_line_is_the_same(biped, slope, contact, rough):
-    design = next(drawn_designs(biped, SEED, 1))
-    state = rolling_state(design, contact, rough, 9.4)
-    other = exudyn_walk(design, slope, contact, state, ExudynSettings.of_one_step(1e-8, 2e-4), steps=1)
-    ours = simulate(design, slope, contact, state, Settings(COMPILED), steps=1)
-    time = np.linspace(1e-3, 0.25, 400)
-    one, two = (
-        np.array([np.interp(time, run.trajectory.time, column) for column in run.trajectory.foot_acceleration.T])
-        for run in (ours, other)
-    )
-    plain = dataclasses.replace(design, foot_offset=0.0)
-    shifted = foot_acceleration(ours.trajectory.position, ours.trajectory.velocity, ours.trajectory.acceleration, plain)
-    assert np.median(np.abs(one - two)) < 1e-5 * np.abs(one).max()
-    assert np.abs(shifted - ours.trajectory.foot_acceleration).max() > 1e-3 * np.abs(one).max()
-
-
-def test_the_cycle_of_legs_that_differ_is_the_same(biped, slope, contact, rough):
-    design = dataclasses.replace(
-        next(drawn_designs(biped, SEED, 1)), hip_stiffness=0.0, hip_rest_angle=0.0, hip_friction=0.0,
-        other_leg_length=biped.leg_length + 1e-4, other_foot_mass=None, other_frame_mass=None)
-    state = rolling_state(design, contact, rough, 9.4)
-    stepper = PenaltyStepper(design, slope, contact, state, Settings(1e-7))
-    cycle = gait_near(stepper, state)
-    assert stepper.steps_a_cycle == 2
-    distance = between_cycles("a cycle", Machine(design, slope, contact, 1e-8), state, cycle.section_state)
-    assert distance.distance < 1e-8, distance  # the tolerance of Exudyn's steps, of which some 20 % is seen
-
-
-def test_forces_and_the_foot_sensor_are_the_same(placed, contact, biped, slope):
-    _, start = placed(contact)
-    other = exudyn_walk(biped, slope, contact, start, ExudynSettings.of_one_step(1e-8, 2e-4), steps=1)
-    ours = simulate(biped, slope, contact, start, Settings(COMPILED), steps=1)
+@pytest.mark.parametrize(("detailed", "end", "names"), [
+    (False, 0.45, ("ground_reaction", "foot_acceleration", "acceleration")), (True, 0.25, ("foot_acceleration",))])
+def test_forces_and_the_foot_sensor_are_the_same(placed, biped, contact, detailed, end, names):
+    """Also the sensor of a foot off its line, which feels that it is."""
+    machine, start = placed(contact, next(drawn_designs(biped, SEED, 1)) if detailed else biped)
+    model = machine.biped, machine.slope, contact
+    other = exudyn_walk(*model, start, ExudynSettings.of_one_step(1e-8, 2e-4), steps=1)
+    ours = simulate(*model, start, Settings(COMPILED), steps=1)
     assert ours.completed and other.completed and ours.heel_strikes == other.heel_strikes == 1
-    time = np.linspace(1e-3, 0.45, 400)
-    for name in ("ground_reaction", "foot_acceleration", "acceleration"):
+    time, own = np.linspace(1e-3, end, 400), ours.trajectory
+    for name in names:
         one, two = (
-            np.array([np.interp(time, run.trajectory.time, column) for column in getattr(run.trajectory, name).reshape(
-                len(run.trajectory.time), -1).T])
-            for run in (ours, other)
-        )  # fmt: skip
+            np.array([np.interp(time, run.time, column) for column in getattr(run, name).reshape(len(run.time), -1).T])
+            for run in (own, other.trajectory)
+        )
         assert np.median(np.abs(one - two)) < 1e-5 * np.abs(one).max(), name
+    straight = dataclasses.replace(machine.biped, foot_offset=0.0)
+    moved = np.abs(foot_acceleration(own.position, own.velocity, own.acceleration, straight) - own.foot_acceleration)
+    assert (moved.max() > 1e-3 * np.abs(own.foot_acceleration).max()) == detailed
+
+
+def test_the_cycle_of_legs_that_differ_is_the_same(placed, biped, contact):
+    machine, state = placed(
+        contact, next(drawn_designs(biped, SEED, 1)), hip_stiffness=0.0, hip_rest_angle=0.0, hip_friction=0.0,
+        other_leg_length=biped.leg_length + 1e-4, other_foot_mass=None, other_frame_mass=None)
+    stepper = PenaltyStepper(machine.biped, machine.slope, contact, state, Settings(1e-7))
+    near = gait_near(stepper, state).section_state
+    assert stepper.steps_a_cycle == 2
+    distance = between_cycles("a cycle", dataclasses.replace(machine, tolerance=1e-8), state, near)
+    assert distance.distance < 1e-8, distance  # the tolerance of Exudyn's steps, of which some 20 % is seen
 
 
 def test_the_cycle_is_the_same(placed, contact, gait):

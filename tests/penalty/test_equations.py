@@ -63,44 +63,44 @@ def test_in_the_air_momentum_changes_by_weight_and_energy_by_dampers(machine, sl
         assert energy[0].imag / STEP == pytest.approx(-lost, abs=1e-13)
 
 
-@pytest.mark.parametrize("law", ["impact", "restitution"])
-def test_variations_follow_the_rates(machine, slope, contact, law):
+@pytest.fixture(params=["impact", "restitution"])
+def model(request, machine, slope, contact):
+    """Each machine on ground of either law."""
+    return machine, slope, dataclasses.replace(contact, normal_force=request.param)
+
+
+def built(biped, slope, contact):
+    return build_penalty(biped, slope.gravity_vector, contact, 0.5)
+
+
+def rates_of(y, p, *directions):
+    """Rates of a state, or of a state with variations."""
+    found = np.empty_like(y)
+    penalty_rates(STANDING, y, p, found, *directions)
+    return found
+
+
+def test_variations_follow_the_rates(model):
     """Carried variations against central differences of the rates, one and both feet in the ground."""
-    ground = dataclasses.replace(contact, normal_force=law)
-    p = build_penalty(machine, slope.gravity_vector, ground, 0.5)
-    for y in states(5, 12, machine):
-        whole = np.concatenate([y, np.eye(SIZE).ravel()])
-        rates = np.empty_like(whole)
-        penalty_rates(STANDING, whole, p, rates)
-        for column, own in enumerate(rates[SIZE:].reshape(SIZE, SIZE)):
-            ends = []
-            for sign in (1.0, -1.0):
-                moved, found = y.copy(), np.empty(SIZE)
-                moved[column] += sign * 1e-8
-                penalty_rates(STANDING, moved, p, found)
-                ends.append(found)
-            numeric = (ends[0] - ends[1]) / 2e-8
-            assert own == pytest.approx(numeric, rel=2e-5, abs=2e-5 * np.abs(rates[SIZE:]).max())
+    p = built(*model)
+    for y in states(5, 12, model[0]):
+        carried = rates_of(np.concatenate([y, np.eye(SIZE).ravel()]), p)[SIZE:].reshape(SIZE, SIZE)
+        for own, change in zip(carried, 1e-8 * np.eye(SIZE), strict=True):
+            numeric = (rates_of(y + change, p) - rates_of(y - change, p)) / 2e-8
+            assert own == pytest.approx(numeric, rel=2e-5, abs=2e-5 * np.abs(carried).max())
 
 
-@pytest.mark.parametrize("law", ["impact", "restitution"])
-def test_changes_of_the_numbers_follow_the_rates(machine, slope, contact, law):
+def test_changes_of_the_numbers_follow_the_rates(model):
     """The rates of variations by every parameter against extrapolated differences of the rates of changed walkers."""
-    ground = dataclasses.replace(contact, normal_force=law)
-    model = machine, slope, ground
     names = names_of(*model)
-    changes, p = changes_of(*model, names, SI), build_penalty(machine, slope.gravity_vector, ground, 0.5)
-    for y in states(9, 4, machine):
+    changes, p = changes_of(*model, names, SI), built(*model)
+    for y in states(9, 4, model[0]):
         whole = np.concatenate([y, np.zeros(SIZE * len(names))])
-        rates = np.empty_like(whole)
-        penalty_rates(STANDING, whole, p, rates, changes.directions(len(names)))
+        rates = rates_of(whole, p, changes.directions(len(names)))
         for name, scale, own in zip(names, changes.scales, rates[SIZE:].reshape(-1, SIZE), strict=True):
 
             def there(share):
-                one, other, third = changed(*model, name, share * scale)  # noqa: B023
-                found = np.empty(SIZE)
-                penalty_rates(STANDING, y, build_penalty(one, other.gravity_vector, third, 0.5), found)  # noqa: B023
-                return found
+                return rates_of(y, built(*changed(*model, name, share * scale)))  # noqa: B023
 
             numeric, noise = extrapolated(there, 1e-4), 2e-15 * np.abs(rates[:SIZE]).max() / 1e-4
             assert own == pytest.approx(numeric, rel=0, abs=1e-7 * np.abs(numeric).max() + noise), name

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from pipeline import requests
-from pipeline.cache import artefact, disk, fingerprint
+from pipeline.cache import artefact, fingerprint
 from pipeline.cache.fingerprint import compact
 from pipeline.errors import StudyError
 from pipeline.parameters import loading
@@ -65,15 +65,17 @@ def test_what_is_asked_sets_the_solver_and_is_stated():
     for name, decision in chosen.items():
         plain = loading.as_plain(values[name])[name]
         assert {key: plain[key] for key in decision.settings} == decision.settings and decision.settings
-        assert plain["accuracy"]["hip_position_m"] == 1e-6
-        assert decision.expected <= 1e-6
+        assert plain["accuracy"]["hip_position_m"] == 1e-6 and decision.expected <= 1e-6
         used = ", ".join(f"{key} {compact(value)}" for key, value in decision.settings.items())
-        said = fingerprint._asked({"stage": name, "parameters": {name: plain}}, request)
-        assert said == f"asked: {{hip_position_m: 1e-6}}; used: {used}"
+        assert said_of(name, {name: plain}) == f"asked: {{hip_position_m: 1e-6}}; used: {used}"
     as_it_stands = study().parameters(("twin",))
     assert decided(study(), as_it_stands) == {} and as_it_stands["twin"].settings.accuracy == CUSTOM
-    plain = loading.as_plain(as_it_stands["twin"])
-    assert fingerprint._asked({"stage": "twin", "parameters": plain}, request) == ""
+    assert said_of("twin", loading.as_plain(as_it_stands["twin"])) == ""
+
+
+def said_of(stage, parameters):
+    """What an artefact's account says of the request."""
+    return fingerprint._asked({"stage": stage, "parameters": parameters}, request)
 
 
 def test_what_can_be_asked_is_what_the_parameters_have():
@@ -117,11 +119,12 @@ def test_a_word_is_the_level_of_the_whole_study_and_what_is_set_by_hand_wins(tmp
 
 
 def test_tolerances_tighten_and_runs_grow_from_level_to_level():
-    draft, paper, reference = (study(asked=level).parameters(("multibody", "twin", "campaign")) for level in LEVELS)
-    for of in (lambda v: v["multibody"].settings.tolerance, lambda v: v["twin"].settings.tolerance,
-               lambda v: v["campaign"].twin.with_tolerance(None).tolerance):
-        assert of(draft) > of(paper) > of(reference)
-    assert draft["campaign"].runs.runs < paper["campaign"].runs.runs == reference["campaign"].runs.runs
+    levels = [study(asked=level).parameters(("multibody", "twin", "campaign")) for level in LEVELS]
+    tolerances = [(values["multibody"].settings.tolerance, values["twin"].settings.tolerance,
+                   values["campaign"].twin.with_tolerance(None).tolerance) for values in levels]  # fmt: skip
+    assert all(draft > paper > reference for draft, paper, reference in zip(*tolerances))
+    draft, paper, reference = (values["campaign"].runs.runs for values in levels)
+    assert draft < paper == reference
 
 
 def test_an_error_brings_the_least_accurate_level_that_has_it():
@@ -151,26 +154,23 @@ def test_a_wrong_key_is_told_with_file_line_value_and_what_is_allowed(tmp_path, 
     assert f"twin.yaml:{number}: accuracy" in told and said in told and "\n" not in told
 
 
-@pytest.mark.parametrize("stage", ["multibody", "twin"])
-def test_cost_falls_with_the_error_asked_for(stage):
+@pytest.mark.parametrize(("stage", "way"), [
+    ("multibody", "Exudyn tree, DOPRI5"), ("twin", "Exudyn tree in space, DOPRI5")])
+def test_cost_falls_with_the_error_asked_for(stage, way):
     rows, _ = choice._rows()
     costs = []
     for error in ASKED:
         chosen = choices(f"hip_position_m={error!r}")[stage].settings
-        costs.append(min(row["evaluations"] for row in rows if row["way"] in WAYS[stage]
-                         and row["tolerance"] == chosen["tolerance"]
-                         and ("largest_step" not in chosen or row["largest_step"] == chosen["largest_step"])))
+        costs.append(min(row["evaluations"] for row in rows if row["way"] == way
+                         and all(row[key] == chosen[key] for key in ("tolerance", "largest_step") if key in chosen)))
     assert costs == sorted(costs) and costs[-1] > 1.4 * costs[0]
 
 
-WAYS = {"multibody": ("Exudyn tree, DOPRI5",), "twin": ("Exudyn tree in space, DOPRI5",)}
-
-
 def test_longer_walks_and_other_ways():
-    longer = choices("hip_position_m=1e-6", "multibody.steps=1000")["multibody"]
-    assert longer.settings["tolerance"] < choices("hip_position_m=1e-6")["multibody"].settings["tolerance"]
+    longer, usual = (choices("hip_position_m=1e-6", *steps)["multibody"].settings["tolerance"]
+                     for steps in (("multibody.steps=1000",), ()))  # fmt: skip
     joints = choices("hip_position_m=1e-5", "multibody.assembly=joints")["multibody"]
-    assert set(joints.settings) == {"rolling_step", "impact_step"}
+    assert longer < usual and set(joints.settings) == {"rolling_step", "impact_step"}
 
 
 def test_a_looser_tolerance_that_saves_nothing_is_not_taken():
@@ -178,26 +178,22 @@ def test_a_looser_tolerance_that_saves_nothing_is_not_taken():
         assert choices(f"hip_position_m={error!r}")["analytic"].settings["tolerance"] <= choice.LOOSEST_ANALYTIC
 
 
-@pytest.mark.parametrize(("asked", "said"), [
-    ("quick", "the form is draft, paper, reference"),
-    ("step_frequency_hz=0.02", "an error of hip_position_m, period_s, multiplier, peak_force_n, as in"),
-    ("hip_position=1e-5", 'did you mean "hip_position_m"'),
-    ("hip_position_m=0", "allowed: > 0"),
-    ("hip_position_m=nan", "allowed: > 0"),
-    ("hip_position_m=1e-20", "stage analytic cannot have hip_position_m <= 1e-20; allowed: >= "),
-    ("multiplier=1e-3", "its error was not measured"),
+@pytest.mark.parametrize(("asked", "settings", "said"), [
+    ("quick", (), "the form is draft, paper, reference"),
+    ("step_frequency_hz=0.02", (), "an error of hip_position_m, period_s, multiplier, peak_force_n, as in"),
+    ("hip_position=1e-5", (), 'did you mean "hip_position_m"'),
+    ("hip_position_m=0", (), "allowed: > 0"),
+    ("hip_position_m=nan", (), "allowed: > 0"),
+    ("hip_position_m=1e-20", (), "stage analytic cannot have hip_position_m <= 1e-20; allowed: >= "),
+    ("multiplier=1e-3", (), "its error was not measured"),
+    ("hip_position_m=1e-3", ("twin.tolerance=1e-5",),
+     "--set twin.tolerance=1e-5 is not allowed: twin.accuracy decides it"),
+    ("", ("twin.tolerance=1e-5", "twin.accuracy={hip_position_m: 1e-3}"), "twin.accuracy decides it"),
 ])  # fmt: skip
-def test_what_cannot_be_had_is_refused_in_a_sentence(asked, said):
+def test_what_cannot_be_had_or_is_given_twice_is_refused_in_a_sentence(asked, settings, said):
     with pytest.raises(StudyError) as refused:
-        choices(asked)
+        choices(asked, *settings)
     assert said in str(refused.value)
-
-
-def test_a_setting_is_not_given_twice():
-    with pytest.raises(StudyError, match=r"--set twin\.tolerance=1e-5 is not allowed: twin\.accuracy decides it"):
-        choices("hip_position_m=1e-3", "twin.tolerance=1e-5")
-    with pytest.raises(StudyError, match=r"twin\.accuracy decides it"):
-        choices("", "twin.tolerance=1e-5", "twin.accuracy={hip_position_m: 1e-3}")
 
 
 def test_walks_are_compared_at_common_times():
@@ -206,31 +202,25 @@ def test_walks_are_compared_at_common_times():
     assert error_estimate.walk_difference(one, other) == 0.25
 
 
-class Made:
-    """A twin's artefact, whose run estimated an error."""
-
-    key = "k1"
-    result = SimpleNamespace(errors=(ErrorEstimate("hip_position_m", 1e-8, 2.34e-9, "tolerance 1e-10"),))
-
-
 @pytest.fixture
 def verifiable(tmp_path):
-    return Study(ROOT, ROOT / "params", tmp_path, (), asked=(("accuracy", "hip_position_m=1e-8"),))
-
-
-def verify(found, made, monkeypatch, told):
-    monkeypatch.setattr(disk, "content", lambda *_: b"")
-    monkeypatch.setattr(artefact, "provenance", lambda *_: {"key": made.key})
-    monkeypatch.setattr(artefact, "decode", lambda *_: made.result)
-    chosen = requests.to_verify(found, ("twin",))
-    requests.verify(found, chosen, told=told)
-    return chosen[0][2], yaml.safe_load(requests.record_of(found, request, "twin").read_text())
+    """A study in whose results the twin's artefact lies, one whose run estimated an error."""
+    study = Study(ROOT, ROOT / "params", tmp_path, (), asked=(("accuracy", "hip_position_m=1e-8"),))
+    place = study.store.place(study.graph.stages["twin"].artefact)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_bytes(b"made up")
+    return study
 
 
 def test_an_estimate_is_kept_beside_the_artefact_it_belongs_to(verifiable, monkeypatch, capsys):
-    decision, kept = verify(verifiable, Made, monkeypatch, told=True)
+    estimated = (ErrorEstimate("hip_position_m", 1e-8, 2.34e-9, "tolerance 1e-10"),)
+    monkeypatch.setattr(artefact, "provenance", lambda *_: {"key": "k1"})
+    monkeypatch.setattr(artefact, "decode", lambda *_: SimpleNamespace(errors=estimated))
+    chosen = requests.to_verify(verifiable, ("twin",))
+    requests.verify(verifiable, chosen, told=True)
+    kept = yaml.safe_load(requests.record_of(verifiable, request, "twin").read_text())
     assert kept["estimated"] == {"hip_position_m": 2.3e-9} and kept["asked"] == {"hip_position_m": 1e-8}
-    assert kept["proposed"] == decision.settings and kept["settings"] == "tolerance 1e-10"
+    assert kept["proposed"] == chosen[0][2].settings and kept["settings"] == "tolerance 1e-10"
     said = "used tolerance 1e-10; estimated hip_position_m 2.3e-09"
     about = {"stage": "twin", "key": "k1", "accuracy": "asked: {hip_position_m: 1e-8}; used: tolerance 1e-9"}
     assert said in "".join(requests.kept(verifiable, about)) and said in capsys.readouterr().out
@@ -273,12 +263,12 @@ def test_settings_are_refined_until_the_error_is_what_was_asked(asked, factor, o
 
 
 def test_what_is_not_estimated_or_does_not_converge_is_not_met():
-    with pytest.raises(NotMet, match="reached with the finest settings"):
-        solved(1e-3, lambda tolerance: np.sin(1 / tolerance))
+    for error_of, words in ((lambda tolerance: np.sin(1 / tolerance), "reached with the finest settings"),
+                            (lambda tolerance: np.nan, "reached")):  # fmt: skip
+        with pytest.raises(NotMet, match=words):
+            solved(1e-3, error_of)
     with pytest.raises(NotMet, match="has no estimate"):
         to_accuracy(Accuracy(multiplier=1.0), Solver(1e-3), lambda at: 0.0, Solver.finer, lambda one, other: {})
-    with pytest.raises(NotMet, match="reached"):
-        solved(1e-3, lambda tolerance: np.nan)
 
 
 def test_nothing_asked_is_one_walk_as_the_settings_stand():

@@ -18,6 +18,7 @@ from stages.tradeoff.result import Errors, Result, Row, cells, cost_at, front, g
 from stages.tradeoff.run import Plan, constraint_plans, measure, plans, projected_plan, row_of, scene
 from stages.tradeoff.way import Walked, Way, WayFailed
 from tests.analytic.test_detailed import LAME, LAME_RIGID
+from tests.changed import changed
 
 NAN = math.nan
 #: A rerun may differ by this factor: errors of adaptive steps change with the last bits, as on another machine.
@@ -83,9 +84,7 @@ def test_references_are_confirmed_by_an_integrator_that_shares_no_step_and_no_ev
 
 def test_rigid_legs_are_walked_once_and_confirmed(parameters):
     """No friction changes their step; SciPy's multiplier by differences is that of the variational equations."""
-    stiff = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, legs="rigid"),
-                                slope=dataclasses.replace(parameters.slope, slope_deg=0.8),
-                                settings=a_stride(parameters))  # fmt: skip
+    stiff = changed(parameters, legs="rigid", slope_deg=0.8, walked_steps=2)
     walker, point = find_gait(stiff.biped, stiff.slope, 1e-12)
     upright = walker.stance_state(crossing_state(walker, point.z, 1e-12))
     np.testing.assert_allclose(walker.stance_state(walker.from_stance(upright)).swing_rate, upright.swing_rate)
@@ -95,11 +94,6 @@ def test_rigid_legs_are_walked_once_and_confirmed(parameters):
     assert reference.period == pytest.approx(point.period * walker.time, rel=1e-9)
     assert reference.independent_differs.hip_position < 1e-9
     assert reference.independent_differs.multiplier < 1e-5, "central differences"
-
-
-def a_stride(parameters):
-    """Settings with a walk of both steps and no more."""
-    return dataclasses.replace(parameters.settings, walked_steps=2)
 
 
 @pytest.mark.parametrize("biped", [LAME, LAME_RIGID])
@@ -120,14 +114,13 @@ def test_a_study_s_own_detailed_design_is_measured_by_the_constraint_model_alone
     ({"hip_friction": 1e-3}, "do not know hip_friction"),
     ({"legs": "rigid", "feet_retract": True, "strike_time": 0.5}, "does not know strike_time")])
 def test_what_no_way_knows_is_said(parameters, values, words):
-    own = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, **values))
     with pytest.raises(BeyondModel, match=words):
-        next(plans(own, None))
+        next(plans(changed(parameters, **values), None))
 
 
 def test_a_stride_of_a_detailed_design_is_confirmed_and_converges(parameters):
     """The twin as it projects into the plane: its steps alternate, and the readable path knows it."""
-    plan = projected_plan(dataclasses.replace(parameters, settings=a_stride(parameters)))
+    plan = projected_plan(changed(parameters, walked_steps=2))
     ways = tuple(way for way in plan.ways if way.name == "compiled" and way.setting["tolerance"] in (1e-4, 1e-12))
     reference, rows = measure(dataclasses.replace(plan, ways=ways))
     assert reference.independent_differs.hip_position < 1e-10 and reference.second_differs.hip_position < 1e-12
@@ -176,7 +169,7 @@ def compared_with(kept, rows):
 
 def penalty_and_twin_rows(parameters, analytic, tolerances=(1e-6,)):
     """Rows of Exudyn's ways; the reference of those in the plane is the compiled walker, which is quicker."""
-    four = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, walked_steps=4))
+    four = changed(parameters, walked_steps=4)
     at, twin = (scene(model, four, analytic) for model in (penalty_ways.PENALTY, penalty_ways.TWIN))
     tree, space = penalty_ways.tree_way, penalty_ways.twin_way
     pairs = (
@@ -189,10 +182,11 @@ def penalty_and_twin_rows(parameters, analytic, tolerances=(1e-6,)):
 def test_a_way_that_falls_is_a_row_with_the_reason(parameters, analytic):
     slow = dataclasses.replace(analytic.mid_stance, stance_rate=-0.4, swing_rate=0.0)
     falling = SimpleNamespace(mid_stance=slow, walk=SimpleNamespace(standing_force=9.4))
-    at = scene("slow", dataclasses.replace(parameters, settings=a_stride(parameters)), falling)
+    at = scene("slow", changed(parameters, walked_steps=2), falling)
+    way = penalty_ways.tree_way(at, 1e-5, 2e-3)
     with pytest.raises(WayFailed):
-        penalty_ways.tree_way(at, 1e-5, 2e-3).walk()
-    row = row_of(penalty_ways.tree_way(at, 1e-5, 2e-3), None, NAN)
+        way.walk()
+    row = row_of(way, None, NAN)
     assert not row.completed and math.isnan(row.errors.hip_position)
 
 
@@ -238,9 +232,13 @@ def test_the_front_holds_what_nothing_beats():
 
 
 def test_the_gain_is_taken_at_the_papers_error():
-    rows = [made_up("ours", "default", 1e-8, 40.0), made_up("ours", "", 1e-4, 10.0)]
-    rows.append(made_up("theirs", "paper", 1e-6, 99.0))
+    rows = [made_up(*row) for row in (
+        ("ours", "default", 1e-8, 40.0), ("ours", "", 1e-4, 10.0), ("theirs", "paper", 1e-6, 99.0))]  # fmt: skip
     assert gain(rows, "m", [row.evaluations for row in rows]) == pytest.approx(99.0 / 20.0), "half way in logarithms"
-    assert cost_at([(1e-8, 40.0), (1e-4, 10.0)], 1e-2) == 10.0
-    assert math.isnan(cost_at([(1e-8, 40.0)], 1e-9))
-    assert cost_at([(1e-9, 40.0), (1e-8, 40.1), (1e-4, 10.0)], 1e-6) == pytest.approx(40.0 / 4.0**0.6)
+
+
+@pytest.mark.parametrize(("known", "error", "cost"), [
+    ([(1e-8, 40.0), (1e-4, 10.0)], 1e-2, 10.0), ([(1e-8, 40.0)], 1e-9, NAN),
+    ([(1e-9, 40.0), (1e-8, 40.1), (1e-4, 10.0)], 1e-6, 40.0 / 4.0**0.6)])
+def test_the_cost_at_an_error_is_that_of_the_front(known, error, cost):
+    assert cost_at(known, error) == pytest.approx(cost, nan_ok=True)

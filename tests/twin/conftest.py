@@ -12,6 +12,9 @@ from stages.twin.machine.machine import build
 from stages.twin.parameters import Parameters
 from stages.twin.walking.simulate import Start, rolling_start, simulate_twin
 
+#: Mid-stances from which walkers find their gait, by whether their legs are rigid; no result of the study.
+ROUGH = {False: StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0),
+         True: StanceState(0.0, 0.333, 0.27, 0.333, 0.72, 0.0, 1.85, 0.0)}  # fmt: skip
 STANDING_FORCE = 9.4
 
 
@@ -32,16 +35,17 @@ def machine(parameters):
 
 @pytest.fixture(scope="session")
 def rough():
-    """A mid-stance from which the walker finds its gait; the numbers are no result of the study."""
-    return StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
+    return ROUGH[False]
 
 
 @pytest.fixture(scope="session")
-def walk_from(parameters, rough):
-    """Walk a machine some steps from the rough state; other keywords are pushes."""
+def walk_from(parameters):
+    """Walk a machine some steps from a rough state, which may be pushed; other keywords change the settings."""
 
-    def walk(machine, settings, steps, tree=None, ramp=None, **push):
-        start = rolling_start(machine, parameters.contact, rough, STANDING_FORCE, **push)
+    def walk(machine, steps, tree=None, ramp=None, push=None, stance=None, **changes):
+        settings = dataclasses.replace(parameters.settings, **changes)
+        start = rolling_start(
+            machine, parameters.contact, stance or ROUGH[machine.rigid], STANDING_FORCE, **(push or {}))
         return simulate_twin(
             machine, parameters.slope, parameters.contact, start, settings, steps=steps, tree=tree, ramp=ramp
         )
@@ -50,8 +54,8 @@ def walk_from(parameters, rough):
 
 
 @pytest.fixture(scope="session")
-def three_steps(machine, settings, walk_from):
-    return walk_from(machine, dataclasses.replace(settings, tolerance=1e-7), 3)
+def three_steps(machine, walk_from):
+    return walk_from(machine, 3, tolerance=1e-7)
 
 
 @pytest.fixture(scope="session")

@@ -9,8 +9,22 @@ from stages.ground.friction import SCALARS
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES
 from stages.multibody.assembly.contact import disc_force
 from stages.twin.machine.connectors import ConnectorTree
-from stages.twin.machine.contact import COUNT, PITCH, SLIDE, X, Y, along, clearances, feet_forces, point_law
+from stages.twin.machine.contact import (
+    COUNT,
+    HINGE,
+    PITCH,
+    ROLL,
+    SLIDE,
+    YAW,
+    X,
+    Y,
+    along,
+    clearances,
+    feet_forces,
+    point_law,
+)
 from stages.twin.machine.kinematics import pair_axes, point_motion
+from stages.twin.machine.machine import build
 
 
 @pytest.mark.parametrize("normal", NORMAL_FORCES)
@@ -63,41 +77,41 @@ def test_no_force_on_a_pair_out_of_play(parameters, machine, random_states):
     assert not force[:, :2].any() and force[:, 2:, 1].max() > 0.0
 
 
-def test_exudyn_connectors_move_the_machine_alike(parameters, machine, settings, walk_from):
-    coarse = dataclasses.replace(settings, tolerance=1e-5)  # the same steps are taken by both
+@pytest.mark.parametrize(("legs", "solver", "within"), [
+    ("compliant", {"tolerance": 1e-5}, 1e-8), ("rigid", {"tolerance": 1e-4, "largest_step": 2e-3}, 1e-6)])
+def test_exudyn_connectors_move_the_machine_alike(parameters, walk_from, legs, solver, within):
+    """The same steps are taken by both."""
+    machine = build(dataclasses.replace(parameters.biped, legs=legs), parameters.settings)
     push = {"yaw": 0.02, "yaw_rate": 0.1, "roll_rate": 0.05, "sideways": 0.01}
-    ours = walk_from(machine, coarse, 1, **push)
     connectors = ConnectorTree(machine, parameters.slope, parameters.contact)
-    theirs = walk_from(machine, coarse, 1, tree=connectors, **push)
+    ours, theirs = (walk_from(machine, 1, tree=tree, push=push, **solver) for tree in (None, connectors))
+    assert ours.completed and theirs.completed
     time = np.linspace(0.0, min(ours.time[-1], theirs.time[-1]), 200)
-    assert abs(ours.at(time)[0] - theirs.at(time)[0]).max() < 1e-8
+    assert abs(ours.at(time)[0] - theirs.at(time)[0]).max() < within
 
 
 def standing(machine, lanes, half_width):
-    """The feet's numbers with other lanes and widths, and coordinates of an upright machine on its inner pair."""
+    """The feet's numbers with other lanes and widths."""
     feet = machine.feet.copy()
     feet[:, 0], feet[:, 3] = lanes, half_width
-    q = np.zeros(11)
-    q[1], q[8] = machine.length[0] - 1.5e-5, 0.3
-    return feet, q
+    return feet
 
 
 @pytest.mark.parametrize(("lanes", "half_width"), [((0.04, -0.04, 0.085, -0.085), 0.0), (np.zeros(4), 0.01)])
 def test_where_the_feet_stand_resists_roll_and_yaw(parameters, machine, lanes, half_width):
     """Two feet apart, or one with two edges: a roll is pushed back, a spin braked; without either nothing resists."""
-    law, play = point_law(parameters.contact), np.array([1.0, 0.0])
-    feet, q = standing(machine, lanes, half_width)
-    line, _ = standing(machine, np.zeros(4), 0.0)
-    spin = np.zeros(11)
-    spin[3] = 0.5
+    law, feet, line = point_law(parameters.contact), standing(machine, lanes, half_width), standing(machine, 0.0, 0.0)
+
+    def push(feet, roll=0.0, yaw=0.0, spin=0.0):
+        """On an upright machine that stands on its inner pair."""
+        q, v = np.zeros(COUNT), np.zeros(COUNT)
+        q[Y], q[YAW], q[ROLL], q[HINGE], v[YAW] = machine.length[0] - 1.5e-5, yaw, roll, 0.3, spin
+        return feet_forces(q, v, np.array([1.0, 0.0]), feet, law)[0]
+
     for sign in (1.0, -1.0):
-        rolled = q.copy()
-        rolled[4] = sign * 2e-4
-        assert sign * feet_forces(rolled, np.zeros(11), play, feet, law)[0][4] < -1e-2
+        assert sign * push(feet, roll=sign * 2e-4)[ROLL] < -1e-2
         # a line foot tilts about its line: the ground's force then passes by the hip and pushes it further
-        assert sign * feet_forces(rolled, np.zeros(11), play, line, law)[0][4] > -1e-9
-        assert sign * feet_forces(q, sign * spin, play, feet, law)[0][3] < -1e-3
-        assert feet_forces(q, sign * spin, play, line, law)[0][3] == pytest.approx(0.0, abs=1e-12)
-    turned = q.copy()
-    turned[3] = 0.2
-    assert feet_forces(turned, np.zeros(11), play, feet, law)[0][3] == pytest.approx(0.0, abs=1e-12)
+        assert sign * push(line, roll=sign * 2e-4)[ROLL] > -1e-9
+        assert sign * push(feet, spin=sign * 0.5)[YAW] < -1e-3
+        assert push(line, spin=sign * 0.5)[YAW] == pytest.approx(0.0, abs=1e-12)
+    assert push(feet, yaw=0.2)[YAW] == pytest.approx(0.0, abs=1e-12)

@@ -18,11 +18,11 @@ STEP = 0.16
 
 @pytest.fixture(scope="module")
 def on_blocks(machine, settings, walk_from):
-    """Walk some steps on a ramp; keywords change the settings, `push` is passed on."""
+    """Walk some steps on a ramp, pushed or not; keywords change the settings."""
 
-    def walk(steps, push=None, **changes):
-        changed = dataclasses.replace(settings, scene="ramp", tolerance=1e-5, **changes)
-        return walk_from(machine, changed, steps, ramp=lay_blocks(changed, STEP), **(push or {}))
+    def walk(steps, push=None, step=STEP, **changes):
+        ramp = lay_blocks(dataclasses.replace(settings, scene="ramp", **changes), step)
+        return walk_from(machine, steps, ramp=ramp, push=push, **{"scene": "ramp", "tolerance": 1e-5, **changes})
 
     return walk
 
@@ -47,10 +47,9 @@ def test_a_foot_over_the_side_is_not_carried(settings):
     assert not ramp.carries(0, 0.0, settings.inner_lane + 1.01 * room, 0.5 * settings.foot_width)
 
 
-def test_blocks_under_the_feet_give_the_walk_of_the_plane(machine, settings, walk_from, on_blocks):
+def test_blocks_under_the_feet_give_the_walk_of_the_plane(machine, walk_from, on_blocks):
     """The feet switch elsewhere, but always in the air: no bit of the motion changes."""
-    plane = walk_from(machine, dataclasses.replace(settings, tolerance=1e-5), 2)
-    ramp = on_blocks(2)
+    plane, ramp = walk_from(machine, 2, tolerance=1e-5), on_blocks(2)
     assert ramp.outcome == COMPLETED
     assert np.array_equal(ramp.position, plane.position) and np.array_equal(ramp.time, plane.time)
     assert [time for time, *_ in ramp.switches] != [time for time, *_ in plane.switches]
@@ -101,7 +100,6 @@ def test_blocks_that_overlap_at_the_gaits_step_are_refused(settings):
 
 
 @pytest.mark.slow
-def test_the_whole_ramp_is_walked(parameters, machine, walk_from):
-    settings = dataclasses.replace(parameters.settings, scene="ramp")
-    record = walk_from(machine, settings, settings.steps, ramp=lay_blocks(settings, 0.1612))
+def test_the_whole_ramp_is_walked(settings, on_blocks):
+    record = on_blocks(settings.steps, step=0.1612, tolerance=settings.tolerance)
     assert record.outcome == COMPLETED and record.heel_strikes == settings.block_sets - 1

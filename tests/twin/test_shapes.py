@@ -11,31 +11,26 @@ from stages.twin.machine.parts import size_fault, solid
 
 def test_box():
     a, b, c, m = 0.02, 0.10, 0.03, 0.7
-    shape = solid("box", (a, b, c))
+    shape, square = solid("box", (a, b, c)), np.array([a * a, b * b, c * c])
     assert shape.volume == pytest.approx(a * b * c)
-    assert shape.inertia(m) == pytest.approx(
-        (m / 12 * (b * b + c * c), m / 12 * (a * a + c * c), m / 12 * (a * a + b * b))
-    )
+    assert shape.inertia(m) == pytest.approx(m / 12 * (square.sum() - square))
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_solid_cylinder_about_its_axis_and_across(axis):
     r, length, m = 0.02, 0.3, 1.3
-    moments = dict(zip("xyz", solid("cylinder", (r, length), axis).inertia(m), strict=True))
-    assert moments.pop(axis) == pytest.approx(0.5 * m * r * r)
-    assert list(moments.values()) == pytest.approx([m / 12 * (3 * r * r + length * length)] * 2)
+    wanted = [m / 2 * r * r if each == axis else m / 12 * (3 * r * r + length * length) for each in "xyz"]
+    assert solid("cylinder", (r, length), axis).inertia(m) == pytest.approx(wanted)
 
 
 def test_tube_is_a_cylinder_less_a_cylinder():
     outer, inner, length, density = 0.02, 0.015, 0.1, 2700.0
     hollow, full, hole = (
-        solid("tube", (outer, inner, length)),
-        solid("cylinder", (outer, length)),
-        solid("cylinder", (inner, length)),
-    )
+        solid(*each) for each in (
+            ("tube", (outer, inner, length)), ("cylinder", (outer, length)), ("cylinder", (inner, length))))
     assert hollow.volume == pytest.approx(full.volume - hole.volume)
-    difference = np.array(full.inertia(density * full.volume)) - np.array(hole.inertia(density * hole.volume))
-    assert hollow.inertia(density * hollow.volume) == pytest.approx(difference)
+    of_hollow, of_full, of_hole = (np.array(each.inertia(density * each.volume)) for each in (hollow, full, hole))
+    assert of_hollow == pytest.approx(of_full - of_hole)
 
 
 def test_arc_with_the_diameter_as_chord_is_a_half_disc():
@@ -67,11 +62,9 @@ def test_parallel_axis_theorem_on_a_rod_about_its_end():
 
 
 def test_two_halves_of_a_box_make_the_box():
-    m = 0.6
-    half = np.diag(solid("box", (0.1, 0.05, 0.02)).inertia(m / 2))
-    whole = join([Body(m / 2, np.array([x, 0.3, 0.1]), half) for x in (-0.05, 0.05)])
-    assert whole.centre == pytest.approx([0.0, 0.3, 0.1])
-    assert whole.inertia == pytest.approx(np.diag(solid("box", (0.2, 0.05, 0.02)).inertia(m)), abs=1e-12)
+    half, whole = (np.diag(solid("box", (length, 0.05, 0.02)).inertia(m)) for length, m in ((0.1, 0.3), (0.2, 0.6)))
+    found = join([Body(0.3, np.array([x, 0.3, 0.1]), half) for x in (-0.05, 0.05)])
+    assert found.centre == pytest.approx([0.0, 0.3, 0.1]) and found.inertia == pytest.approx(whole, abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The walking twin: symmetry, energy, failure, signals, and the planar checker."""
+"""The walking twin: symmetry, energy, failure, signals, and the planar checker; rigid legs are rigid."""
 
 import dataclasses
 
@@ -9,15 +9,19 @@ from stages.biped.between_steps import uniform_times
 from stages.biped.rubber import soled
 from stages.multibody.assembly import solver
 from stages.multibody.assembly.solver import explicit_settings
-from stages.planar.run import FELL, STALLED, rolling_state
-from stages.twin.machine.contact import ROLL, YAW, Z
+from stages.multibody.parameters import Settings as PlanarSettings
+from stages.multibody.walking.walk import simulate
+from stages.planar.run import FELL, rolling_state
+from stages.planar.section import section_numbers, section_state
+from stages.twin.machine.contact import ROLL, SLIDE, YAW, Z
 from stages.twin.machine.machine import Build, build, join
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
 from stages.twin.walking.measures import energy_balance
 from stages.twin.walking.record import find_events
 from stages.twin.walking.signals import sample
-from stages.twin.walking.simulate import rolling_start, simulate_twin
+from stages.twin_ladder.cycle import SectionState, step_map
+from tests.twin.conftest import ROUGH, STANDING_FORCE
 
 MIRRORED = np.array([1, 1, -1, -1, -1, 1, 1, 1, 1, 1, 1])
 SWAPPED = [0, 1, 2, 3, 4, 5, 7, 6, 8, 10, 9]
@@ -38,8 +42,8 @@ def test_mirrored_start_gives_mirrored_motion(machine, settings, walk_from):
     """To round-off until it decides on the length of a step, as left and right are summed in another order; from there
     on within the solver's tolerance."""
     push = {"yaw": 0.02, "yaw_rate": 0.1, "roll_rate": 0.05, "sideways": 0.01}
-    record = walk_from(machine, settings, 2, **push)
-    mirror = walk_from(machine, settings, 2, **{name: -value for name, value in push.items()})
+    record, mirror = (walk_from(machine, 2, push={name: sign * value for name, value in push.items()})
+                      for sign in (1.0, -1.0))  # fmt: skip
     assert record.completed and abs(record.position[:, Z]).max() > 1e-3
     time = np.linspace(0.0, min(record.time[-1], mirror.time[-1]), 300)
     apart = abs(record.at(time)[0] - (mirror.at(time)[0] * MIRRORED)[:, SWAPPED]).max(axis=1)
@@ -50,18 +54,18 @@ def test_mirrored_start_gives_mirrored_motion(machine, settings, walk_from):
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
-def test_evaluations_are_those_that_were_made(machine, parameters, settings, walk_from, tolerance):
+def test_evaluations_are_those_that_were_made(machine, parameters, walk_from, tolerance):
     """Steps that error control rejects cost too: counted in the force that the solver calls."""
     tree, made = SpatialTree(machine, parameters.slope, parameters.contact), []
     inner = tree.ground
     counted = lambda *given: (made.append(1), inner(*given))[1]  # noqa: E731
     tree.mbs.SetObjectParameter(tree.tree, "forceUserFunction", counted)
-    record = walk_from(machine, dataclasses.replace(settings, tolerance=tolerance), 1, tree=tree)
+    record = walk_from(machine, 1, tree=tree, tolerance=tolerance)
     assert record.completed and len(made) > 7 * (len(record.time) - 1)
     assert abs(len(made) - record.evaluations) <= 16  # the solver's first look at the system
 
 
-def test_last_stage_tells_the_acceleration_at_a_steps_end(three_steps, machine, settings, walk_from, monkeypatch):
+def test_last_stage_tells_the_acceleration_at_a_steps_end(three_steps, machine, walk_from, monkeypatch):
     """To the last bit what Exudyn evaluates there when it is asked to, which is an eighth of the work."""
 
     def asked(*given: float) -> object:
@@ -70,30 +74,29 @@ def test_last_stage_tells_the_acceleration_at_a_steps_end(three_steps, machine, 
         return wanted
 
     monkeypatch.setattr(solver, "explicit_settings", asked)
-    again = walk_from(machine, dataclasses.replace(settings, tolerance=1e-7), 1)
+    again = walk_from(machine, 1, tolerance=1e-7)
     rows = len(again.time) - 1  # the first walk goes on
     assert rows > 100 and abs(again.acceleration).max() > 100.0
     for mine, theirs in zip((again.time, *again.steps), (three_steps.time, *three_steps.steps), strict=True):
         assert np.array_equal(mine[:rows], theirs[:rows])
 
 
-def test_energy_balances(three_steps, machine, parameters):
-    strikes = find_events(three_steps).heel_strike_time
-    balance = energy_balance(three_steps, *strikes[-2:])
-    assert balance.gravity_work > 0.03 and balance.leg_damper_loss > 0.0 and balance.ground_loss > 0.0
-    assert balance.relative_residual < 1e-4
+LOSSES = ("ground_loss", "leg_damper_loss", "bearing_loss")
 
 
-def test_friction_in_bearings_and_sliders_is_accounted_for(parameters, walk_from):
-    settings = dataclasses.replace(parameters.settings, bearing_friction=1e-4, slider_friction=5.0)
-    rubbing = build(parameters.biped, settings)
-    record = walk_from(rubbing, settings, 2)
-    strikes = find_events(record).heel_strike_time
-    balance = energy_balance(record, *strikes[-2:])
-    assert balance.bearing_loss > 1e-5 and balance.relative_residual < 1e-4
+@pytest.mark.parametrize(("legs", "changes", "there"), [
+    ("compliant", {}, 2), ("compliant", {"bearing_friction": 1e-4, "slider_friction": 5.0}, 3),
+    ("rigid", {"tolerance": 1e-7, "largest_step": 1e-3}, 1)])
+def test_energy_balances(parameters, walk_from, legs, changes, there):
+    """Friction in bearings and sliders is accounted for; rigid legs have no dampers."""
+    settings = dataclasses.replace(parameters.settings, **changes)
+    record = walk_from(build(dataclasses.replace(parameters.biped, legs=legs), settings), 2, **changes)
+    balance = energy_balance(record, *find_events(record).heel_strike_time[-2:])
+    assert balance.gravity_work > 0.03 and balance.relative_residual < 1e-4
+    assert [getattr(balance, loss) > 1e-5 for loss in LOSSES] == [number < there for number in range(3)]
 
 
-def test_events_come_in_turn(three_steps, machine):
+def test_events_come_in_turn(three_steps):
     events = find_events(three_steps)
     assert events.heel_strike_leg.tolist() == [1, 0, 1]
     assert events.toe_off_leg.tolist() == [0, 1, 0]
@@ -118,22 +121,13 @@ def test_ground_carries_the_machine(signals, machine, parameters):
     assert walk.ground_reaction[:, :, 1].min() >= 0.0
 
 
-def test_too_slow_a_start_is_told_as_a_result(machine, parameters, rough, walk_from):
-    slow = dataclasses.replace(rough, stance_rate=-0.4, swing_rate=0.0)
-    start = rolling_start(machine, parameters.contact, slow, 9.4)
-    settings = dataclasses.replace(parameters.settings, tolerance=1e-5)
-    record = simulate_twin(machine, parameters.slope, parameters.contact, start, settings, steps=5)
-    assert record.outcome in (FELL, STALLED) and record.reason
-    assert record.heel_strikes < 5 and np.isfinite(record.position).all()
-
-
-def test_a_hard_push_to_the_side_topples(machine, settings, walk_from):
-    record = walk_from(machine, dataclasses.replace(settings, tolerance=1e-5), 5, sideways=1.0)
+def test_a_hard_push_to_the_side_topples(machine, walk_from):
+    record = walk_from(machine, 5, push={"sideways": 1.0}, tolerance=1e-5)
     assert record.outcome == FELL and "toppled sideways" in record.reason
 
 
-def test_the_same_run_gives_the_same_bits(machine, settings, walk_from):
-    first, second = (walk_from(machine, settings, 1, yaw=0.01) for _ in range(2))
+def test_the_same_run_gives_the_same_bits(machine, walk_from):
+    first, second = (walk_from(machine, 1, push={"yaw": 0.01}) for _ in range(2))
     assert first.position.tobytes() == second.position.tobytes()
 
 
@@ -165,18 +159,37 @@ def test_an_outsole_has_the_mass_of_its_rubber(parameters, machine):
     assert massless.mass == pytest.approx(simple.total_mass)
 
 
-@pytest.mark.parametrize(("steps", "tolerance"), [(2, 1e-7), pytest.param(5, 1e-9, marks=pytest.mark.slow)])
-def test_planar_equivalent_reproduces_the_planar_checker(parameters, rough, walk_from, steps, tolerance):
-    """Same contact law, same start, two assemblies: the hips stay together."""
-    from stages.multibody.parameters import Settings as PlanarSettings
-    from stages.multibody.walking.walk import simulate
+@pytest.fixture
+def planar(parameters):
+    """A machine that is the planar model, that model, its start, and settings alike for both."""
 
-    p = parameters
-    planar = PlanarSettings(tolerance, "tree", steps, 2000.0, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
-    state = rolling_state(p.biped, p.contact, rough, 9.4)
-    checker = simulate(p.biped, p.slope, p.contact, state, planar).trajectory
-    settings = dataclasses.replace(p.settings, inertia="planar", tolerance=tolerance, largest_step=5e-4)
-    twin = walk_from(build(p.biped, settings), settings, steps)
+    def alike(legs, steps, tolerance):
+        changes = {"inertia": "planar", "tolerance": tolerance, "largest_step": 5e-4}
+        biped = dataclasses.replace(parameters.biped, legs=legs)
+        machine = build(biped, dataclasses.replace(parameters.settings, **changes))
+        solver = PlanarSettings(tolerance, "tree", steps, 2000.0, 5e-4, "trapezoidal", 2e-4, 1e-5, 0.02, 3.0)
+        state = rolling_state(biped, parameters.contact, ROUGH[machine.rigid], STANDING_FORCE)
+        return machine, (biped, parameters.slope, parameters.contact), state, solver, changes
+
+    return alike
+
+
+@pytest.mark.parametrize(("legs", "steps", "tolerance"), [
+    ("compliant", 2, 1e-7), ("rigid", 2, 1e-9), pytest.param("compliant", 5, 1e-9, marks=pytest.mark.slow)])
+def test_planar_equivalent_reproduces_the_planar_checker(planar, walk_from, legs, steps, tolerance):
+    """Same contact law, same start, two assemblies: the hips stay together."""
+    machine, model, state, solver, changes = planar(legs, steps, tolerance)
+    checker, twin = simulate(*model, state, solver).trajectory, walk_from(machine, steps, **changes)
     time = np.linspace(0.0, min(checker.time[-1], twin.time[-1]), 1000)
     assert time[-1] > 0.46 * steps
     assert abs(checker.at(time)[0][:, :2] - twin.at(time)[0][:, :2]).max() < 1e-7
+    assert legs == "compliant" or not twin.position[:, list(SLIDE)].any()
+
+
+def test_the_ladders_step_of_rigid_legs_is_the_planar_models(parameters, planar):
+    machine, model, state, solver, changes = planar("rigid", 1, 1e-9)
+    numbers, settings = section_numbers(state), dataclasses.replace(parameters.settings, **changes)
+    step = step_map(machine, *model[1:], settings)(SectionState(numbers, np.zeros(9)), 0)
+    hip = simulate(*model, section_state(numbers, state), solver).trajectory.at(np.array([step.duration]))[0][0]
+    assert step.length == pytest.approx(hip[0], abs=1e-7)
+    assert step.end.plane[[0, 2, 3]] == pytest.approx([hip[1], 0.333, 0.333], abs=1e-7)

@@ -28,26 +28,19 @@ def inputs(planar_gait):
     return Inputs(analytic, planar, SimpleNamespace(settling=SimpleNamespace(period_s=0.5, step_length_m=0.15)))
 
 
-def made_up_rung(name, period, length, is_twin=False):
-    multipliers = np.array([[-0.7, 0.0], [0.5, 0.1]])
-    return RungGait(name, "more", COMPLETED, is_twin, period, length, 0.0, multipliers, multipliers, 1e-6, 800.0, 20)
-
-
-def made_up_constraint(rung, outcome):
-    apart = np.array([1e-3, 1e-4])
-    return SameMachine(rung.name, outcome, 0.495, 0.160, 0.0, rung.plane_multipliers, apart, 2 * apart)
-
-
 @pytest.fixture(scope="module")
 def made_up():
-    rows = (
-        made_up_rung("first", 0.49, 0.161),
-        without_gait("second", "more", "fell in step 1", False),
-        made_up_rung("third", 0.47, 0.165, True),
-        made_up_rung("fourth", 0.46, 0.166),
-    )
-    falls = ("completed", "completed", "no gait", "completed")
-    own = tuple(made_up_constraint(row, outcome) for row, outcome in zip(rows, falls, strict=True))
+    """Four rungs, of which the second has no gait, and the constraint model of each, of which the third has none."""
+    multipliers, apart = np.array([[-0.7, 0.0], [0.5, 0.1]]), np.array([1e-3, 1e-4])
+
+    def rung(name, period, length):
+        return RungGait(name, "more", COMPLETED, name == "third", period, length, 0.0, multipliers, multipliers, 1e-6,
+                        800.0, 20)  # fmt: skip
+
+    rows = (rung("first", 0.49, 0.161), without_gait("second", "more", "fell in step 1", False),
+            rung("third", 0.47, 0.165), rung("fourth", 0.46, 0.166))  # fmt: skip
+    own = tuple(SameMachine(row.name, "no gait" if row.is_twin else COMPLETED, 0.495, 0.160, 0.0, row.plane_multipliers,
+                            apart, 2 * apart) for row in rows)  # fmt: skip
     return Result(0.48, 0.16, rows, 0.471, 0.164, own)
 
 

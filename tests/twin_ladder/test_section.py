@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stages.multibody.walking.walk import simulate
-from stages.planar.run import PlanarState
 from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle, section_numbers
 from stages.planar.section import section_state as planar_state
@@ -19,6 +18,7 @@ from stages.twin_ladder.cycle import (
     step_map,
     step_multipliers,
 )
+from stages.twin_ladder.run import STANDING
 
 
 @pytest.fixture(scope="module")
@@ -49,9 +49,8 @@ def test_numbers_and_start_are_inverse(stance):
 def test_pairs_and_width_do_not_change_a_step_in_the_plane(take, plane, parameters):
     """Without and with width, from the inner and from the outer pair: the step of the planar checker."""
     steps = [take(rung, plane, stance=stance) for rung in (0, 1) for stance in (0, 1)]
-    like = PlanarState((0.0, 0.331), (0.2, 0.0), (0.0, 0.27), (0.0, 0.0), (0.33, 0.33), (0.0, 0.0), (True, False))
+    start = planar_state(plane, STANDING)
     planar = dataclasses.replace(parameters.planar, assembly="tree", tolerance=1e-7, largest_step=1e-3)
-    start = planar_state(plane, like)
     assert np.array_equal(section_numbers(start), plane)
     run = simulate(parameters.biped, parameters.slope, parameters.contact, start, planar, steps=1)
     landed = sample(run.trajectory, parameters.biped, parameters.slope, 500.0).heel_strike_time
@@ -117,13 +116,10 @@ def test_leading_multipliers_are_found_from_few_changes(values, wanted, all_nine
     rng = np.random.default_rng(8)
     blocks = [np.array([[0.0, abs(value)], [-abs(value), 0.0]]) if isinstance(value, complex) else np.array([[value]])
               for value in values]  # fmt: skip
-    size = sum(len(block) for block in blocks)
-    diagonal = np.zeros((9, 9))
-    at = 0
+    diagonal, at = np.zeros((9, 9)), 0
     for block in blocks:
         diagonal[at : at + len(block), at : at + len(block)] = block
         at += len(block)
-    assert at == size
     vectors = rng.normal(size=(9, 9))
     step = vectors @ diagonal @ np.linalg.inv(vectors)
     asked = []
