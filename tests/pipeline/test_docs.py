@@ -46,3 +46,12 @@ def test_the_site_has_every_page_and_the_page_of_stages_every_stage(repository):
     assert {path.stem for path in (repository / "docs").glob("*.md")} - set(index) == {"index"}
     stages = (repository / "docs/stages.md").read_text()
     assert [name for name in locate(start=repository).graph.stages if f"| `{name}` |" not in stages] == []
+
+
+def test_the_pages_name_files_that_are_there(repository):
+    """A Python file in backquotes is one of the checkout, by its whole path or the end of it."""
+    tops = ("pipeline", "stages", "tests", "benchmarks", "docs")
+    there = [f"/{path.relative_to(repository).as_posix()}" for top in tops for path in (repository / top).rglob("*.py")]
+    for page in (*(repository / "docs").glob("*.md"), repository / "README.md"):
+        named = re.findall(r"`((?:\w+/)*\w+\.py)`", page.read_text(encoding="utf-8"))
+        assert [name for name in named if not any(path.endswith(f"/{name}") for path in there)] == [], page.name

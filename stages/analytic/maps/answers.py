@@ -160,9 +160,6 @@ def words(codes: type[Outcome] | type[Way]) -> tuple[str, ...]:
     return tuple(code.name.lower().replace("_", " ") for code in codes)
 
 
-#: How the designs that no neighbour answers are searched: as `gait` does; without its neighbours in slope and springs;
-#: not at all.
-SEARCHES = ("complete", "limited", "none")
 #: Multipliers that are told, largest first.
 MULTIPLIERS = 3
 #: Columns of a map, after those of the varied parameters.

@@ -25,8 +25,6 @@ from stages.analytic.compiled import Numbers, compiled
 from stages.analytic.model.kinds import Compliant, Rigid
 '''
 
-#: Numbers of which the ground, springs and dampers make forces: they give no impulse.
-OF_FORCES = (d.k, d.b, d.g_x, d.g_y)
 DETAILED_HEADER = HEADER.replace("Compliant, Rigid", "DetailedCompliant, DetailedRigid")
 
 

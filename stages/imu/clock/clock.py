@@ -1,7 +1,7 @@
 """Clock repair: the time of each sample from its index and from when its packet arrived.
 
-The clock is the line below the arrivals (`envelope.py`), and its error what the floor of lateness shows of it, window
-by window (`lateness.py`), where settings of the phone's clock and the sensor's own wander are taken out as well.
+The clock is the line below the arrivals, and its error what the floor of lateness shows of it, window by window (both
+`lateness.py`), where settings of the phone's clock and the sensor's own wander are taken out as well.
 
 A restart of the sensor begins a segment with an index and an offset of its own, but not with another oscillator: all
 segments share the rate of the longest, and none ends after the next has begun. Both only bound `a` from above, as the
