@@ -6,11 +6,8 @@
     python -m benchmarks.levels --beside DIR ...  as well, an earlier version, installed in DIR/.venv, for the ratio
 
 Results lie in results/levels/<level>. Errors are differences from the level `reference`; those of `reference` itself
-are differences of its three walks from walks at settings that are tighter again. Kept are
-stages/tradeoff/accuracy/levels.json, twice the errors of the walks, which --accuracy reads,
-stages/about/numerical_errors.json, differences of the stages' numbers, arrays and columns, and
-stages/comparison/claims/numerical_errors.json, those of the claims' numbers. Artefacts carry twice of them as
-errors, and verdicts are held against these, where all parameters are those that were measured here.
+are differences of its three walks from walks at settings that are tighter again. They are kept
+in stages/tradeoff/accuracy/levels.json: twice the errors of the walks, which --accuracy reads.
 """
 
 from __future__ import annotations
@@ -27,20 +24,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pipeline.cache import artefact
-from pipeline.cache.differences import differences
 from pipeline.layout import markdown
 from pipeline.parameters import levels, yaml_text
 from pipeline.parameters.value import shown
-from pipeline.study import Study
-from stages.about import MEASURED
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.accuracy.tolerances import DRAFT, LEVELS, PAPER, REFERENCE, Accuracy
-from stages.comparison.claims.judge import TABLE as OF_CLAIMS
-from stages.comparison.claims.judge import digest
 from stages.comparison.claims.verdict import UNDECIDED
 from stages.comparison.evidence import largest
 from stages.comparison.result import Claim
@@ -118,52 +108,6 @@ def largest_multiplier(found: Any) -> float:
     if isinstance(found, Analytic):
         return largest(found.gait.floquet_multipliers)
     return float(found.cycle.largest_multiplier) if isinstance(found, Multibody) else math.nan
-
-
-def claim_errors(level: str) -> dict[str, dict[str, float]]:
-    """Claim -> number -> difference from the reference, at least the spacing of floating-point numbers there; numbers
-    that one of both does not have are left out.
-    """
-    errors: dict[str, dict[str, float]] = {}
-    for claim, there in pairs(level):
-        exact = {number.name: number.value for number in there.numbers}
-        errors[claim.id] = {
-            number.name: resolved(abs(number.value - exact[number.name]), number.value) for number in claim.numbers
-            if math.isfinite(number.value) and math.isfinite(exact.get(number.name, math.nan))
-        }  # fmt: skip
-    return errors
-
-
-def resolved(size: float, values: Any) -> float:
-    """A difference to two digits; no smaller than the spacing of floating-point numbers, unless there is none."""
-    finite = np.abs(values)[np.isfinite(values)]
-    return float(f"{max(size, float(np.spacing(finite.max(initial=0.0)))):.2g}") if size else 0.0
-
-
-def stage_errors() -> dict[str, dict[str, dict[str, float]]]:
-    """Stage -> digest of all parameters it rests on -> path of a number, an array or a column -> its largest difference
-    from the reference.
-    """
-    found: dict[str, dict[str, dict[str, float]]] = {}
-    for path in sorted((PLACE / REFERENCE).glob("*.h5")):
-        for level in LEVELS[:-1]:
-            content = (PLACE / level / path.name).read_bytes()
-            settings = artefact.provenance(content, path.name)["settings"]
-            with artefact.opened(content, path.name) as file:
-                errors = {place: resolved(size, np.asarray(file[place][()], dtype=float))
-                          for place, size in differences(content, path.read_bytes()).items()}  # fmt: skip
-            if errors:
-                found.setdefault(path.stem, {})[settings] = errors
-    return found
-
-
-def measured_with() -> dict[str, str]:
-    """Of each level that has errors what tells its parameters from all others."""
-    found = {}
-    for level in LEVELS[:-1]:
-        study = Study(ROOT, ROOT / "params", PLACE / level, asked=(("accuracy", level),))
-        found[level] = digest(study.parameters(("comparison",))["comparison"])
-    return found
 
 
 def pairs(level: str) -> Iterator[tuple[Claim, Claim]]:
@@ -287,12 +231,6 @@ def main() -> None:
         walks[LEVELS[coarse]] = {
             key: max(value, walks[LEVELS[fine]][key]) for key, value in walks[LEVELS[coarse]].items()}
     kept = {level: {key: float(f"{2 * value:.1e}") for key, value in of.items()} for level, of in walks.items()}
-    MEASURED.write_text(json.dumps(stage_errors(), indent=1, sort_keys=True) + "\n")
-    errors = {level: claim_errors(level) for level in LEVELS[:-1]}
-    about = {"made": "benchmarks/levels.py", "parameters": measured_with(), "errors": errors}
-    OF_CLAIMS.write_text(json.dumps(about, indent=1) + "\n")
-    for level in LEVELS:  # the verdicts again, held against the errors as kept now
-        command("run", "comparison", "--accuracy", level, "--results", str(PLACE / level))
     about = {"made": "benchmarks/levels.py", "errors": kept, "costs": rounded(costs), "verdicts": verdicts()}
     OF_WALKS.write_text(json.dumps(about, indent=1) + "\n")
     PAGE.write_text(page(costs, walks), encoding="utf-8")

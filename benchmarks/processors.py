@@ -4,8 +4,7 @@ Run: python -m benchmarks.processors RESULTS [OTHER]. Without OTHER the study of
 an older processor would: other kernels of OpenBLAS, no wide vector instructions in NumPy, plain machine code. These are
 set for that run alone. `--levels draft paper reference` in place of RESULTS computes both at each of these levels.
 `--library` takes sines and powers of the C library (glibc) without fused multiply-add as well, which is what a solver
-outside Python feels: its adaptive steps differ then. `--errors LEVEL` raises the errors that benchmarks/levels.py
-keeps of that level to the differences found, where they are less: run it after that.
+outside Python feels: its adaptive steps differ then.
 Ends with 1 if a number differs by more than is allowed. The nightly workflow calls it; `docs/faults.md` has its table.
 
 Allowed are the error that the file states, or `TOLERANCE` of the largest number in a field, or of its SI unit. What a
@@ -19,8 +18,6 @@ from __future__ import annotations
 
 import argparse
 import fnmatch
-import json
-import math
 import os
 import subprocess
 import sys
@@ -33,11 +30,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact
-from pipeline.cache import differences as of_artefacts
-from stages.about import MEASURED
-from stages.comparison.claims.judge import TABLE
-from stages.comparison.result import Result as Comparison
+from pipeline.cache.artefact import LOOSER
 
 TOLERANCE = 1e-5
 OLDER = {
@@ -115,7 +108,7 @@ def _fields(file: h5py.File) -> dict[str, Any]:
     found: dict[str, Any] = {}
 
     def take(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and item.shape is not None:
+        if isinstance(item, h5py.Dataset) and item.shape is not None and not name.startswith(f"{LOOSER}/"):
             found[name] = np.asarray(item[()])
 
     file.visititems(take)
@@ -143,34 +136,6 @@ def compare(results: Path, other: Path) -> list[Difference]:
     return beyond
 
 
-def raise_errors(results: Path, other: Path, measured: Path = MEASURED) -> None:
-    """Raise the errors that are kept of the stages' numbers to the differences of two results folders, where they are
-    less: no number is known better than two processors agree on it.
-    """
-    kept = json.loads(measured.read_text())
-    for path in sorted(results.glob("*.h5")):
-        content = path.read_bytes()
-        errors = kept.get(path.stem, {}).get(artefact.provenance(content, path.name)["settings"])
-        if errors is not None:  # measured with these parameters
-            for place, apart in of_artefacts.differences(content, (other / path.name).read_bytes()).items():
-                errors[place] = max(errors.get(place, 0.0), apart)
-    measured.write_text(json.dumps(kept, indent=1, sort_keys=True) + "\n")
-
-
-def raise_errors_of_claims(results: Path, other: Path, level: str) -> None:
-    """The same of the claims' numbers at a level."""
-    kept = json.loads(TABLE.read_text())
-    both = (artefact.load(folder / "comparison.h5", Comparison).claims for folder in (results, other))
-    for claim, there in zip(*both, strict=True):
-        values = {number.name: number.value for number in there.numbers}
-        for number in claim.numbers:
-            apart = abs(number.value - values.get(number.name, math.nan))
-            if math.isfinite(apart):
-                errors = kept["errors"][level].setdefault(claim.id, {})
-                errors[number.name] = max(errors.get(number.name, 0.0), float(f"{apart:.2g}"))
-    TABLE.write_text(json.dumps(kept, indent=1) + "\n")
-
-
 def compute(results: Path, *options: str, **environment: str) -> Path:
     """The study of the working folder, computed into `results` with these variables for it alone."""
     words = [sys.executable, "-m", "pipeline.cli", "run-all", "--results", str(results), *options]
@@ -184,16 +149,12 @@ def main() -> None:
     parser.add_argument("results", nargs="*", type=Path)
     parser.add_argument("--levels", nargs="+", default=[])
     parser.add_argument("--library", action="store_true")
-    parser.add_argument("--errors", metavar="LEVEL", help="of which the results are")
     asked = parser.parse_args()
     beyond, older = [], OLDER | (LIBRARY if asked.library else {})
     with tempfile.TemporaryDirectory() as folder:
         if asked.results:
             other = asked.results[1] if asked.results[1:] else compute(Path(folder, "older"), **older)
             beyond = compare(asked.results[0], other)
-            if asked.errors:
-                raise_errors(asked.results[0], other)
-                raise_errors_of_claims(asked.results[0], other, asked.errors)
         for level in asked.levels:
             here = compute(Path(folder, level), "--accuracy", level)
             there = compute(Path(folder, f"{level}-older"), "--accuracy", level, **older)

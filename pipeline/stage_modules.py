@@ -13,8 +13,10 @@ The stage that makes results/figures has `drawn`, so that a figure can be drawn 
 `figure(name).inputs` (the results that it shows, by the stems of their files), and `draw(name, parameters, results,
 said)`, which gives its files, by path in the results folder, and its caption; what is `said` of the results, if
 anything, stands in the picture. The package itself may have
-`about`: the `ATTRIBUTES` of all files (title, license, references), and `numerical_errors(stage, settings)`: errors
-of single numbers by their paths, for the digest of parameters in an artefact's provenance. They are part of no key.
+`about`: the `ATTRIBUTES` of all files (title, license, references), which are part of no key.
+
+A stage is run once more at looser settings of its solvers (`pipeline.parameters.looser`), which gives each of its
+numbers an error, unless its `run` says in `ONCE` why not.
 """
 
 from __future__ import annotations
@@ -51,12 +53,6 @@ def study_attributes(package: str, home: Path) -> dict[str, str]:
     """What every file of a study says of itself: the `ATTRIBUTES` of the package's module `about`, and this program."""
     own = getattr(_about(package, home), "ATTRIBUTES", {})
     return {**own, "source": " ".join([DISTRIBUTION, *installed([DISTRIBUTION])])}
-
-
-def numerical_errors(package: str, home: Path, stage: str, settings: str) -> dict[str, float]:
-    """What is known of the errors of a stage's numbers, by their paths in its artefact."""
-    about = _about(package, home)
-    return dict(about.numerical_errors(stage, settings)) if about and hasattr(about, "numerical_errors") else {}
 
 
 def _about(package: str, home: Path) -> ModuleType | None:

@@ -1,5 +1,8 @@
 """Results as HDF5: a dataclass becomes a group, each field a dataset with units, symbol, long name and dimensions.
 
+Beside them, in the group `looser`, is the same result as looser solver settings give it: what both differ by is the
+numerical error of each number, and stages that read the one read the other, so that errors are carried along.
+
 A tuple of dataclasses becomes a table, a dataset for each column. The words are netCDF's, so that its readers
 understand them (`hdf5.py`).
 
@@ -13,6 +16,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import io
+import re
 import typing
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -21,16 +25,19 @@ from typing import Any, TypeVar
 import h5py
 
 from pipeline.cache import hdf5
+from pipeline.cache.differences import differences, is_of_floats
 from pipeline.errors import ArtefactError
 
 #: The form of artefacts: a program reads those of its own number.
-_FORM, _NUMBER = "bipedstudy artefact", 2
+_FORM, _NUMBER = "bipedstudy artefact", 3
 FORMAT = f"{_FORM} {_NUMBER}"
-PROVENANCE = "provenance"
-#: Attribute of a number, an array or a column: an estimate of how far it is at most from what the finest computation
-#: gives.
-_ERROR = "numerical_error"
+PROVENANCE, LOOSER = "provenance", "looser"
+#: Attribute of a number, an array or a column: its largest difference from what looser settings give. Of a file: why
+#: its numbers have none.
+_ERROR, _WITHOUT = "numerical_error", "without_errors"
 _SHORT = 8
+#: In a path, the number of a row.
+_ROW = re.compile(r"/\d+/")
 T = TypeVar("T")
 
 
@@ -45,30 +52,46 @@ def encode(result: Any, provenance: Mapping[str, str]) -> bytes:
 
 
 def encoded(
-    result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None,
-    errors: Mapping[str, float] | None = None,
-) -> tuple[bytes, bytes]:  # fmt: skip
+    result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None, looser: Any = None
+) -> tuple[bytes, bytes]:
     """The HDF5 file of a result dataclass that says nothing else, and the one that says how it was made as well.
 
-    `about` (title, source, license, ...) are further attributes of the latter, `errors` (by path) become attributes of
-    what lies there, in its units. Raises `TypeError` for what cannot be stored.
+    `about` (title, source, license, ...) are further attributes of the latter. `looser` is the result at looser
+    settings, or why there is none. One with files is not handed on: who reads it reads the files of the result beside
+    it. Raises `TypeError` for what cannot be stored.
     """
     with in_memory(result) as file:
+        if isinstance(looser, str):
+            file.attrs[_WITHOUT] = looser
+        elif looser is not None:
+            for path, error in _errors(file, looser).items():
+                file[path].attrs[_ERROR] = float(f"{error:.2g}")
+            if not getattr(looser, "files", None):
+                hdf5.write_fields(file.create_group(LOOSER, track_order=True), looser)
         plain = image(file)
         for name, text in (about or {}).items():
             file.attrs[name] = text
-        for path, error in (errors or {}).items():
-            if isinstance(file.get(path), h5py.Dataset):
-                file[path].attrs[_ERROR] = error
         file[PROVENANCE].attrs.update(sorted(provenance.items()))
         return plain, image(file)
 
 
+def _errors(file: Any, looser: Any) -> dict[str, float]:
+    """Of each number what it differs by from the looser result; of rows that this lacks, the largest of the others."""
+    with in_memory(looser, LOOSER) as other:
+        found = dict(differences(file, other))
+    alike: dict[str, float] = {}
+    for path, error in found.items():
+        alike[_ROW.sub("/*/", path)] = max(error, alike.get(_ROW.sub("/*/", path), 0.0))
+    rest: list[str] = []
+    file.visititems(lambda path, item: rest.append(path) if is_of_floats(item) and path not in found else None)
+    return found | {path: alike[_ROW.sub("/*/", path)] for path in rest if _ROW.sub("/*/", path) in alike}
+
+
 @contextlib.contextmanager
-def in_memory(result: Any = None) -> Iterator[Any]:
+def in_memory(result: Any = None, name: str = "artefact") -> Iterator[Any]:
     """A file in memory, of the form of artefacts, with a result and nothing of how it was made; or an empty one."""
     with h5py.File(
-        "artefact", "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
+        name, "w", driver="core", backing_store=False, libver=("v110", "v110"), track_order=True
     ) as file:
         file.attrs["format"] = FORMAT
         if result is not None:
@@ -85,9 +108,20 @@ def image(file: Any) -> bytes:
 
 def decode(content: bytes, cls: type[T], name: str) -> T:
     """The result of class `cls` in an artefact's bytes. Raises `ArtefactError`; `name` is how it names the file."""
+    found = _decoded(content, cls, name, "/")
+    assert found is not None
+    return found
+
+
+def decode_looser(content: bytes, cls: type[T], name: str) -> T | None:
+    """The result that looser settings gave; None where there is none. Raises `ArtefactError`."""
+    return _decoded(content, cls, name, LOOSER)
+
+
+def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
     with opened(content, name) as file:
         try:
-            return typing.cast(T, hdf5.read_fields(file, cls))
+            return typing.cast(T, hdf5.read_fields(file[where], cls)) if where in file else None
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
             raise ArtefactError(f"{name}: its fields do not fit this version of the study ({reason})") from None
@@ -106,6 +140,12 @@ def provenance(content: bytes, name: str) -> dict[str, str]:
     """What the artefact says of its making: stage, key, parameters, versions, inputs."""
     with opened(content, name) as file:
         return {key: str(value) for key, value in file[PROVENANCE].attrs.items()}
+
+
+def without_errors(content: bytes, name: str) -> str:
+    """Why the numbers of an artefact carry no errors; nothing where they do, or where nothing is solved."""
+    with opened(content, name) as file:
+        return str(file.attrs.get(_WITHOUT, ""))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -130,7 +170,7 @@ def tree(content: bytes, name: str) -> list[Field]:
     """
     with opened(content, name) as file:
         try:
-            return [field for key in hdf5.members_of(file) if key != PROVENANCE
+            return [field for key in hdf5.members_of(file) if key not in (PROVENANCE, LOOSER)
                     for field in _branch(file[key], key)]  # fmt: skip
         except UnicodeDecodeError:
             raise ArtefactError(f"{name}: holds text that is not UTF-8; artefacts do not") from None

@@ -1,4 +1,4 @@
-"""How far the numbers of one artefact are from those of another of the same stage, which computed more finely."""
+"""How far the numbers of a result are from those of another of the same stage, which computed more loosely."""
 
 from __future__ import annotations
 
@@ -8,35 +8,32 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache import artefact, hdf5
+from pipeline.cache import hdf5
 
 #: Coordinates are the same where they are to so many decimals.
 _DECIMALS = 12
+#: What some hundreds of operations round, in spacings of floating-point numbers: two that agree better do by chance.
+ROUND_OFF = 64
 Rows = tuple[np.ndarray, np.ndarray]
 
 
-def differences(content: bytes, exact: bytes) -> dict[str, float]:
-    """Path of a number, an array or a table's column -> largest difference, in its unit, to two digits; only of those
-    that differ at all.
+def differences(one: Any, other: Any, above: str = "") -> Iterator[tuple[str, float]]:
+    """Path of a number, an array or a table's column of the group `one` and its largest difference from `other`, in its
+    unit; no less than round-off.
 
     Arrays and columns are compared over the rows that both have. Those of a table are the same where their words are,
     those of an array that lies along a coordinate where the coordinate is, all others where the sizes are equal. What
     has no row in both is left out.
     """
-    with artefact.opened(content, "the first artefact") as one, artefact.opened(exact, "the other") as other:
-        return {path: float(f"{size:.2g}") for path, size in _of_groups(one, other, "") if size > 0.0}
-
-
-def _of_groups(one: Any, other: Any, above: str) -> Iterator[tuple[str, float]]:
-    names = [name for name in hdf5.members_of(one) if name in other and above + name != artefact.PROVENANCE]
+    names = [name for name in hdf5.members_of(one) if name in other]
     table = hdf5.ROWS in one.attrs
     same = _same_rows(one, other, names) if table else None
     for name in names:
         here, there, path = one[name], other[name], above + name
         if isinstance(here, h5py.Group) and isinstance(there, h5py.Group):
             if same is None or (same[0] == same[1]).all():
-                yield from _of_groups(here, there, f"{path}/")
-        elif _is_of_floats(here) and _is_of_floats(there):
+                yield from differences(here, there, f"{path}/")
+        elif is_of_floats(here) and is_of_floats(there):
             found = _largest(here, there, same if table else _same_places(here, there))
             if found is not None:
                 yield path, found
@@ -51,8 +48,10 @@ def _largest(here: Any, there: Any, same: Rows | None) -> float | None:
         one, other = one[same[0]], other[same[1]]
     with np.errstate(invalid="ignore"):
         apart = np.abs(one - other)
-    known = apart[np.isfinite(apart)]
-    return float(known.max()) if known.size else None
+    known = np.isfinite(apart)
+    if not known.any():
+        return None
+    return max(float(apart[known].max()), ROUND_OFF * float(np.spacing(np.abs(one[known]).max())))
 
 
 def _same_rows(one: Any, other: Any, names: list[str]) -> Rows | None:
@@ -96,5 +95,6 @@ def _coordinate(item: Any) -> np.ndarray | None:
     return np.asarray(scale[()], dtype=float) if scale.dtype.kind == "f" else None
 
 
-def _is_of_floats(item: Any) -> bool:
+def is_of_floats(item: Any) -> bool:
+    """Whether something in a file holds floating-point numbers."""
     return isinstance(item, h5py.Dataset) and item.shape is not None and item.dtype.kind == "f"

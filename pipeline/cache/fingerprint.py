@@ -82,7 +82,7 @@ def _normalised(name: str) -> str:
 
 Ingredients = dict[str, Any]
 _HERE = Path(__file__).parent
-WRITER = (_HERE / "artefact.py", _HERE / "hdf5.py")
+WRITER = (_HERE / "artefact.py", _HERE / "hdf5.py", _HERE / "differences.py", _HERE.parent / "parameters/looser.py")
 
 
 def ingredients(

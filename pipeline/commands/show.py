@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ from pipeline import completion, layout, requests
 from pipeline.cache import disk
 from pipeline.commands import options, status
 from pipeline.errors import ArtefactError, StudyError, nearest
-from pipeline.stage_modules import numerical_errors, result_class
+from pipeline.stage_modules import result_class
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
@@ -43,11 +42,7 @@ def show(study: Study, artefact: str, where: str | None, form: options.Form) -> 
     about = artefacts.provenance(content, name)
     status.say(study, *(each for each, stage in study.graph.stages.items()
                           if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
-    made_by, errors = about.get("stage", ""), {}
-    if made_by in study.graph.stages:  # known today, whatever the artefact itself carries
-        errors = numerical_errors(study.package, study.code_root, made_by, about.get("settings", ""))
-    fields = [replace(field, error=errors.get(field.path) if made_by in study.graph.stages else field.error)
-              for field in artefacts.tree(content, name)]  # fmt: skip
+    made_by, fields = about.get("stage", ""), artefacts.tree(content, name)
     if where is not None:
         chosen = where.replace(".", "/").strip("/")
         inside = [field for field in fields if field.path == chosen or field.path.startswith(f"{chosen}/")]
@@ -60,9 +55,11 @@ def show(study: Study, artefact: str, where: str | None, form: options.Form) -> 
         return
     lines = [f"{name}: stage {about.get('stage', '?')}, key {about.get('key', '?')}"]
     lines += [line for text in requests.kept(study, about) for line in layout.folded(text)]
+    if why := artefacts.without_errors(content, name):
+        lines += layout.folded(f"its numbers carry no errors: {why}")
     form.give(
         [*lines, *map(_line, fields)],
-        {"file": name, "fields": [_plain(field) for field in fields], "provenance": about},
+        {"file": name, "fields": [_plain(field) for field in fields], "provenance": about, "without_errors": why},
         ({**_plain(field), "shape": _size(field.shape)} for field in fields if field.shape is not None),
         _tables(study, content, made_by, name),
     )

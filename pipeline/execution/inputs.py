@@ -2,7 +2,8 @@
 
 A field is named like a result (`results/fall.h5` is `fall`) or like a parameter that names a file. Its type says how it
 is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What has no field is not read. A stage that
-has a field `missing` goes on without results that are not there: they are None, and it says why, by name.
+has a field `missing` goes on without results that are not there: they are None, and it says why, by name. A field
+`looser` is given the same inputs as looser solvers gave them, where there are some.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pipeline.graph import Stage, beneath
 from pipeline.parameters.value import declared
 from pipeline.stage_modules import result_class, stage_module
 
-MISSING = "missing"
+MISSING, LOOSER = "missing", "looser"
 _NONE = "there is no "
 
 
@@ -34,7 +35,7 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
         if name not in fields:
             yield f'dvc.yaml lists {path} among its deps, but its Inputs have no "{name}"{nearest(name, fields)}'
     for name, (_, kind) in fields.items():
-        if name == MISSING:
+        if name in (MISSING, LOOSER):
             continue
         if name not in {*results, *named}:
             hint = nearest(name, {*results, *named})
@@ -47,8 +48,9 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
 
 def given(
     package: str, stage: Stage, parameters: Any, named: Mapping[str, File], results: Mapping[str, File]
-) -> tuple[Any, dict[str, File]]:
-    """The stage's inputs (None without a class for them), and those of its files that it is given as they lie there.
+) -> tuple[Any, Any, dict[str, File]]:
+    """The stage's inputs (None without a class for them), the same as looser solvers gave them (None where none did),
+    and those of its files that it is given as they lie there.
 
     `named` are the files that `parameters` name, by key, `results` those of stages, by path. Raises `StudyError` for a
     disagreement and for a file that is not as it was, `Lacking` for a result that is not there and has to be.
@@ -57,11 +59,12 @@ def given(
     for sentence in disagreements(package, stage, inputs, type(parameters)):
         raise StudyError(sentence)
     values: dict[str, Any] = {}
+    looser: dict[str, Any] = {}
     open_files: dict[str, File] = {}
     missing: dict[str, str] = {}
     fields = declared(inputs) if inputs else {}
     for name, (_, kind) in fields.items():
-        if name == MISSING:
+        if name in (MISSING, LOOSER):
             continue
         path = next((path for path in stage.inputs if Path(path).stem == name), name)
         files = {name: named[name]} if name in named else {each: results[each] for each in beneath(path, results)}
@@ -74,22 +77,27 @@ def given(
                 raise Lacking(missing[name])
         elif Path in _kinds(kind):
             open_files |= files
-        values[name] = None if why is not None else _value(path, kind, files)
-    told = {MISSING: missing} if missing else {}
-    return inputs and inputs(**values, **told), open_files
+        values[name], other = (None, None) if why is not None else _value(path, kind, files)
+        looser |= {} if other is None else {name: other}
+    values |= {MISSING: missing} if missing else {}
+    other = inputs(**{**values, **looser}) if inputs and looser else None
+    told = {LOOSER: other} if LOOSER in fields else {}
+    return inputs and inputs(**values, **told), other, open_files
 
 
-def _value(path: str, kind: Any, files: Mapping[str, File]) -> Any:
-    """What lies at `path` of the study, one file or several: its place, or decoded as what the field declares."""
+def _value(path: str, kind: Any, files: Mapping[str, File]) -> tuple[Any, Any]:
+    """What lies at `path` of the study, one file or several: its place, or decoded as what the field declares; and what
+    looser solvers gave in its place, if anything.
+    """
     if Path in _kinds(kind):
         check_unchanged(files, "was changed by someone else meanwhile; run again")
         first, (place, _) = next(iter(files.items()))
         inside = len(Path(first).parts) - len(Path(path).parts)
-        return [Path(place), *Path(place).parents][inside]
+        return [Path(place), *Path(place).parents][inside], None
     content = disk.read(Path(files[path][0])) or b""
     if disk.digest(content) != files[path][1]:
         raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
-    return artefact.decode(content, kind, path)
+    return artefact.decode(content, kind, path), artefact.decode_looser(content, kind, path)
 
 
 def check_unchanged(

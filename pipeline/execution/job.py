@@ -21,7 +21,7 @@ from pipeline.cache.fingerprint import attributes, entry_modules
 from pipeline.graph import Stage
 from pipeline.home import engine
 from pipeline.parameters import loading
-from pipeline.stage_modules import numerical_errors, study_attributes
+from pipeline.stage_modules import study_attributes
 
 if TYPE_CHECKING:
     from pipeline.cache.fingerprint import Ingredients
@@ -54,8 +54,8 @@ class Job:
 
     `files` are results as they lie here, `contents` results that are carried along, both by their paths in the study.
     `code` (file -> meaning) is what the results' keys were made from, `engine` what this program itself is made of.
-    With `provenance` the last stage's files are written into the worker's folder, `about` and `errors` in its artefact;
-    without it, its numbers are told. A job with a `function` has no stages.
+    With `provenance` the last stage's files are written into the worker's folder, `about` in its artefact, and numbers
+    have errors; without it, its numbers are told. A job with a `function` has no stages.
     """
 
     package: str
@@ -72,7 +72,6 @@ class Job:
     time_limit_s: float = math.inf
     start_limit_s: float = 0.0
     function: Function | None = None
-    errors: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -103,9 +102,7 @@ def job_of(study: Study, parts: Ingredients, files: Mapping[str, File], above: I
     stage = study.graph.stages[parts["stage"]]
     about = {**study_attributes(study.package, study.code_root), "stage": stage.name}
     made = attributes(parts, study.requests, above)
-    errors = numerical_errors(study.package, study.code_root, stage.name, made["settings"])
-    return Job(study.package, str(study.code_root), str(study.root), (stage,), parts["code"], files, made, about,
-               errors=errors)
+    return Job(study.package, str(study.code_root), str(study.root), (stage,), parts["code"], files, made, about)
 
 
 def task_of(study: Study, values: Mapping[str, Any], index: int = 0) -> Task:

@@ -40,6 +40,7 @@ from pipeline.execution.inputs import check_unchanged, given
 from pipeline.execution.job import File, Job, Point, engine_code
 from pipeline.graph import Stage, beneath, is_inside
 from pipeline.parameters import loading
+from pipeline.parameters.looser import looser
 from pipeline.stage_modules import home_of, importable, named, stage_module
 
 
@@ -190,31 +191,42 @@ class Computing:
         for each in above:
             token = disk.digest(token.encode() + json.dumps(point[each.name]).encode())
             if self.kept.get(each.name, ("", {}))[0] != token:
-                upstream = self._result(each, point, files)
+                upstream, _ = self._result(each, point, files)
                 made = _files(each, upstream, artefact.encode(upstream, {}))
                 for file, _ in self.kept.pop(each.name, ("", {}))[1].values():
                     Path(file).unlink()
                 self.kept[each.name] = token, self._written(made)
             files.update(self.kept[each.name][1])
-        result = self._result(stage, point, files)
-        return columns(result) if self.job.provenance is None else self._stored(stage, result)
+        if self.job.provenance is None:
+            return columns(self._result(stage, point, files)[0])
+        return self._stored(stage, *self._result(stage, point, files, errors=True))
 
-    def _result(self, stage: Stage, point: Point, files: dict[str, File]) -> Any:
+    def _result(
+        self, stage: Stage, point: Point, files: dict[str, File], *, errors: bool = False
+    ) -> tuple[Any, Any]:
+        """A stage's result; with `errors` that of looser solvers, from what these gave above, too, or why not."""
         module = stage_module(self.job.package, stage.name, "run")
         plain, chosen = point[stage.name]
         parameters = self._parameters(stage.name, plain)
-        inputs, open_files = given(self.job.package, stage, parameters, chosen, files)
+        inputs, above, open_files = given(self.job.package, stage, parameters, chosen, files)
         result = module.run(parameters, inputs, self.messages.progress)
+        other, loose = getattr(module, "ONCE", None), looser(parameters)
+        if errors and not other and (loose != parameters or above is not None):
+            self.messages.send(progress=[1.0, "once more, looser, for the errors of its numbers"])
+            try:
+                other = module.run(loose, inputs if above is None else above)
+            except Exception as error:  # whatever it is, the result itself stands
+                other = f"at looser settings: {error}"
         check_unchanged(open_files)
         self._check_code()
-        return result
+        return result, other
 
     def _parameters(self, stage: str, plain: Mapping[str, Mapping[str, Any]]) -> Any:
         return loading.from_plain(stage_module(self.job.package, stage, "parameters").Parameters, plain)
 
-    def _stored(self, stage: Stage, result: Any) -> dict[str, Any]:
+    def _stored(self, stage: Stage, result: Any, other: Any) -> dict[str, Any]:
         """Write the files of a result; what they are, and its summary. Their content is told without provenance."""
-        plain, told = artefact.encoded(result, self.job.provenance or {}, self.job.about, self.job.errors)
+        plain, told = artefact.encoded(result, self.job.provenance or {}, self.job.about, other)
         files = _files(stage, result, plain)
         content = {name: disk.digest(data) for name, data in files.items()}
         files[stage.artefact] = told

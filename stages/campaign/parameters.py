@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.scales import GRAVITY, Following, followed, outsole, quickness, size
-from stages.biped.accuracy.tolerances import Level
+from stages.biped.accuracy.tolerances import LOOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -24,7 +24,7 @@ class RunSettings:
     FILE: ClassVar[str] = "campaign"
 
     seed: int = parameter("1", "seed of every random draw", bound=NOT_NEGATIVE)
-    runs: int = parameter("1", "number of runs", bound=Bound(minimum=1))
+    runs: int = parameter("1", "number of runs", bound=Bound(minimum=1), looser=4)
     steps: int = parameter("1", "heel strikes in a run", bound=Bound(minimum=4))
     rest_s: float = parameter("s", "time the robot stands still before the push", bound=Bound(minimum=0.5))
     push_s: float | None = parameter("s", "duration of the push; null: 0.4 s of Table 1's robot", bound=POSITIVE)
@@ -43,7 +43,8 @@ class RunSettings:
         "1", "first runs that are made again without the outsole; null: as many as are fitted", bound=NOT_NEGATIVE)
     scale_sd: float = parameter("1", "error of the scale that the robot is weighed on, relative", bound=NOT_NEGATIVE)
     solver_tolerance: float | None = parameter(
-        "1", "tolerance of the twin's solver; null: ten times twin.tolerance", bound=Bound(minimum=1e-11, maximum=1e-4))
+        "1", "tolerance of the twin's solver; null: ten times twin.tolerance",
+        bound=Bound(minimum=1e-11, maximum=1e-4), looser=LOOSER)
     motion_rate_hz: float = parameter("Hz", "rate of the simulated motion", bound=Bound(minimum=1000, maximum=1e5))
 
     def broken_rules(self) -> Iterator[Broken]:

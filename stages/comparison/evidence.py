@@ -30,7 +30,9 @@ from stages.twin_pushes.result import Result as TwinPushes
 
 @dataclass(frozen=True)
 class Inputs:
-    """The results that are compared and judged. Those that are not there are None, and `missing` says why."""
+    """The results that are compared and judged. Those that are not there are None, and `missing` says why. `looser` are
+    those of looser solvers: what numbers then differ by are their errors.
+    """
 
     analytic: Analytic
     multibody: Multibody
@@ -44,6 +46,7 @@ class Inputs:
     calibrated_twin: CalibratedTwin
     imu: Ingested
     missing: Mapping[str, str] = field(default_factory=dict)
+    looser: Inputs | None = None
 
 
 NAN = float("nan")

@@ -22,6 +22,8 @@ from stages.figures.entry import Inputs
 from stages.figures.parameters import Parameters
 from stages.figures.result import NOT_DRAWN, Caption, Result
 
+#: Why the stage is not run once more at looser settings of solvers.
+ONCE = "it draws what the other stages computed"
 #: Title of the report.
 TITLE = "A passive biped and its digital twin: report"
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stages.biped.accuracy.estimate import finer_explicit
-from stages.biped.accuracy.tolerances import Accuracy, Level, PenaltyTolerance, accuracy
+from stages.biped.accuracy.tolerances import LOOSER, Accuracy, Level, PenaltyTolerance, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -27,10 +27,10 @@ class Settings(PenaltyTolerance):
     largest_step: float = parameter("s", "largest step of the explicit solver", bound=Bound(above=0, maximum=1e-2))
     implicit_solver: str = parameter("-", "solver of the joints assembly", choices=("trapezoidal", "generalized_alpha"))
     rolling_step: float = parameter(
-        "s", "step of the implicit solver away from heel strike", bound=Bound(above=0, maximum=1e-2)
+        "s", "step of the implicit solver away from heel strike", bound=Bound(above=0, maximum=1e-2), looser=2.0
     )
     impact_step: float = parameter(
-        "s", "step of the implicit solver around heel strike", bound=Bound(above=0, maximum=1e-2)
+        "s", "step of the implicit solver around heel strike", bound=Bound(above=0, maximum=1e-2), looser=2.0
     )
     impact_window: float = parameter("s", "time after heel strike with impact_step", bound=Bound(minimum=0, maximum=1))
     longest_step: float | None = parameter(
@@ -50,6 +50,9 @@ class Settings(PenaltyTolerance):
     signals: tuple[str, ...] = parameter(
         "-", "signals recorded beside the motion, sampled at sampling_rate_hz", choices=SIGNALS, default=READ_LATER
     )
+    coarse: float = parameter(
+        "1", "tolerance on the way to the gait and in its derivatives; the gait's own is no looser",
+        bound=Bound(minimum=1e-10, maximum=1e-6), default=1e-7, looser=LOOSER)
     accuracy: str | Accuracy = accuracy("tolerance and largest_step, or rolling_step and impact_step of the joints")
 
     @classmethod

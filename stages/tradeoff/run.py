@@ -35,6 +35,8 @@ from stages.twin.machine.projection import project
 
 PAPER, DEFAULT = "paper", "default"
 TRAPEZOIDAL, ALPHA = "trapezoidal", "generalized_alpha"
+#: Why the stage is not run once more at looser settings of solvers.
+ONCE = "it measures the errors of solvers"
 #: Tolerance of the compiled penalty walker where it confirms a reference.
 TIGHT = 1e-12
 DOP853, PAIR = ("DOP853",), ("RK23", "BDF")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from stages.biped.accuracy.tolerances import Accuracy, Level, accuracy, scaled
+from stages.biped.accuracy.tolerances import LOOSER, Accuracy, Level, accuracy, scaled
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.biped.rubber import Rubber
@@ -20,8 +20,8 @@ from stages.twin.machine.parts import Material, Part
 #: what the sensors feel in their sockets; roll, yaw and place across the slope; all coordinates; force on each foot.
 IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE = "imu_in_space", "attitude", "coordinates", "foot_force"
 SIGNALS = (GROUND_REACTION, IMU, IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE)
-#: Loosest tolerance of the solver that is allowed, and by how much walks that others make of the twin may be looser.
-LOOSEST, LOOSER = 1e-4, 10.0
+#: Loosest tolerance of the solver that is allowed.
+LOOSEST = 1e-4
 #: Those that later stages and figures read.
 READ_LATER = (GROUND_REACTION, IMU)
 
@@ -43,7 +43,7 @@ class Settings(Rubber):
     sampling_rate_hz: float = parameter("Hz", "rate of the sampled signals", bound=Bound(above=0, maximum=1e5))
     tolerance: float = parameter(
         "1", "absolute tolerance of the solver, one number in m, rad, m/s and rad/s, whatever the robot's size",
-        bound=Bound(minimum=1e-11, maximum=LOOSEST))
+        bound=Bound(minimum=1e-11, maximum=LOOSEST), looser=LOOSER)
     largest_step: float = parameter("s", "largest step of the solver", bound=Bound(above=0, maximum=1e-2))
     longest_step: float | None = parameter(
         "s", "time without a heel strike after which the walk counts as stalled; null: some three steps of its size",

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.scales import Following, followed, outsole
-from stages.biped.accuracy.tolerances import Level
+from stages.biped.accuracy.tolerances import LOOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
@@ -27,8 +27,8 @@ class Settings:
         "m", "rubber on the feet, the rung after the twin; null: 2 mm for Table 1's robot",
         bound=Bound(above=0, maximum=0.05))
     tolerance: float = parameter(
-        "1", "absolute tolerance of the solver in m, rad, m/s, rad/s", bound=Bound(minimum=1e-11, maximum=1e-6)
-    )
+        "1", "absolute tolerance of the solver in m, rad, m/s, rad/s",
+        bound=Bound(minimum=1e-11, maximum=1e-6), looser=LOOSER)
     difference: float = parameter(
         "1", "step of the finite differences in the section's scales", bound=Bound(minimum=1e-5, maximum=1e-1)
     )

@@ -16,7 +16,7 @@ EXACT = 1e-9
 PENALTY, TWIN = 1e-6, 1e-5
 #: A cycle carries a step's error so many times as much, by the largest multiplier of the design.
 CYCLE = PENALTY / (1.0 - 0.64)
-#: What creep and impact leave of a difference D is 2 (C + I) - 3 D, with half of either: three cycles, each with an error.
+#: What creep and impact leave of a difference D is 2 (C + I) - 3 D, with half of either: three cycles, three errors.
 PARTS = CYCLE * 17.0**0.5
 #: Whose numbers are compared, with the largest difference: relative; of `SMALL` in those scales. Exudyn's one tolerance
 #: for metres and radians means another error for each size of robot, and a force that of a depth, times its stiffness.

@@ -10,7 +10,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.result import Result
-from stages.multibody.walking.cycle import COARSE, limit_cycle, search, solve, solved_cycle, unsettled
+from stages.multibody.walking.cycle import limit_cycle, search, solve, solved_cycle, unsettled
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import by_differences, fixed_point, gait_near
@@ -155,7 +155,7 @@ def settled(from_gait):
 
 def test_a_step_from_the_cycle_ends_on_it_and_a_walk_settles_there(settled):
     model, state, _, walk, (cycle, found, reason) = settled
-    assert cycle.solved and not reason and cycle.residual < COARSE
+    assert cycle.solved and not reason and cycle.residual < 1e-7
     again = model.walker(state).step(found.section_state)
     assert np.abs((again.numbers - found.section_state) / SCALES).max() < 1e-5
     periods = np.diff(walk.heel_strike_time)

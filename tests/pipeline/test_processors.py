@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import subprocess
@@ -11,7 +10,7 @@ import sys
 import h5py
 import pytest
 
-from benchmarks.processors import OLDER, TOLERANCE, compare, differences, raise_errors
+from benchmarks.processors import OLDER, TOLERANCE, compare, differences
 from pipeline.cache import artefact
 
 
@@ -41,21 +40,6 @@ def test_a_number_that_moved_is_beyond_what_is_allowed_or_not(two, change, beyon
     (found,) = differences(two[0] / "fall.h5", two[1] / "fall.h5")
     assert found.name == f"fall/{name}" and found.of_allowed == pytest.approx(change, rel=1e-6)
     assert len(compare(*two)) == beyond
-
-
-def test_errors_that_are_kept_are_raised_to_what_another_processor_changes(two, tmp_path):
-    """And stay where they are larger, or where other parameters were measured."""
-    with h5py.File(two[1] / "fall.h5", "a") as file:
-        name = next(key for key, item in file.items() if isinstance(item, h5py.Dataset) and item.dtype.kind == "f"
-                    and item.shape is not None)  # fmt: skip
-        file[name][...] = file[name][()] + 0.5
-    settings = artefact.provenance((two[0] / "fall.h5").read_bytes(), "")["settings"]
-    measured = tmp_path / "errors.json"
-    for kept, raised in ((0.1, 0.5), (0.7, 0.7)):
-        measured.write_text(json.dumps({"fall": {settings: {name: kept}, "others": {name: kept}}}))
-        raise_errors(*two, measured)
-        found = json.loads(measured.read_text())["fall"]
-        assert found[settings][name] == pytest.approx(raised, rel=0.01) and found["others"] == {name: kept}
 
 
 def test_a_field_that_is_missing_or_has_another_shape_is_beyond(two):

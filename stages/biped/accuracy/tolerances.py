@@ -29,6 +29,8 @@ class Level:
     level: str = parameter("-", "accuracy of the whole study", choices=LEVELS, default=PAPER)
 
 
+#: A stage is run once more at so many times its tolerances: what its numbers then differ by are their errors.
+LOOSER = 10.0
 #: Finest tolerance of the constraint model that is allowed.
 FINEST = 1e-14
 #: Engines are compared at this share of a stage's tolerance, and no finer than round-off lets Exudyn's solver go.
@@ -43,7 +45,7 @@ class ConstraintTolerance:
 
     tolerance: float = parameter(
         "1", "absolute and relative tolerance of a step, in leg lengths and pendulum times",
-        bound=Bound(minimum=FINEST, maximum=1e-3))
+        bound=Bound(minimum=FINEST, maximum=1e-3), looser=LOOSER)
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class PenaltyTolerance:
 
     tolerance: float = parameter(
         "1", "absolute tolerance of Exudyn's solver, one number in m, rad, m/s and rad/s, whatever the robot's size",
-        bound=Bound(minimum=1e-11, maximum=1e-3))
+        bound=Bound(minimum=1e-11, maximum=1e-3), looser=LOOSER)
 
 
 def checked(tolerance: float) -> float:
@@ -109,4 +111,5 @@ def accuracy(chosen: str) -> Any:
         choices=(CUSTOM,),
         otherwise=f"errors by {', '.join(Accuracy.__annotations__)} as {{hip_position_m: 1e-5}}",
         default=CUSTOM,
+        looser=CUSTOM,
     )

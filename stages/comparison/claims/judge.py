@@ -1,18 +1,14 @@
 """All claims in the paper's order: which apply to a biped, their four parts, and what numerical errors could change.
 
-The errors are twice the differences from the level `reference` that benchmarks/levels.py measured. They are those of
-the parameters that it had at each level alone: with others, and at `reference`, none is known.
+The error of a number is what it differs by where all stages solved more loosely.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 from stages.comparison.claims import calibration, contact, figure_8, gait, measurement, numerics, twin
@@ -38,20 +34,20 @@ STATEMENTS = {
 }  # fmt: skip
 #: What a claim on the method asks of a biped: legs that take double stance.
 OF_THE_METHOD = ("biped.legs",)
-TABLE = Path(__file__).with_name("numerical_errors.json")
-#: Error given for a measured difference, as it may be larger than that.
-TIMES = 2.0
 
 
-def judge(e: Evidence) -> tuple[Claim, ...]:
-    """Every claim, measured and judged. Claims on the paper's biped are not judged for another one."""
-    return tuple(judged(e.parameters, one.measured(e)) for one in STATEMENTS.values())
+def judge(e: Evidence, looser: Evidence | None = None) -> tuple[Claim, ...]:
+    """Every claim, measured and judged; `looser` is what looser solvers gave. Claims on the paper's biped are not
+    judged for another one.
+    """
+    return tuple(judged(e.parameters, one.measured(e), one.measured(looser) if looser else None)
+                 for one in STATEMENTS.values())  # fmt: skip
 
 
-def judged(parameters: Parameters, measured: Measured) -> Claim:
+def judged(parameters: Parameters, measured: Measured, looser: Measured | None = None) -> Claim:
     """One claim. Numbers whose errors are unknown are judged as if they had none, and that is said."""
     about, judgement = measured.about, measured.judge(parameters.settings)
-    known = numbers(measured, parameters)
+    known = numbers(measured, looser)
     beside = UNKNOWN if any(math.isnan(one.error) for one in known if math.isfinite(one.value)) else ""
     verdict, condition, causes = judgement.verdict, judgement.condition, judgement.reasons
     for number, other in other_verdicts(measured, parameters.settings, known):
@@ -125,22 +121,10 @@ def quantity(value: Any, unit: str) -> str:
     return text if unit in ("1", "-", "") else f"{text} {unit}"
 
 
-def digest(parameters: Parameters) -> str:
-    """What tells the parameters of a study from all others."""
-    return hashlib.sha256(repr(parameters).encode()).hexdigest()[:16]
-
-
-def measured_errors(parameters: Parameters, claim: str) -> Mapping[str, float]:
-    """The errors of a claim's numbers with these parameters, by name; none where nobody measured."""
-    kept, level = json.loads(TABLE.read_text(encoding="utf-8")), parameters.level.level
-    known = kept["errors"][level].get(claim, {}) if kept["parameters"].get(level) == digest(parameters) else {}
-    return {name: TIMES * error for name, error in known.items()}
-
-
-def numbers(measured: Measured, parameters: Parameters) -> tuple[Number, ...]:
-    """The numbers of a claim with their errors."""
-    errors = measured_errors(parameters, measured.about.id)
-    return tuple(Number(name, measured.unit(name), value, errors.get(name, math.nan))
+def numbers(measured: Measured, looser: Measured | None) -> tuple[Number, ...]:
+    """The numbers of a claim, each with what it differs by from the looser one of its name as its error."""
+    others = dict(named(looser.numbers)) if looser else {}
+    return tuple(Number(name, measured.unit(name), value, abs(value - others.get(name, math.nan)))
                  for name, value in named(measured.numbers))  # fmt: skip
 
 

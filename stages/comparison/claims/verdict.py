@@ -7,7 +7,7 @@ from dataclasses import dataclass
 HOLDS, HOLDS_IF, FAILS, OPEN, DOES_NOT_APPLY = "holds", "holds if", "does not hold", "open", "does not apply"
 #: Within the numerical errors of its numbers a claim has more than one verdict.
 UNDECIDED = "not decided at this accuracy"
-#: Stands beside a verdict on numbers whose errors nobody measured.
+#: Stands beside a verdict on numbers whose errors are not known.
 UNKNOWN = "errors unknown here"
 #: All verdicts, in the order in which they are counted.
 VERDICTS = (HOLDS, HOLDS_IF, FAILS, UNDECIDED, OPEN, DOES_NOT_APPLY)

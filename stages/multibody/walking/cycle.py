@@ -95,8 +95,6 @@ LAST_STEPS = 4
 SETTLED_WITHIN = 0.01
 #: One whose last periods differ by less than this, in pendulum times, ends near it.
 NEARLY_SETTLED = 2.7e-3
-#: Derivatives, and the way to the fixed point, need no finer tolerance of the solver than this.
-COARSE = 1e-7
 #: Forward and central differences, in the section's scales. Multipliers are then within .003 and .0003: smaller ones
 #: leave more of the steps' noise, larger ones more of the map's bend, which central ones feel only in second order.
 FORWARD, CENTRAL = 5e-4, 2e-3
@@ -144,7 +142,7 @@ def search(model: Model, state: PlanarState, walked: Run | None = None) -> Limit
 
     Raises NoLimitCycle.
     """
-    coarse, central = model.at(COARSE), model.settings.tolerance <= COARSE
+    coarse, central = model.at(model.settings.coarse), model.settings.tolerance <= model.settings.coarse
     if not central and walked is not None and walked.completed and model.biped.alike:
         state = mid_stance_after(walked).state
     return gait_near(coarse.walker(state, CENTRAL if central else FORWARD), state, central=central)
@@ -152,7 +150,7 @@ def search(model: Model, state: PlanarState, walked: Run | None = None) -> Limit
 
 def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk) -> Cycle:
     """Measures of the gait that was `found`, at the model's tolerance where that is finer. Raises NoLimitCycle."""
-    fine = model.at(min(model.settings.tolerance, COARSE))
+    fine = model.at(min(model.settings.tolerance, model.settings.coarse))
     walker = fine.walker(state)
     point = fixed_point(walker, found.section_state, found.monodromy_matrix)
     settings = fine.settings

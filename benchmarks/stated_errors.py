@@ -1,0 +1,107 @@
+"""Whether numbers lie within the errors that their artefacts state: bipeds drawn around Table 1, stage by stage.
+
+    python -m benchmarks.stated_errors [--designs N] [--level LEVEL] [--stages NAME ...]
+
+Every design is computed at the level, and again at a hundredth of its tolerances, whose numbers count as true. Masses,
+lengths, stiffness, damping and slope lie within 15 % of Table 1's, drawn by a seed. A design that does not walk at one
+of both is counted and left out. Printed is by stage: numbers, those with an error, the share of these that is
+covered, and the median of stated over true where the true error is above round-off.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from pipeline.cache.artefact import LOOSER
+from pipeline.cache.differences import ROUND_OFF, differences, is_of_floats
+from pipeline.study import Study
+from stages.biped.accuracy.tolerances import LEVELS
+
+ROOT = Path(__file__).resolve().parent.parent
+SEED, WITHIN, TIGHTER = 35, 0.15, 0.01
+DRAWN = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
+         "biped.stiffness", "biped.damping", "ground.slope_deg")  # fmt: skip
+STAGES = ("analytic", "multibody", "twin")
+
+
+def settings(study: Study, rng: np.random.Generator) -> list[str]:
+    """A drawn design, as texts for `--set`."""
+    given = study.parameters(("analytic",))["analytic"]
+    sections = {"biped": given.biped, "ground": given.slope}
+    values = {name: getattr(sections[name.partition(".")[0]], name.partition(".")[2]) for name in DRAWN}
+    return [f"{name}={value * (1 + WITHIN * rng.uniform(-1, 1)):.6g}" for name, value in values.items()]
+
+
+def tighter(study: Study, stages: tuple[str, ...]) -> list[str]:
+    """The tolerances of the stages, a hundredth of them, as texts for `--set`."""
+    given = study.parameters(stages)
+    found = {name: getattr(given[name].settings, "tolerance", None) for name in stages}
+    return [f"{name}.tolerance={max(TIGHTER * value, 1e-11):g}" for name, value in found.items() if value]
+
+
+def run(results: Path, level: str, stages: tuple[str, ...], texts: list[str]) -> bool:
+    """Whether the stages were computed."""
+    words = ["run", *stages, "--accuracy", level, "--results", str(results), *(f"--set={text}" for text in texts)]
+    command = [sys.executable, "-m", "pipeline.cli", *words]
+    return subprocess.run(command, cwd=ROOT, check=False, capture_output=True).returncode == 0
+
+
+def judged(one: Path, other: Path) -> Iterator[tuple[str, float, float, float]]:
+    """Path, stated error (NaN: none), true error and round-off of each number of an artefact."""
+    with h5py.File(one) as here, h5py.File(other) as there:
+        true, names = dict(differences(here, there)), list[str]()
+        here.visititems(lambda name, item: names.append(name) if is_of_floats(item) else None)
+        for name in names:
+            values = np.asarray(here[name][()], dtype=float)
+            finite = np.abs(values[np.isfinite(values)])
+            if finite.size and name in true and not name.startswith(f"{LOOSER}/"):
+                stated = float(here[name].attrs.get("numerical_error", np.nan))
+                yield name, stated, true[name], ROUND_OFF * float(np.spacing(finite.max()))
+
+
+def main() -> None:
+    """Compute and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--designs", type=int, default=20)
+    parser.add_argument("--level", choices=LEVELS, default="draft")
+    parser.add_argument("--stages", nargs="+", default=STAGES)
+    asked = parser.parse_args()
+    study = Study(ROOT, ROOT / "params", ROOT / "results", asked=(("accuracy", asked.level),))
+    rng, left_out, stages = np.random.default_rng(SEED), 0, tuple(asked.stages)
+    rows: dict[str, list[tuple[str, float, float, float]]] = {name: [] for name in stages}
+    for _ in range(asked.designs):
+        texts = settings(study, rng)
+        with tempfile.TemporaryDirectory() as folder:
+            one, other = Path(folder, "one"), Path(folder, "other")
+            if run(one, asked.level, stages, texts) and run(other, asked.level, stages, texts + tighter(study, stages)):
+                for name in stages:
+                    rows[name] += judged(one / f"{name}.h5", other / f"{name}.h5")
+            else:
+                left_out += 1
+    print(f"{asked.designs} designs at {asked.level}, seed {SEED}, {left_out} left out")
+    print("| stage | numbers | with an error | covered | stated over true, median |\n|---|---|---|---|---|")
+    for name, found in rows.items():
+        known = [row for row in found if np.isfinite(row[1])]
+        covered = np.mean([true <= max(stated, spacing) for _, stated, true, spacing in known]) if known else np.nan
+        ratio = np.median([stated / true for _, stated, true, spacing in known if true > spacing] or [np.nan])
+        print(f"| {name} | {len(found)} | {len(known)} | {covered:.3f} | {ratio:.1f} |")
+    missed: dict[str, list[float]] = {}
+    for name, found in rows.items():
+        for path, stated, true, spacing in found:
+            if true > max(stated, spacing):
+                missed.setdefault(f"{name}/{path}", []).append(true / stated)
+    print(json.dumps({path: [len(by), round(max(by), 1)] for path, by in sorted(
+        missed.items(), key=lambda each: -len(each[1]))[:25]}, indent=1))  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
