@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 PLACES = np.array([[1, 3, 4, 5, 6, 7, 8, 9, 10, 11], [1, 2, 5, 4, 6, 7, 9, 8, 11, 10]])
 #: The section's numbers that rigid legs do not have: lengths and their rates.
 LENGTHS = [2, 3, 8, 9]
+#: A walk that ends sooner, in pendulum times, is no step: legs that stand side by side map onto themselves at once.
+SHORTEST = 0.5
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,8 @@ class PenaltyStepper:
         return found
 
     def _ended(self, walk: Ongoing, start: PlanarState) -> SectionStep:
+        if walk.time < SHORTEST * self.own.time:
+            raise NoLimitCycle(f"a foot strikes again after {walk.time:.1g} s: no leg swings")
         y, stance = walk.y[:SIZE] * self.units, self._standing(walk)
         state = state_of(y, walk.in_play, stance)
         length = float(y[X]) - start.hip_position[0]

@@ -16,7 +16,7 @@ NEWTON_STEPS = 16
 #: The derivative is made anew when so many iterations have left more than this of the residual, so often at most; at
 #: once where nothing is won since it was made. Making it costs ten steps, and a slow iteration has corrected it.
 #: A change that makes the residual so much larger is a poor derivative's doing, and not taken: it is made anew first.
-SLOW, PATIENCE, MOST_RENEWALS, AWAY = 0.8, 2, 4, 10.0
+SLOW, PATIENCE, MOST_RENEWALS, AWAY = 0.8, 2, 4, 2.0
 #: The residual, in tolerances of the walker and in `scales`, that will do at once, and after one or two iterations that
 #: won nothing: it may then be the steps' own error, of which up to 60 were seen where legs give way, 800 where not.
 ENOUGH = 1.0, 1e2, 1e3

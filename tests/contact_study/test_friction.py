@@ -6,6 +6,8 @@ import math
 import numpy as np
 import pytest
 
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.contact_study.result import FrictionVariation, changes, crossing
 from stages.contact_study.run import laws_of, vary_friction
 from stages.penalty.settings import Settings
@@ -13,6 +15,7 @@ from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate
 from stages.planar.run import rolling_state
 from stages.planar.sampling import find_events
+from stages.planar.section import NoLimitCycle
 
 
 def variation(factor, period, length):
@@ -53,6 +56,28 @@ def test_halving_the_stiction_velocity_lengthens_the_step_and_doubling_shortens_
     assert 0.25 < below < 0.5 and 1.0 < above < 2.0
     laws = laws_of(default, rows)
     assert len(laws) == len(rows) and laws[0].stiction_velocity == pytest.approx(0.25 * default.stiction_velocity)
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-7, 1e-6])
+def test_a_looser_solver_finds_the_same_gaits(rows, parameters, default, tolerance):
+    """A poor derivative led the search at 1e-7 to legs that stand side by side, and to a gait of 4e-11 s."""
+    walker, point = find_gait(parameters.biped, parameters.slope, 1e-9)
+    walk, upright = walk_from_mid_stance(walker, point.z, 1, 1e-9, 2000.0)
+
+    def on(law):
+        start = rolling_state(parameters.biped, law, upright, walk.standing_force)
+        return PenaltyStepper(parameters.biped, parameters.slope, law, start, Settings(tolerance))
+
+    found = vary_friction(default, on)
+    for name in ("period_s", "step_length_m"):
+        exact = [getattr(one, name) for one in rows]
+        np.testing.assert_allclose([getattr(one, name) for one in found], exact, rtol=30 * tolerance)
+
+
+def test_legs_that_stand_side_by_side_take_no_step(default, stepper):
+    numbers = np.array([0.3325, 0.0494, 0.3325, 0.3326, 0.956, -0.0441, -2.88, -3.374, -0.044, 0.05])
+    with pytest.raises(NoLimitCycle, match="no leg swings"):
+        stepper(default).step(numbers)
 
 
 def test_a_gait_that_is_solved_for_is_where_a_long_walk_runs_into(rows, parameters, default, stepper):
