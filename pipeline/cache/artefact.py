@@ -36,6 +36,8 @@ PROVENANCE, LOOSER = "provenance", "looser"
 #: its numbers have none.
 _ERROR, _WITHOUT = "numerical_error", "without_errors"
 _SHORT = 8
+#: Part of the largest error beside it that a number has at least.
+SHARED = 0.1
 #: In a path, the number of a row.
 _ROW = re.compile(r"/\d+/")
 T = TypeVar("T")
@@ -76,9 +78,17 @@ def encoded(
 
 
 def _errors(file: Any, looser: Any) -> dict[str, float]:
-    """Of each number what it differs by from the looser result; of rows that this lacks, the largest of the others."""
+    """Of each number what it differs by from the looser result; of rows that this lacks, the largest of the others.
+
+    Numbers of one group and unit follow from one walk: one may be equal by chance, and has `SHARED` of the largest.
+    """
     with in_memory(looser, LOOSER) as other:
         found = dict(differences(file, other))
+    beside: dict[tuple[str, str], float] = {}
+    groups = {path: (path.rpartition("/")[0], str(file[path].attrs.get("units", ""))) for path in found}
+    for path, error in found.items():
+        beside[groups[path]] = max(error, beside.get(groups[path], 0.0))
+    found = {path: max(error, SHARED * beside[groups[path]]) for path, error in found.items()}
     alike: dict[str, float] = {}
     for path, error in found.items():
         alike[_ROW.sub("/*/", path)] = max(error, alike.get(_ROW.sub("/*/", path), 0.0))

@@ -20,8 +20,8 @@ from stages.twin.machine.parts import Material, Part
 #: what the sensors feel in their sockets; roll, yaw and place across the slope; all coordinates; force on each foot.
 IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE = "imu_in_space", "attitude", "coordinates", "foot_force"
 SIGNALS = (GROUND_REACTION, IMU, IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE)
-#: Loosest tolerance of the solver that is allowed.
-LOOSEST = 1e-4
+#: Loosest tolerance of the solver that is allowed, and by how much walks that others make of the twin may be looser.
+LOOSEST, OF_OTHERS = 1e-4, 10.0
 #: Those that later stages and figures read.
 READ_LATER = (GROUND_REACTION, IMU)
 
@@ -111,7 +111,7 @@ class Settings(Rubber):
 
         At ten times the tolerance of 1e-6 a walk's hip moves by 6e-7 m.
         """
-        return replace(self, tolerance=tolerance or min(scaled(self.tolerance, LOOSER), LOOSEST))
+        return replace(self, tolerance=tolerance or min(scaled(self.tolerance, OF_OTHERS), LOOSEST))
 
     def broken_rules(self) -> Iterator[Broken]:
         """Places are points, lanes do not overlap, a signal is named once."""

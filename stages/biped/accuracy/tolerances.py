@@ -29,7 +29,8 @@ class Level:
     level: str = parameter("-", "accuracy of the whole study", choices=LEVELS, default=PAPER)
 
 
-#: A stage is run once more at so many times its tolerances: what its numbers then differ by are their errors.
+#: A stage is run once more at so many times its tolerances: what its numbers then differ by are their errors. At five
+#: times more numbers were off by more than that (13 % for 8 %), as adaptive steps scatter.
 LOOSER = 10.0
 #: Finest tolerance of the constraint model that is allowed.
 FINEST = 1e-14
