@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 #: Columns before a field's value, and before what it is.
 _NAMES, _VALUES = 30, 49
+#: A number whose error is no larger part of it than this, which is round-off, is shown without.
+_EXACT = 1e-13
 
 
 @click.command("show", epilog=options.examples("show"))
@@ -168,7 +170,8 @@ def _line(field: Field, above: int = 0) -> str:
     name = "  " * (depth + 1) + field.path.rsplit("/", 1)[-1]
     if field.shape is None:
         return layout.beside(f"{name:<{_NAMES}} ", field.description)
-    near, unit = "" if field.error is None else f" +- {field.error:.0e}", f" {_unit(field)}".rstrip()
+    exact = isinstance(field.value, float) and field.error is not None and field.error <= _EXACT * abs(field.value)
+    near, unit = "" if field.error is None or exact else f" +- {field.error:.0e}", f" {_unit(field)}".rstrip()
     value = f"array {_size(field.shape)}" if field.value is None else layout.short(field.value)
     start = max(_NAMES, len(name)) + 1
     head = f"{name:<{start}}" + ("none" if field.value is None and field.shape == () else f"{value}{near}{unit}")

@@ -57,6 +57,7 @@ def test_show_prints_it(toy):
     assert toy.command("run", "fall")[0] == 0
     lines = toy.command("show", "fall")[1].splitlines()
     assert " +- 2e-01 m" in next(line for line in lines if line.split()[:1] == ["height"])
+    assert "+-" not in next(line for line in lines if line.split()[:1] == ["ball"]), "its error is round-off"
     fields = {field["path"]: field for field in json.loads(toy.command("show", "fall", "--json")[1])["fields"]}
     assert fields["height"]["numerical_error"] == 0.25
 
