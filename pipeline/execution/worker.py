@@ -216,7 +216,7 @@ class Computing:
             try:
                 other = module.run(loose, inputs if above is None else above)
             except Exception as error:  # whatever it is, the result itself stands
-                other = f"at looser settings: {error}"
+                other = " ".join(f"at looser settings: {error}".split())
         check_unchanged(open_files)
         self._check_code()
         return result, other

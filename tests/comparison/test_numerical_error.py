@@ -45,6 +45,11 @@ def test_numbers_carry_what_they_differ_by_and_none_where_looser_solvers_have_no
     assert "stable_gait: holds (errors unknown here)\n" in shown
 
 
+def test_a_claim_stands_where_looser_solvers_do_not_get_there():
+    assert judge.measured_of(STABLE.about, None) is None
+    assert judge.measured_of(STABLE.about, object()) is None, "an error that nobody foresaw"
+
+
 def test_a_number_inside_of_a_tuple_is_named_and_changed():
     ladder = next(case[0] for case in CASES if case[0].about.id == "twin_like_simple")
     names, details = dict(judge.named(ladder.numbers)), ladder.numbers["details"]

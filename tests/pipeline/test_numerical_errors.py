@@ -70,6 +70,17 @@ def test_a_result_stands_where_looser_solvers_fail_and_says_so(toy):
     assert errors(toy, "fall") == ({}, "at looser settings: too heavy") and errors(toy, "bounce") == ({}, "")
 
 
+def test_a_stage_that_compares_reads_both(toy):
+    toy.edit("PACKAGE/bounce/run.py", "    fall: Fall\n", '    fall: Fall\n    looser: "Inputs | None" = None\n')
+    toy.edit("PACKAGE/bounce/run.py", "    fall = inputs.fall\n", """    if inputs.looser is not None:
+        return Result(inputs.looser.fall.height - inputs.fall.height)
+    fall = inputs.fall
+""")
+    assert toy.command("run", "bounce")[0] == 0
+    with h5py.File(toy.root / "results/bounce.h5") as file:
+        assert file["force"][()] == 0.25
+
+
 def test_a_stage_that_says_why_is_run_once(toy):
     path = toy.path("PACKAGE/fall/run.py")
     path.write_text(f'{path.read_text()}\n\nONCE = "it falls once"\n')

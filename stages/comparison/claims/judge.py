@@ -5,6 +5,7 @@ The error of a number is what it differs by where all stages solved more loosely
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import re
@@ -40,8 +41,14 @@ def judge(e: Evidence, looser: Evidence | None = None) -> tuple[Claim, ...]:
     """Every claim, measured and judged; `looser` is what looser solvers gave. Claims on the paper's biped are not
     judged for another one.
     """
-    return tuple(judged(e.parameters, one.measured(e), one.measured(looser) if looser else None)
-                 for one in STATEMENTS.values())  # fmt: skip
+    return tuple(judged(e.parameters, one.measured(e), measured_of(one, looser)) for one in STATEMENTS.values())
+
+
+def measured_of(one: Statement, looser: Evidence | None) -> Measured | None:
+    """What looser solvers measure; None where they do not get there: errors are then unknown, and the claim stands."""
+    with contextlib.suppress(Exception):
+        return one.measured(looser) if looser else None
+    return None
 
 
 def judged(parameters: Parameters, measured: Measured, looser: Measured | None = None) -> Claim:
