@@ -63,26 +63,35 @@ def given(
     open_files: dict[str, File] = {}
     missing: dict[str, str] = {}
     fields = declared(inputs) if inputs else {}
-    for name, (_, kind) in fields.items():
-        if name in (MISSING, LOOSER):
-            continue
-        path = next((path for path in stage.inputs if Path(path).stem == name), name)
-        files = {name: named[name]} if name in named else {each: results[each] for each in beneath(path, results)}
-        if not files:
-            continue  # a parameter that names no file; the field has a default
-        why = next((reason for place, reason in files.values() if not place), None)
+    for name in (name for name in fields if name not in (MISSING, LOOSER)):
+        kind, (path, files) = fields[name][1], _lying(name, stage, named, results)
+        why = _lacking(path, files)
+        if why is not None and MISSING not in fields:
+            raise Lacking(why)
         if why is not None:
-            missing[name] = why if why.startswith(_NONE) else f"{_NONE}{Path(path).name.removesuffix('.h5')}: {why}"
-            if MISSING not in fields:
-                raise Lacking(missing[name])
-        elif Path in _kinds(kind):
-            open_files |= files
-        values[name], other = (None, None) if why is not None else _value(path, kind, files)
-        looser |= {} if other is None else {name: other}
+            missing[name], values[name] = why, None
+        elif files:  # else a parameter that names no file; the field has a default
+            open_files |= files if Path in _kinds(kind) else {}
+            values[name], looser[name] = _value(path, kind, files)
     values |= {MISSING: missing} if missing else {}
-    other = inputs(**{**values, **looser}) if inputs and looser else None
+    solved = {name: value for name, value in looser.items() if value is not None}
+    other = inputs(**{**values, **solved}) if inputs and solved else None
     told = {LOOSER: other} if LOOSER in fields else {}
     return inputs and inputs(**values, **told), other, open_files
+
+
+def _lying(
+    name: str, stage: Stage, named: Mapping[str, File], results: Mapping[str, File]
+) -> tuple[str, Mapping[str, File]]:
+    """The path of an input in the study, and the files there, by path; none for a parameter that names no file."""
+    path = next((path for path in stage.inputs if Path(path).stem == name), name)
+    return path, {name: named[name]} if name in named else {each: results[each] for each in beneath(path, results)}
+
+
+def _lacking(path: str, files: Mapping[str, File]) -> str | None:
+    """Why a result is not there; None where it is."""
+    why = next((reason for place, reason in files.values() if not place), None)
+    return why if why is None or why.startswith(_NONE) else f"{_NONE}{Path(path).name.removesuffix('.h5')}: {why}"
 
 
 def _value(path: str, kind: Any, files: Mapping[str, File]) -> tuple[Any, Any]:
