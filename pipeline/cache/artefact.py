@@ -80,7 +80,7 @@ def encoded(
 def _errors(file: Any, looser: Any) -> dict[str, float]:
     """Of each number what it differs by from the looser result; of rows that this lacks, the largest of the others.
 
-    Numbers of one group and unit follow from one walk: one may be equal by chance, and has `SHARED` of the largest.
+    Numbers of one group and unit follow from one solution: one may agree by chance, and has `SHARED` of the largest.
     """
     with in_memory(looser, LOOSER) as other:
         found = dict(differences(file, other))
