@@ -30,7 +30,7 @@ class Level:
 
 
 #: A stage is run once more at so many times its tolerances: what its numbers then differ by are their errors. At five
-#: times more numbers were off by more than that (13 % for 8 %), as adaptive steps scatter.
+#: times more numbers are off by more than that (13 % for 7 %, benchmarks/stated_errors.py): adaptive steps scatter.
 LOOSER = 10.0
 #: Finest tolerance of the constraint model that is allowed.
 FINEST = 1e-14
