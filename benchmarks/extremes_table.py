@@ -46,7 +46,7 @@ from stages.extremes.result import Finding, Result
 from stages.extremes.run import as_result, compile_once, evaluate, in_words
 from stages.extremes.warnings import REACH, place_of
 from stages.extremes.watchdog import compute
-from stages.figures.drawn import extremes
+from stages.figures.drawn import work_and_extremes
 from stages.studies.result import Table
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -190,7 +190,7 @@ def main(engine: str | None) -> None:
     tables = [*result.tables(), marches, *([listed] if defects else [])]
     (DOCS / "extremes.md").write_text(words + "".join(markdown(table) for table in tables), encoding="utf-8")
     with style.drawing():
-        pictures = style.pictures("extremes", extremes.draw(SimpleNamespace(extremes=result)), 150)
+        pictures = style.pictures("extremes", work_and_extremes.draw_extremes(SimpleNamespace(extremes=result)), 150)
     (DOCS / "extremes.png").write_bytes(pictures["figures/extremes.png"])
 
 

@@ -27,7 +27,7 @@ from pipeline.parameters.loading import load
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.result import Result as Analytic
 from stages.drawing import style
-from stages.figures.drawn import tradeoff
+from stages.figures.drawn import work_and_extremes
 from stages.tradeoff import constraint_ways
 from stages.tradeoff.accuracy.choice import MARGIN
 from stages.tradeoff.parameters import Parameters
@@ -235,7 +235,7 @@ def main() -> None:
     PAGE.write_text(page(kept), encoding="utf-8")
     with style.drawing():
         result, times = as_result(kept)
-        figure = tradeoff.work_and_precision(result, times, "time of a step [yardsticks]")
+        figure = work_and_extremes.work_and_precision(result, times, "time of a step [yardsticks]")
         PAGE.with_suffix(".png").write_bytes(style.pictures("x", figure, 200)["figures/x.png"])
 
 

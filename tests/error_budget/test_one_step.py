@@ -21,8 +21,7 @@ from stages.error_budget.result import (
     Result,
 )
 from stages.error_budget.run import run
-from stages.figures.drawn import error_budget as figure
-from stages.figures.drawn import error_budget_bars as bars
+from stages.figures.drawn import model_difference
 from tests.comparison.made_up import make_budget
 
 
@@ -63,8 +62,8 @@ def test_a_walker_that_falls_is_a_result_with_its_reason(parameters, monkeypatch
     assert artefact.decode(artefact.encode(result, {}), Result, "error_budget.h5").outcome == result.outcome
     assert result.outcome in result.summary() and result.tables() == ()
     with style.drawing():
-        for drawn in (figure, bars):
-            assert style.pictures("budget", drawn.draw(SimpleNamespace(error_budget=result)), 50)
+        for draw in (model_difference.draw_error_budget, model_difference.draw_error_bars):
+            assert style.pictures("budget", draw(SimpleNamespace(error_budget=result)), 50)
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +111,7 @@ def test_figures_and_storage(budget):
         len(row) == len(columns) for _, columns, rows in budget.tables() for row in rows
     )
     with style.drawing():
-        drawn = figure.draw(SimpleNamespace(error_budget=budget))
+        drawn = model_difference.draw_error_budget(SimpleNamespace(error_budget=budget))
     panel = drawn.axes[0]
     total = next(line for line in panel.lines if line.get_label() == "total")
     parts = [line for line in panel.lines if line.get_label() != "total"]
@@ -124,9 +123,9 @@ def test_figures_and_storage(budget):
 def test_bars_add_up_to_the_total():
     """In every panel; whiskers reach from one order to the other."""
     with style.drawing():
-        drawn = bars.draw(SimpleNamespace(error_budget=make_budget()))
+        drawn = model_difference.draw_error_bars(SimpleNamespace(error_budget=make_budget()))
     assert len(drawn.axes) == 5
-    for panel, (_, ways) in zip(drawn.axes, bars.measures(make_budget())):
+    for panel, (_, ways) in zip(drawn.axes, model_difference.measures(make_budget())):
         widths = [bar.get_width() for bar in panel.patches]
         assert sum(widths[:-1]) == pytest.approx(widths[-1]) and widths[-1] == pytest.approx(ways.sum(axis=1).mean())
         assert ways.sum(axis=1) == pytest.approx(np.full(2, widths[-1]))

@@ -7,9 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.figures.drawn import figure_02_ground_reaction as figure_02
-from stages.figures.drawn import figure_04_normal_force as figure_04
-from stages.figures.drawn import figure_05_contact_parameters as figure_05
+from stages.figures.drawn import contact_laws, two_models
 from tests.comparison.made_up import DEFAULTS, make_study, make_walk
 from tests.figures.made_up_results import comparison, drawn, multibody, shown
 from tests.figures.test_golden import PICTURES
@@ -52,7 +50,7 @@ def test_figure_16_says_what_is_synthetic():
 
 def test_figure_02_takes_one_whole_contact():
     walk = make_walk()
-    contact = figure_02.contact(walk, 1, 0)
+    contact = two_models.contact(walk, 1, 0)
     landed = walk.heel_strike_time[walk.heel_strike_leg == 1][0]
     lifted = walk.toe_off_time[(walk.toe_off_leg == 1) & (walk.toe_off_time > landed)][0]
     assert contact.time[0] == pytest.approx(-0.01, abs=1e-3)
@@ -61,15 +59,15 @@ def test_figure_02_takes_one_whole_contact():
 
 def test_figure_04_shows_the_laws_of_the_ground():
     millimetre = np.array([1e-3])
-    for exponent in figure_04.EXPONENTS:  # k_c is in N/mm^e: at 1 mm every exponent gives the same force
-        assert figure_04.spring_force(DEFAULTS, exponent, millimetre) == pytest.approx([1e5])
+    for exponent in contact_laws.EXPONENTS:  # k_c is in N/mm^e: at 1 mm every exponent gives the same force
+        assert contact_laws.spring_force(DEFAULTS, exponent, millimetre) == pytest.approx([1e5])
     depths = np.array([-1e-5, 0.0, 0.5e-4, 1e-4, 1e-3])
-    assert figure_04.damping(DEFAULTS, depths) == pytest.approx([0.0, 0.0, 5e3, 1e4, 1e4])
+    assert contact_laws.damping(DEFAULTS, depths) == pytest.approx([0.0, 0.0, 5e3, 1e4, 1e4])
     spring, ramp, whole = shown("figure_04_normal_force").get_axes()
     depth, damping = ramp.lines[0].get_data()
-    assert 1e3 * damping == pytest.approx(figure_04.damping(DEFAULTS, 1e-3 * depth))
+    assert 1e3 * damping == pytest.approx(contact_laws.damping(DEFAULTS, 1e-3 * depth))
     depth, force = spring.lines[2].get_data()
-    assert 1e3 * force == pytest.approx(figure_04.spring_force(DEFAULTS, 2.2, 1e-3 * depth))
+    assert 1e3 * force == pytest.approx(contact_laws.spring_force(DEFAULTS, 2.2, 1e-3 * depth))
     pressed, rest, let_out = (line.get_ydata() for line in whole.lines[:3])
     assert np.all(pressed >= rest) and np.all(rest >= let_out) and let_out.max() > 0.0
 
@@ -77,7 +75,7 @@ def test_figure_04_shows_the_laws_of_the_ground():
 def test_figure_05_lays_each_variation_over_the_constraint_model():
     study, walk = make_study(), make_walk()
     figure = shown("figure_05_contact_parameters")
-    for row, (key, *_, factor) in enumerate(figure_05.ROWS):
+    for row, (key, *_, factor) in enumerate(contact_laws.ROWS):
         impact, _, difference = figure.get_axes()[3 * row : 3 * row + 3]
         exact, default, *varied, chosen = [line for line in impact.lines if len(line.get_xdata()) > 10]
         leg = walk.ground_reaction[:, 1, 1]

@@ -16,7 +16,7 @@ from pipeline.parameters.loading import load
 from stages.biped.design import BeyondModel
 from stages.drawing import style
 from stages.figures import view
-from stages.figures.drawn import figure, figure_03_simple_model, gait_animation, robot_in_space
+from stages.figures.drawn import figure, gait_animation, robot_in_space, robot_scenes
 from stages.figures.view import SMALL, by_group, of_twin
 from stages.twin.parameters import Parameters
 from tests.comparison.made_up import make_walk
@@ -62,7 +62,7 @@ def walked(name, known):
 def bodies_of(known):
     """The robot as it is drawn in space, and as the simple model."""
     yield of_twin(known.settings, known.biped, SMALL)
-    yield by_group(figure_03_simple_model.parts(known.biped), 40)
+    yield by_group(robot_scenes.parts(known.biped), 40)
 
 
 @pytest.mark.parametrize("shares", ROBOTS)

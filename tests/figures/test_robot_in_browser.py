@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.commands.claims import Claim, Claims
 from pipeline.report import page as page_of
-from stages.figures.drawn import robot_in_space
+from stages.figures.drawn import figure
 from tests.figures import browser
 from tests.figures.made_up_results import drawn
 
@@ -34,7 +34,7 @@ def report(tmp_path_factory):
     fragment = drawn("robot_in_space")
     ids = ("step_frequency", "hip_displacement", "stable_gait", "twin_settles")
     claims = [Claim(name, "1", "said", "meant", "1", "holds", "", [], []) for name in ids]
-    caption = {"name": "robot_in_space", "title": "Robot", "text": "made up", "claims": robot_in_space.FIGURE.claims}
+    caption = {"name": "robot_in_space", "title": "Robot", "text": "made up", "claims": figure("robot_in_space").claims}
     captions = {"figures": [{**caption, "opens": True}]}
     opening = list(page_of._figures({"results/figures/robot_in_space.html": fragment.encode()}, captions, ()))
     content = page_of.Content(Claims(claims, [], []), opening, "A passive biped", "", [], {}, {}, {})

@@ -1,4 +1,4 @@
-"""The register of figures: every module of this folder holds one as FIGURE, called by the name of its file."""
+"""The register of figures: every module of this folder holds those of a subject as FIGURES, by name."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from stages.drawing import style
 from stages.figures.entry import Entry
 from stages.figures.parameters import Parameters
 
-NAMES = tuple(module.name for module in iter_modules(__path__))
+_ENTRIES: dict[str, Entry] = {}
+for _module in iter_modules(__path__):
+    _ENTRIES |= import_module(f"{__name__}.{_module.name}").FIGURES
+NAMES = tuple(sorted(_ENTRIES))
 
 
 def figure(name: str) -> Entry:
     """The figure of a name."""
-    found: Entry = import_module(f"{__name__}.{name}").FIGURE
-    return found
+    return _ENTRIES[name]
 
 
 def given_to(name: str, parameters: Parameters, results: Mapping[str, Any]) -> Any:
@@ -46,9 +48,7 @@ def with_note(fragment: str, said: str) -> str:
     return f'{fragment}\n<p class="note">{escape(said)}</p>'
 
 
-def draw(
-    name: str, parameters: Parameters, results: Mapping[str, Any], said: str = ""
-) -> tuple[dict[str, bytes], str]:
+def draw(name: str, parameters: Parameters, results: Mapping[str, Any], said: str = "") -> tuple[dict[str, bytes], str]:
     """A figure's files, by path in the results folder, and its caption; what is `said` of its results stands in it."""
     given = given_to(name, parameters, results)
     with style.drawing():

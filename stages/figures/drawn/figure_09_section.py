@@ -145,8 +145,13 @@ def draw(given: Given) -> Figure:
         hip.plot(x, y, "o", color="#222222", markersize=1.8, zorder=4)
     hip.plot([-1e3 * reach - 8, 1e3 * reach + 8], [0, 0], color="black", linewidth=0.6, linestyle=(0, (8, 2, 1, 2)))
     hip.yaxis.set_major_locator(MaxNLocator(5))
-    hip.set(xlim=(-1e3 * half, 1e3 * half), ylim=(-1e3 * below, 1e3 * (top + 2 * margin)), aspect="equal",
-            xlabel="along the hip axis [mm]", ylabel="above the hip axis [mm]")
+    hip.set(
+        xlim=(-1e3 * half, 1e3 * half),
+        ylim=(-1e3 * below, 1e3 * (top + 2 * margin)),
+        aspect="equal",
+        xlabel="along the hip axis [mm]",
+        ylabel="above the hip axis [mm]",
+    )
     hip.grid(False)
     style.panel_labels((whole, hip))
     for pair, hatch in (("inner", "////"), ("outer", "\\\\\\\\")):
@@ -177,4 +182,4 @@ def caption(given: Given) -> str:
     )
 
 
-FIGURE = Entry("Figure 9: the design and a section of the hip", 9, (), draw, caption)
+FIGURES = {"figure_09_section": Entry("Figure 9: the design and a section of the hip", 9, (), draw, caption)}

@@ -126,7 +126,13 @@ def caption(given: Given) -> str:
     )
 
 
-FIGURE = Entry(
-    "The gait in three models", 0, ("analytic", "multibody", "twin"), draw, caption,
-    claims=("step_frequency",),
-)  # fmt: skip
+FIGURES = {
+    "gait_animation": Entry(
+        "The gait in three models",
+        0,
+        ("analytic", "multibody", "twin"),
+        draw,
+        caption,
+        claims=("step_frequency",),
+    )
+}

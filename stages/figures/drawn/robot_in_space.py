@@ -167,9 +167,7 @@ def drawing(scene: Mapping[str, Any]) -> str:
     ground = _ramp(scene["slope"], hip[1], scene["size"])
     drawn = [ground, *(f'<path class="{group} {tint}" d="{text}"/>' for _, group, tint, text in sorted(shapes))]
     box = " ".join(f"{value * scene['size']:.6g}" for value in FRAME)
-    return (
-        f'<svg viewBox="{box}" role="img" aria-label="Drawing of the twin on its ramp">' + "".join(drawn) + "</svg>"
-    )
+    return f'<svg viewBox="{box}" role="img" aria-label="Drawing of the twin on its ramp">' + "".join(drawn) + "</svg>"
 
 
 def _page(points: np.ndarray, slope: float) -> np.ndarray:
@@ -233,7 +231,14 @@ def _path(points: np.ndarray) -> str:
     return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points) + "Z"
 
 
-FIGURE = Entry(
-    "The digital twin on its ramp", -1, ("analytic", "twin", "comparison"), draw, caption,
-    claims=("twin_settles", "twin_like_simple", "step_frequency"), opens=True,
-)  # fmt: skip
+FIGURES = {
+    "robot_in_space": Entry(
+        "The digital twin on its ramp",
+        -1,
+        ("analytic", "twin", "comparison"),
+        draw,
+        caption,
+        claims=("twin_settles", "twin_like_simple", "step_frequency"),
+        opens=True,
+    )
+}

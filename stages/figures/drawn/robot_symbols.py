@@ -180,8 +180,19 @@ class Page:
         """An arrow; `heads` as Matplotlib has them."""
         (x, y), (u, v) = self.place(start), self.place(end)
         self.axes.update_datalim([(float(x), float(y)), (float(u), float(v))])
-        self.axes.annotate("", (float(u), float(v)), (float(x), float(y)), arrowprops={
-            "arrowstyle": heads, "color": colour, "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6})
+        self.axes.annotate(
+            "",
+            (float(u), float(v)),
+            (float(x), float(y)),
+            arrowprops={
+                "arrowstyle": heads,
+                "color": colour,
+                "linewidth": 0.7,
+                "shrinkA": 0,
+                "shrinkB": 0,
+                "mutation_scale": 6,
+            },
+        )
 
     def arc(self, centre: complex, radius: float, start: float, end: float, colour: str) -> None:
         """An arc with a head at its end; angles [rad] from the downward normal of the slope, forward positive."""
@@ -321,7 +332,8 @@ def svg_for_both(svg: str, dark: Mapping[str, str], title: str) -> str:
     """
     rules = f".drawn{{fill:{dark[BLACK]}}}" + "".join(
         f'.drawn [style*="{what}: {light.lower()}"]{{{what}:{other}!important}}'
-        for light, other in dark.items() for what in ("stroke", "fill")
+        for light, other in dark.items()
+        for what in ("stroke", "fill")
     )
     style = f"<title>{title}</title><style>@media (prefers-color-scheme:dark){{{rules}}}</style>"
     body = re.sub(r"<style.*?</style>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
@@ -331,4 +343,4 @@ def svg_for_both(svg: str, dark: Mapping[str, str], title: str) -> str:
     return f'{head} role="img" class="drawn" stroke-linejoin="round">{style}{rest}'
 
 
-FIGURE = Entry(TITLE, 0, (), draw, caption, beside_parameters=True)
+FIGURES = {"robot_symbols": Entry(TITLE, 0, (), draw, caption, beside_parameters=True)}

@@ -1,0 +1,249 @@
+"""The calibration: the robots that were found, a run that was fitted, and one that was held out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stages.calibrated_twin.result import Check, Result, Robot
+from stages.calibration.reports.sensor_picture import by_phase, fit_picture, rms_by_part
+from stages.calibration.result import HALF_WIDTH, FittedRun, HeldOut
+from stages.calibration.result import Result as Calibration
+from stages.comparison.stride import NoEvidence
+from stages.drawing import style
+from stages.figures.entry import Entry, Given
+
+# Parameters of the calibrated robots beside the drawing's and the truth, and how their errors go together.
+
+COLORS = (style.ANALYTIC, style.MULTIBODY, style.SECOND)
+#: Numbers are written into a matrix up to so many parameters.
+MOST_WRITTEN = 9
+#: Percent: to scale up to one, then in tens.
+TICKS = (-100, -10, -1, 0, 1, 10, 100)
+
+
+def draw_robots(given: Given) -> Figure:
+    """Left: found, corrected with its interval, and true, each against the drawing, whose values stand beside; on the
+    right of it the first robot's values. Right: correlations."""
+    result: Result = given.calibrated_twin
+    if not result.robots:
+        raise NoEvidence("; ".join([result.summary(), *result.reasons]))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(1.25, 1.0))
+    names = [short(one.name) for one in result.robots[0].numbers]
+    for number, (robot, color) in enumerate(zip(result.robots, COLORS, strict=False)):
+        draw_robot(left, robot, color, 0.16 * (2 * number - (len(result.robots) - 1)))
+    left.axvline(0.0, color="#555555", linewidth=0.8)
+    for row, one in enumerate(result.robots[0].numbers):
+        left.text(
+            1.01,
+            row,
+            f"{one.corrected:.4g}\n± {HALF_WIDTH * one.sd:.2g}",
+            transform=left.get_yaxis_transform(),
+            fontsize=6,
+            va="center",
+            color=COLORS[0],
+        )
+    left.set_yticks(range(len(names)), [f"{short(one.name)}\n{one.drawn:.5g} {one.unit}".replace("^2", "²")
+                                        for one in result.robots[0].numbers])  # fmt: skip
+    left.invert_yaxis()
+    left.set_xscale("symlog", linthresh=1.0)
+    left.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
+    reach = max(1.0, 1.3 * float(np.abs(left.dataLim.intervalx).max()))
+    left.set(xlim=(-reach, reach), xlabel="difference from the drawing [%]")
+    left.plot([], [], "o", color="#777777", markerfacecolor="none", markersize=4, label="found by the constraint model")
+    left.plot([], [], "o-", color="#777777", markersize=4, label="corrected, 95 %")
+    left.plot([], [], "x", color="#777777", markersize=5, label="true")
+    draw_correlations(right, result.robots[0], names)
+    style.panel_labels((left, right))
+    figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    return figure
+
+
+def draw_robot(axes: Axes, robot: Robot, color: str, shift: float) -> None:
+    """One robot's numbers in percent of the drawing."""
+    rows = np.arange(len(robot.numbers)) + shift
+
+    def share(field: str) -> np.ndarray:
+        return np.array([100 * (getattr(one, field) / one.drawn - 1) for one in robot.numbers])
+
+    half = np.array([100 * HALF_WIDTH * one.sd / one.drawn for one in robot.numbers])
+    axes.plot(share("found"), rows, "o", color=color, markerfacecolor="none", markersize=4)
+    axes.errorbar(
+        share("corrected"),
+        rows,
+        xerr=half,
+        fmt="o",
+        color=color,
+        markersize=3,
+        linewidth=1.0,
+        label=f"robot {robot.kind}",
+    )
+    axes.plot(share("truth"), rows, "x", color=color, markersize=5)
+
+
+def draw_correlations(axes: Axes, robot: Robot, names: list[str]) -> None:
+    """The matrix of correlations, with its numbers in hundredths."""
+    axes.imshow(robot.correlations, cmap="RdBu_r", vmin=-1, vmax=1)
+    axes.grid(visible=False)
+    axes.set_xticks(range(len(names)), names, rotation=60, ha="right", rotation_mode="anchor")
+    axes.set_yticks(range(len(names)), names)
+    if len(names) <= MOST_WRITTEN:
+        for row in range(len(names)):
+            for column in range(row):
+                value = robot.correlations[row, column]
+                axes.text(
+                    column,
+                    row,
+                    f"{100 * value:.0f}",
+                    ha="center",
+                    va="center",
+                    fontsize=5.5,
+                    color="white" if abs(value) > 0.6 else "black",
+                )
+    axes.set_xlabel("correlations of errors [%]")
+
+
+def short(name: str) -> str:
+    """A parameter's name without its file, in words."""
+    return name.partition(".")[2].replace("_", " ")
+
+
+def caption_robots(given: Given) -> str:
+    result: Result = given.calibrated_twin
+    words = [robot_words(robot) for robot in result.robots]
+    for one in result.pairs:
+        words.append(
+            f"{one.name} with and without its outsole: {1e3 * one.longer:.2f} ± {1e3 * HALF_WIDTH * one.longer_sd:.2f} "
+            f"mm longer (truly {1e3 * one.true_longer:.2f}), step frequency {100 * one.slower:+.2f} ± "
+            f"{100 * HALF_WIDTH * one.slower_sd:.2f} % (truly {100 * one.true_slower:+.2f})."
+        )
+    words += [check_words(one) for one in result.checks]
+    return " ".join(words)
+
+
+def robot_words(robot: Robot) -> str:
+    """How a robot was found, and whether its intervals hold the truth."""
+    known = [one for one in robot.numbers if math.isfinite(one.truth)]
+    held = sum(one.holds_truth(HALF_WIDTH) for one in known)
+    runs = "1 run" if robot.runs == 1 else f"{robot.runs} runs"
+    truth = f"; {held} of {len(known)} intervals hold the truth" if known else ""
+    return (
+        f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}; "
+        f"intervals are told by {robot.by_what}. "
+        f"It walks at {robot.frequency:.4f} ± {HALF_WIDTH * robot.frequency_sd:.4f} Hz on the nominal ramp."
+    )
+
+
+def check_words(one: Check) -> str:
+    """How the twin walks a run that was not fitted."""
+    return (
+        f"{one.name}, held out, walked by the twin with the numbers {one.numbers}: heel strikes are off by up to "
+        f"{1e3 * one.late:.1f} ms."
+    )
+
+
+# What the sensors of a calibrated run showed beside what the fit says they should have, and residuals by phase.
+
+
+def draw_fit(given: Given) -> Figure:
+    """The first run that was fitted."""
+    calibration: Calibration = given.calibration
+    if not calibration.fits:
+        why = [f"{one.name}: {one.why}" for one in calibration.failed]
+        raise NoEvidence("; ".join(["no run could be fitted", *why]))
+    fit = calibration.fits[0]
+    return fit_picture({"hip": fit.hip, "foot": fit.foot}, fit.strikes)
+
+
+def caption_fit(given: Given) -> str:
+    calibration: Calibration = given.calibration
+    fit = calibration.fits[0]
+    words = (f"{fit.name}, {fit.kind}, {len(fit.strikes) - 1} steps fitted alone by the constraint model: residuals "
+             f"of {fit.sigmas:.2f} times the sensors' noise. Lines below: root mean square by part of the step; what "
+             f"is sampled at impacts does not count, and is cut off above. {_largest(fit)}")  # fmt: skip
+    return " ".join([words, *_told(calibration)])
+
+
+def _largest(fit: FittedRun) -> str:
+    middle, size = rms_by_part(*by_phase(fit.foot, fit.strikes, (0, 1)))
+    worst = int(np.argmax(size))
+    return f"The foot's are largest {100 * middle[worst]:.0f} % into a step ({size[worst]:.3f} m/s²)."
+
+
+def _told(calibration: Calibration) -> Iterator[str]:
+    for one in calibration.held_out:
+        words = (f"{one.name} was held out: with its start and sensors fitted errors are {one.fit_force:.3f} m/s² and "
+                 f"{1e3 * one.fit_rate:.1f} mrad/s")  # fmt: skip
+        if math.isfinite(one.foretold_force):
+            words += (f"; foretold from its first {one.begun:g} s, {one.foretold_force:.2f} m/s² and "
+                      f"{1e3 * one.foretold_rate:.0f} mrad/s over the rest")  # fmt: skip
+        yield words + "."
+    for words in calibration.not_seen:
+        yield f"{words[0].upper()}{words[1:]}."
+
+
+# A run that was not fitted beside what the robot found foretells of it from its beginning alone.
+
+
+def draw_held_out(given: Given) -> Figure:
+    """The first run held out that is foretold, or else the first as it is fitted."""
+    one, foretold = _shown(given)
+    return fit_picture({"hip": one.hip, "foot": one.foot}, one.strikes, "foretold" if foretold else "fit")
+
+
+def _shown(given: Given) -> tuple[HeldOut, bool]:
+    for foretold in (True, False):
+        for one in given.calibration.held_out:
+            if math.isfinite(one.foretold_force) or not foretold:
+                return one, foretold
+    why = [f"{one.name}: {one.why}" for one in given.calibration.failed]
+    raise NoEvidence("; ".join(["no run was held out that the robot found by the others walks", *why]))
+
+
+def caption_held_out(given: Given) -> str:
+    one, foretold = _shown(given)
+    force, rate = (one.foretold_force, one.foretold_rate) if foretold else (one.fit_force, one.fit_rate)
+    start = (
+        f"those of its first {one.begun:.3g} s"
+        if foretold
+        else f"fitted to all of it, as from its first {one.begun:.3g} s that robot does not walk to its end"
+    )
+    return (
+        f"{one.name}, {one.kind}, was not fitted: its robot is that of the other runs, its ramp, start and sensors "
+        f"are {start}. Over {'the rest' if foretold else 'it'} the specific force is off by "
+        f"{force:.3f} m/s² and the rate by {1e3 * rate:.1f} mrad/s (rms), where sensors "
+        f"have noise of {one.noise_force:.3f} and {1e3 * one.noise_rate:.2f}. Lines below: root mean square by "
+        "part of the step. Where runs are of machines of their own, what builds differ by is in it."
+    )
+
+
+FIGURES = {
+    "calibrated_robot": Entry(
+        "Calibration: the robots that were found",
+        42,
+        ("calibrated_twin",),
+        draw_robots,
+        caption_robots,
+        claims=("prototype_is_model", "outsole_slows"),
+    ),
+    "calibration_fit": Entry(
+        "Calibration: a run as its sensors showed it and as the fit has it",
+        41,
+        ("calibration",),
+        draw_fit,
+        caption_fit,
+        claims=("prototype_is_model",),
+    ),
+    "calibration_held_out": Entry(
+        "Calibration: a run held out, foretold from its beginning",
+        43,
+        ("calibration",),
+        draw_held_out,
+        caption_held_out,
+    ),
+}

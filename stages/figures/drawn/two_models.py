@@ -1,0 +1,250 @@
+"""The constraint model beside penalty contact: forces, snapshots, motion of the hip (figures 2, 7 and 8)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stages.biped.accuracy.scales import scales_of, size
+from stages.biped.walk import Walk
+from stages.comparison.agreement import overlay
+from stages.comparison.claims.verdict import DOES_NOT_APPLY
+from stages.comparison.stride import there
+from stages.drawing import style
+from stages.figures.entry import Entry, Given
+
+# Figure 2: ground reaction of one foot from its heel strike to its toe-off.
+
+LEG = 1
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Ground reaction of one foot over one contact: time since its heel strike (n,) [s], force (n, 2) [N]."""
+
+    time: np.ndarray
+    force: np.ndarray
+
+
+#: The impact as it is shown, in pendulum times from heel strike.
+IMPACT = -0.005, 0.065
+
+
+def contact(walk: Walk, leg: int, which: int) -> Contact:
+    """The `which`-th whole contact of a leg, from its heel strike to its toe-off, counted from 0 (-1 is the last)."""
+    strikes = walk.heel_strike_time[walk.heel_strike_leg == leg]
+    lifts = walk.toe_off_time[walk.toe_off_leg == leg]
+    whole = [(start, lifts[lifts > start][0]) for start in strikes if (lifts > start).any()]
+    start, end = whole[which]
+    # the penalty model touches and leaves a little earlier and later than its events: a margin shows the zeros
+    inside = (walk.time >= start - 0.01) & (walk.time <= end + 0.02)
+    return Contact(walk.time[inside] - start, walk.ground_reaction[inside, leg])
+
+
+def draw_ground_reaction(given: Given) -> Figure:
+    """Normal and friction force of both models over one contact; a second row shows the impact at its own scale."""
+    ours, theirs = contact(given.analytic.walk, LEG, 0), contact(given.multibody.walk, LEG, -1)
+    time = scales_of(given.parameters.biped, given.parameters.slope.gravity).time
+    figure, axes = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(2, 1))
+    for row, (column, name) in enumerate(((1, "normal force $F_N$ [N]"), (0, "friction force $F_T$ [N]"))):
+        whole, impact = axes[row]
+        for part, milliseconds in ((whole, False), (impact, True)):
+            scale = 1e3 if milliseconds else 1.0
+            for shown, look in (
+                (ours, {"color": style.ANALYTIC, "label": "constraint model", "zorder": 3}),
+                (theirs, {"color": style.MULTIBODY, "label": "penalty contact (Exudyn)", "linewidth": 0.9}),
+            ):
+                part.plot(scale * shown.time, shown.force[:, column], **look)
+        contact_phase = ours.force[ours.time > 0.02, column]
+        low, high = contact_phase.min(), contact_phase.max()
+        margin = 0.6 * (high - low)
+        whole.set(ylim=(min(low - margin, 0 - 0.1 * margin), high + margin), ylabel=name)
+        impact.set_xlim(*(1e3 * time * end for end in IMPACT))
+    style.panel_labels(axes.T.ravel())
+    axes[0, 0].legend(loc="lower center")
+    axes[1, 0].set_xlabel("time since heel strike [s]")
+    axes[1, 1].set_xlabel("time since heel strike [ms]")
+    axes[0, 1].text(0.97, 0.95, "impact, full scale", transform=axes[0, 1].transAxes, ha="right", va="top", fontsize=7)
+    return figure
+
+
+def caption_ground_reaction(given: Given) -> str:
+    gait, cycle = given.analytic.gait, given.multibody.cycle
+    return (
+        "Ground reaction of one foot from heel strike to toe-off. Penalty contact peaks at "
+        f"{cycle.peak_normal_force:.0f} N with {1e6 * cycle.largest_penetration:.0f} µm of penetration; the constraint "
+        f"model has an impulse instead. Both feet are down for {1e3 * gait.double_stance_s:.2f} ms a step with "
+        f"constraints and {1e3 * cycle.double_stance_s:.2f} ms with penalty contact."
+    )
+
+
+# Figure 7: snapshots of the multibody model walking down the slope.
+
+SNAPSHOTS = 7
+LEG_COLOURS = (style.ANALYTIC, style.MULTIBODY)
+FOOT_ARC_DEG = 40  # drawn part of the round foot on either side of the leg
+
+
+def rotated(points: np.ndarray, slope: float) -> np.ndarray:
+    """Points (n, 2) of the slope frame turned so that gravity points down the page."""
+    cos, sin = np.cos(slope), np.sin(slope)
+    turned: np.ndarray = points @ np.array([[cos, -sin], [sin, cos]])
+    return turned
+
+
+def draw_biped(
+    axes: Axes, hip: np.ndarray, angles: np.ndarray, lengths: np.ndarray, radius: float, slope: float
+) -> None:
+    """Hip, two legs and their round feet at one instant."""
+    for leg, colour in enumerate(LEG_COLOURS):
+        along = np.array([np.sin(angles[leg]), -np.cos(angles[leg])])
+        centre = hip + (lengths[leg] - radius) * along
+        line = rotated(np.array([hip, centre]), slope)
+        axes.plot(line[:, 0], line[:, 1], color=colour, linewidth=1.4, solid_capstyle="round")
+        turn = angles[leg] + np.radians(np.linspace(-FOOT_ARC_DEG, FOOT_ARC_DEG, 40))
+        sole = rotated(centre + radius * np.column_stack([np.sin(turn), -np.cos(turn)]), slope)
+        axes.plot(sole[:, 0], sole[:, 1], color=colour, linewidth=2.2, solid_capstyle="round")
+        for end in (sole[0], sole[-1]):
+            axes.plot([line[1, 0], end[0]], [line[1, 1], end[1]], color=colour, linewidth=0.7)
+    top = rotated(hip[None, :], slope)[0]
+    axes.plot(*top, "o", color=style.TWIN, markersize=4, zorder=4)
+
+
+def draw_snapshots(given: Given) -> Figure:
+    """Snapshots at equal times over the last three steps of the walk."""
+    walk, slope = given.multibody.walk, given.parameters.slope.angle
+    strikes = walk.heel_strike_time
+    times = np.linspace(strikes[-4], strikes[-1], SNAPSHOTS)
+    rows = np.searchsorted(walk.time, times).clip(max=len(walk.time) - 1)
+    figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 2.3))
+    large = size(given.parameters.biped)
+    spread = 0.10 * large  # consecutive snapshots overlap on the page: each moves on by so much more than it walked
+    origin = walk.hip_position[rows[0], 0]
+    for number, row in enumerate(rows):
+        hip = walk.hip_position[row] - np.array([origin, 0.0]) + np.array([number * spread, 0.0])
+        draw_biped(axes, hip, walk.leg_angle[row], walk.leg_length[row], given.parameters.biped.foot_radius, slope)
+        ((x, y),) = rotated(np.array([[hip[0], -0.045 * large]]), slope)
+        axes.text(x, y, f"{walk.time[row] - walk.time[rows[0]]:.2f} s", ha="center", va="top", fontsize=7)
+    ground = rotated(np.array([[-0.25 * large, 0.0], [hip[0] + 0.25 * large, 0.0]]), slope)
+    axes.plot(ground[:, 0], ground[:, 1], color=style.GROUND, linewidth=2)
+    axes.set_aspect("equal")
+    axes.grid(False)
+    axes.set_axis_off()
+    axes.plot([], [], color=LEG_COLOURS[0], label="inner leg")
+    axes.plot([], [], color=LEG_COLOURS[1], label="outer leg")
+    figure.legend(loc="outside upper right", ncols=2)
+    words = f"Slope {np.degrees(slope):.3g}°, three steps; snapshots are drawn {1e3 * spread:.0f} mm further apart"
+    figure.text(0.01, 0.93, f"{words} than they are", fontsize=7)
+    return figure
+
+
+def caption_snapshots(given: Given) -> str:
+    cycle = given.multibody.cycle
+    return (
+        f"Exudyn's model on the slope of {np.degrees(given.parameters.slope.angle):.3g}°: "
+        f"{cycle.speed_m_s:.4f} m/s, a step in {cycle.period_s:.4f} s."
+    )
+
+
+# Figure 8: hip motion of both models from the same mid-stance state, with their difference on its own axis.
+
+CLAIMS = ("hip_displacement", "hip_velocity", "integration_tolerance")
+PANELS = (
+    ("hip_position", 0, "$x_{hip}$ [m]", 1e3, "[mm]"),
+    ("hip_position", 1, "$y_{hip}$ [m]", 1e3, "[mm]"),
+    ("hip_velocity", 0, r"$\dot x_{hip}$ [m/s]", 1e3, "[mm/s]"),
+    ("hip_velocity", 1, r"$\dot y_{hip}$ [m/s]", 1e3, "[mm/s]"),
+)
+
+
+def draw_hip_motion(given: Given) -> Figure:
+    """Both models over two steps; grey bands are the paper's largest differences, for its own biped, bars the ones
+    measured here, drawn over the span that they are measured over: the first step."""
+    analytic, multibody = given.analytic.walk, given.multibody.walk
+    limits = stated(given)
+    laid = overlay(analytic, multibody, 2 * given.analytic.gait.period_s)
+    count = len(laid.time)
+    figure, axes = plt.subplots(4, 2, figsize=(style.TWO_COLUMNS, 5.6), sharex=True, height_ratios=(2, 1, 2, 1))
+    for index, (name, column, label, scale, unit) in enumerate(PANELS):
+        row, side = 2 * (index // 2), index % 2
+        curve, difference = axes[row, side], axes[row + 1, side]
+        curve.plot(laid.time, getattr(analytic, name)[:count, column], color=style.ANALYTIC, label="constraint model")
+        shown = multibody.time <= laid.time[-1]
+        theirs = getattr(multibody, name)[shown, column]
+        curve.plot(multibody.time[shown], theirs, "--", color=style.MULTIBODY, label="penalty contact (Exudyn)")
+        values = laid.position if name == "hip_position" else laid.velocity
+        limit = limits[name]
+        difference.axhspan(-scale * limit, scale * limit, color="#EEEEEE", zorder=0)
+        difference.plot(laid.time, scale * values[:, column], color=style.TWIN, linewidth=0.9)
+        # impact instants differ by a fraction of a millisecond: those spikes would hide the rest
+        extent = np.percentile(np.abs(scale * values[:, column]), 98)
+        difference.set_ylim(*(np.array([-1.3, 1.3]) * max(extent, 1.2 * scale * limit)))
+        mark_one_step(difference, given.analytic.gait.period_s, largest_of(given, name)[column] * scale)
+        curve.set_ylabel(label)
+        difference.set_ylabel(f"difference\n{unit}")
+    style.panel_labels(axes[::2].ravel())
+    for side in (0, 1):
+        axes[3, side].set_xlabel("time from the common mid-stance state [s]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    words = "grey: the paper's; " * any(limits.values()) + "dotted: largest over one step"
+    axes[1, 0].text(0.02, 0.04, words, transform=axes[1, 0].transAxes, fontsize=6)
+    return figure
+
+
+def stated(given: Given) -> dict[str, float]:
+    """The largest differences [m, m/s] that the paper states of its biped; 0 for another one."""
+    settings = given.parameters.settings
+    its_own = (CLAIMS[0], DOES_NOT_APPLY) not in {(claim.id, claim.verdict) for claim in given.comparison.claims}
+    return {"hip_position": its_own * settings.position_limit, "hip_velocity": its_own * settings.velocity_limit}
+
+
+def largest_of(given: Given, name: str) -> np.ndarray:
+    """The largest differences over one step that the comparison found, x and y."""
+    same = there(given.comparison.models).same_start
+    return same.position if name == "hip_position" else same.velocity
+
+
+def mark_one_step(axes: Axes, period: float, size: float) -> None:
+    """Dotted lines at the largest difference over the first step, as long as that step, which ends at the tick."""
+    axes.hlines([-size, size], 0.0, period, color=style.TWIN, linestyle=":", linewidth=0.9)
+    axes.axvline(period, color="#888888", linewidth=0.6)
+
+
+def caption_hip_motion(given: Given) -> str:
+    same, (position, velocity) = there(given.comparison.models).same_start, stated(given).values()
+    laid = overlay(given.analytic.walk, given.multibody.walk, 2 * given.analytic.gait.period_s)
+    later = 1e3 * np.abs(laid.position).max(axis=0)
+    paper = f"; the paper states {1e3 * position:g} mm and {1e3 * velocity:g} mm/s" if position else ""
+    return (
+        "The same mid-stance state walks on in both models. Over the first step, up to the grey line, the hips differ "
+        "by at most "
+        f"{1e3 * same.position[0]:.2f} mm in x and {1e3 * same.position[1]:.2f} mm in y, "
+        f"{1e3 * same.velocity[0]:.1f} mm/s and {1e3 * same.velocity[1]:.1f} mm/s outside the impacts{paper}. Over "
+        f"both steps drawn they come to {later[0]:.2f} mm in x and {later[1]:.2f} mm in y: each model's cycle has its "
+        "own period."
+    )
+
+
+FIGURES = {
+    "figure_02_ground_reaction": Entry(
+        "Figure 2: ground reaction",
+        2,
+        ("analytic", "multibody"),
+        draw_ground_reaction,
+        caption_ground_reaction,
+        claims=("rolling_without_slip",),
+    ),
+    "figure_07_snapshots": Entry("Figure 7: snapshots", 7, ("multibody",), draw_snapshots, caption_snapshots),
+    "figure_08_hip_motion": Entry(
+        "Figure 8: hip motion of both models",
+        8,
+        ("analytic", "multibody", "comparison"),
+        draw_hip_motion,
+        caption_hip_motion,
+        claims=CLAIMS,
+    ),
+}
