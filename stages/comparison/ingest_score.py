@@ -207,7 +207,7 @@ def _score_run(
     error = at - truth.heel_strike_time[nearest]
     hit = np.abs(error) <= STRIKE_TOLERANCE / quick
     found = len(set(nearest[hit].tolist()))
-    exact = step_frequency(HeelStrikes(truth.heel_strike_time[skipped:], truth.heel_strike_leg[skipped:]))
+    exact, _ = step_frequency(HeelStrikes(truth.heel_strike_time[skipped:], truth.heel_strike_leg[skipped:]))
     return (
         max(float(np.std(one)) for one in errors),
         delay,
@@ -216,7 +216,7 @@ def _score_run(
         found / len(at),
         float(np.sqrt(np.mean(error[hit] ** 2))) if hit.any() else float("nan"),
         bool((run.heel_strike_leg == truth.heel_strike_leg[nearest])[hit].all()),
-        run.report.step_frequency / exact.value - 1,
+        run.report.step_frequency / exact - 1,
     )
 
 

@@ -62,8 +62,8 @@ def wrong_quantities(log: Log, trial: Trial) -> dict[str, float]:
         for what, off in leg_errors(log, trial, late["hip" if "hip" in late else "foot"]).items():
             if off > max(limit[what], 3 * share * (what == "step length")):  # what its error covers is not wrong
                 wrong[what] = off
-    true_frequency = step_frequency(HeelStrikes(log.strike_time[3:], log.strike_leg[3:])).value
-    off = trial.frequency.value / true_frequency - 1
+    true_frequency = step_frequency(HeelStrikes(log.strike_time[3:], log.strike_leg[3:]))[0]
+    off = trial.frequency[0] / true_frequency - 1
     return wrong if abs(off) <= limit["step frequency"] else wrong | {"step frequency": off}
 
 

@@ -45,7 +45,7 @@ def read_as_proposed(path: Path, log: Log, table: Table) -> list[str]:
     np.testing.assert_allclose((recordings[0].angular_rate * scale.angular_rate)[whole], table[3][whole], atol=1e-4)
     trial = read_trial(experiment, recordings, PARAMETERS)
     assert trial.verdict.outcome != REFUSED, trial.verdict.findings
-    assert trial.frequency.value == pytest.approx(1 / np.median(np.diff(log.strike_time)), rel=0.02)
+    assert trial.frequency[0] == pytest.approx(1 / np.median(np.diff(log.strike_time)), rel=0.02)
     return told
 
 

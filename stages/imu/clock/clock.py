@@ -20,6 +20,7 @@ from stages.imu.clock.lateness import (
     Straightened,
     least_squares_line,
     moments,
+    put_on,
     robust_line,
     straighten,
     unevenness,
@@ -68,15 +69,16 @@ def repair_clock(indexed: IndexedRecording, tolerance: float) -> Clock:
     if not rate < FASTEST * nominal:
         return _unfitted(indexed, name, rate, np.inf, float(np.std(y)))
     level = arrival.copy()
-    level[longest, 2] -= found.put_on(x) + found.bent(x)
+    level[longest, 2] -= put_on(found.steps, x) + found.bent(x)
     time = segment_times(indexed, level, found.line.period)
     time += np.where(indexed.segment == arrival[longest, 0][0], found.bent(indexed.index), 0.0)
     error = _error(found, arrival[~longest])
-    if indexed.numbered_by == BY_ROWS and error <= tolerance:
-        error = np.nan  # a floor that is even shows no loss, but one packet less tilts it as a slower clock does
-    if name == "device":  # the sensor's own clock: nothing tells its error
+    # A floor that is even shows no loss, but one packet less tilts it as a slower clock does. Nothing tells
+    # the error of the sensor's own clock.
+    if name == "device" or (indexed.numbered_by == BY_ROWS and error <= tolerance):
         error = np.nan
-        time = stamp.copy() if indexed.lost_packets is None else time
+    if name == "device" and indexed.lost_packets is None:
+        time = stamp.copy()
     return Clock(
         time=time,
         stamp=name,
@@ -101,8 +103,7 @@ def _error(found: Straightened, others: np.ndarray) -> float:
     for segment in np.unique(others[:, 0]):
         x, y = others[others[:, 0] == segment, 1:].T
         errors.append(unevenness(*np.column_stack((x, y - found.line.period * x))[moments(y)].T))
-    known = [one for one in errors if one == one]
-    return max(known, default=float("nan"))
+    return float(np.fmax.reduce(errors))
 
 
 def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> np.ndarray:
@@ -156,12 +157,9 @@ def resample(time: np.ndarray, value: np.ndarray, grid: np.ndarray, longest_step
     if len(t) < 2:
         return result
     right = np.searchsorted(t, grid)
-    beside = np.clip(np.stack((right - 1, right)), 0, len(t) - 1)
-    exact = (np.abs(t[beside] - grid) <= AT_SAMPLE * longest_step).any(axis=0)
-    inside = (right > 0) & (right < len(t))
-    bounded = np.zeros(len(grid), dtype=bool)
-    bounded[inside] = t[right[inside]] - t[right[inside] - 1] <= longest_step
-    wanted = bounded | exact
+    before, after = t[np.clip(np.stack((right - 1, right)), 0, len(t) - 1)]
+    exact = np.minimum(np.abs(before - grid), np.abs(after - grid)) <= AT_SAMPLE * longest_step
+    wanted = exact | ((right > 0) & (right < len(t)) & (after - before <= longest_step))
     if wanted.any():
         result[wanted] = PchipInterpolator(t, v, axis=0)(grid[wanted])
     return result

@@ -20,7 +20,8 @@ The smallest delay of the radio stays in `a`: it cannot be observed from the sta
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -108,10 +109,9 @@ def robust_line(index: np.ndarray, stamp: np.ndarray, rounds: int = 30) -> Line:
     line = least_squares_line(index, stamp)
     for _ in range(rounds):
         residual = stamp - line.at(index)
-        residual = residual - np.median(residual)
-        scale = max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
-        weight = 1.0 / np.maximum(1.0, np.abs(residual) / (HUBER_WIDTH * scale))
-        line = least_squares_line(index, stamp, weight)
+        size = np.abs(residual - np.median(residual))
+        scale = max(1.4826 * float(np.median(size)), 1e-9)
+        line = least_squares_line(index, stamp, 1.0 / np.maximum(1.0, size / (HUBER_WIDTH * scale)))
     return line
 
 
@@ -129,11 +129,9 @@ def moments(y: np.ndarray) -> np.ndarray:
 
 def floors(x: np.ndarray, late: np.ndarray, moments: int = A_WINDOW, most: int = MOST_WINDOWS) -> np.ndarray:
     """Index and lateness of the least late of each window, and how much later the next one is: (w, 3) of (n,)."""
-    found = []
-    for rows in np.array_split(np.arange(len(x)), int(np.clip(len(x) // moments, FEWEST_WINDOWS, most))):
-        order = rows[np.argsort(late[rows])[:2]]
-        found.append((x[order[0]], late[order[0]], late[order[-1]] - late[order[0]]))
-    return np.array(found)
+    windows = np.array_split(np.arange(len(x)), int(np.clip(len(x) // moments, FEWEST_WINDOWS, most)))
+    least, next_least = np.array([rows[np.argsort(late[rows])[[0, min(1, len(rows) - 1)]]] for rows in windows]).T
+    return np.column_stack((x[least], late[least], late[next_least] - late[least]))
 
 
 def unevenness(x: np.ndarray, late: np.ndarray, moments: int = A_WINDOW, most: int = MOST_WINDOWS) -> float:
@@ -160,16 +158,17 @@ class Straightened:
     bend: np.ndarray
     error: float
 
-    def put_on(self, x: np.ndarray) -> np.ndarray:
-        """By how much the clock had been put on at packets of these indices (n,) [s]."""
-        return np.asarray((self.steps[:, 1] * (x[:, None] >= self.steps[:, 0])).sum(axis=1))
-
     def bent(self, index: np.ndarray) -> np.ndarray:
         """Departure of the sensor's clock from the line at these indices (n,) [s]."""
         if not len(self.bend):
             return np.zeros(len(index))
         inside = np.clip(index, self.bend[0, 0], self.bend[-1, 0])
         return np.asarray(PchipInterpolator(self.bend[:, 0], self.bend[:, 1])(inside))
+
+
+def put_on(steps: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """By how much a clock with these `steps` had been put on at packets of these indices (n,) [s]."""
+    return np.asarray((steps[:, 1] * (x[:, None] >= steps[:, 0])).sum(axis=1))
 
 
 def straighten(x: np.ndarray, y: np.ndarray, tolerance: float, numbered: bool) -> Straightened:
@@ -184,18 +183,14 @@ def straighten(x: np.ndarray, y: np.ndarray, tolerance: float, numbered: bool) -
         return plain
     steps = found_steps(x, y, tolerance)
     tried = [plain, _bent(x, y, none), *((_judged(x, y, steps), _bent(x, y, steps)) if len(steps) else ())]
-    first: Straightened = min(tried, key=_error_of)
+    first: Straightened = min(tried, key=attrgetter("error"))
     return next((one for one in tried if one.error <= tolerance), first)
-
-
-def _error_of(one: Straightened) -> float:
-    return one.error
 
 
 def _judged(x: np.ndarray, y: np.ndarray, steps: np.ndarray) -> Straightened:
     """The line below the arrivals once the steps are taken out, with its error."""
-    level = y - (steps[:, 1] * (x[:, None] >= steps[:, 0])).sum(axis=1)
-    line, free = lower_envelope(x, level), moments(y)
+    level, free = y - put_on(steps, x), moments(y)
+    line = lower_envelope(x, level)
     late = (level - line.at(x))[free]
     error = unevenness(x[free], late)
     if len(steps):
@@ -210,10 +205,10 @@ def _bent(x: np.ndarray, y: np.ndarray, steps: np.ndarray) -> Straightened:
     most = min(MOST_WINDOWS, len(free) // A_KNOT)
     if most < FEWEST_KNOTS:
         return straight
-    late = (y - straight.put_on(x) - straight.line.at(x))[free]
-    bent = Straightened(straight.line, steps, floors(x[free], late, A_KNOT, most)[:, :2], straight.error)
+    late = (y - put_on(steps, x) - straight.line.at(x))[free]
+    bent = replace(straight, bend=floors(x[free], late, A_KNOT, most)[:, :2])
     left = unevenness(x[free], late - bent.bent(x[free]), A_KNOT // 2, 2 * most - 1)
-    return Straightened(bent.line, steps, bent.bend, left * (STEP_DOUBT if len(steps) else 1.0))
+    return replace(bent, error=left * (STEP_DOUBT if len(steps) else 1.0))
 
 
 def found_steps(x: np.ndarray, y: np.ndarray, tolerance: float) -> np.ndarray:
@@ -239,12 +234,9 @@ def found_steps(x: np.ndarray, y: np.ndarray, tolerance: float) -> np.ndarray:
         about = int(np.argmax(np.abs(jump)))
         near = slice(max(0, about - piece), about + piece)
         starts.append(near.start + _placed(above[near]))
-        jump[max(0, about - piece) : about + piece] = 0.0
-    if not starts:
-        return np.empty((0, 2))
+        jump[near] = 0.0
     bounds = np.unique([0, *starts, count])
-    heights = one_rate(x, y, bounds, period)
-    sizes = np.diff(heights)
+    sizes = np.diff(one_rate(x, y, bounds, period))
     # A moment stands under its last packet: the setting comes after the last one of the moment before.
     return np.column_stack((x[bounds[1:-1] - 1] + 1, sizes))[np.abs(sizes) > tolerance]
 
@@ -267,15 +259,8 @@ def one_rate(x: np.ndarray, y: np.ndarray, bounds: np.ndarray, about: float) -> 
         return np.minimum.reduceat(y - period * (x - middle), bounds[:-1])
 
     low, high = about * (1 - RATE_SEARCH), about * (1 + RATE_SEARCH)
-    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    at_left, at_right = weight @ heights(left), weight @ heights(right)
     for _ in range(SECTIONS):
-        if at_left > at_right:
-            high, right, at_right = right, left, at_left
-            left = high - GOLDEN * (high - low)
-            at_left = weight @ heights(left)
-        else:
-            low, left, at_left = left, right, at_right
-            right = low + GOLDEN * (high - low)
-            at_right = weight @ heights(right)
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        better_left = weight @ heights(left) > weight @ heights(right)
+        low, high = (low, right) if better_left else (left, high)
     return heights((low + high) / 2)

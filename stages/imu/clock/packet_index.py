@@ -19,6 +19,7 @@ FEW_FALLS = 5  # stamps that fall in the order of storage: a clock that was set,
 BY_COUNTER, BY_DEVICE_STAMP, BY_ROWS = "counter", "device stamp", "rows"
 REORDER_WINDOW = 64  # packets; a counter that falls back further than this has restarted
 LOOK_AHEAD = 5  # packets looked at to tell a late packet from a restart
+BACK_S = 0.5  # a sensor's own stamp that falls by more has restarted
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,8 @@ class IndexedRecording:
     lost_packets: int | None
     gaps: int
     resets: int
-    numbered_by: str = BY_COUNTER
-    sent_again: int = 0
+    numbered_by: str
+    sent_again: int
 
 
 def arrival_stamp(recording: Recording) -> tuple[str, np.ndarray]:
@@ -103,11 +104,8 @@ def index_samples(recording: Recording) -> IndexedRecording:
     exact = stored - recording.rows
     if np.isfinite(recording.packet).sum() < recording.rows / 2:
         return index_without_counter(recording, exact)
-    usable = np.isfinite(recording.packet) & (recording.packet >= 0)
     stamp_name, stamp = arrival_stamp(recording)
-    if stamp_name != "none":
-        usable &= np.isfinite(stamp)
-    unusable = int((~usable).sum())
+    usable = np.isfinite(recording.packet) & (recording.packet >= 0) & (np.isfinite(stamp) | (stamp_name == "none"))
     recording, stamp = recording.take(usable), stamp[usable]
     first = first_arrivals(recording, stamp)
     sent_again = recording.rows - len(first)
@@ -116,29 +114,36 @@ def index_samples(recording: Recording) -> IndexedRecording:
     order = arrival_order(recording.packet, stamp) if stamp_name != "none" else np.arange(recording.rows)
     segment, packet = unwrap_counter(recording.packet[order].astype(np.int64), recording.device.counter_modulus)
     index = packet * batch + position[order]
-    in_sequence = np.lexsort((index, segment))
-    segment, index, rows = segment[in_sequence], index[in_sequence], order[in_sequence]
-    new = np.ones(len(rows), dtype=bool)
-    new[1:] = (np.diff(segment) != 0) | (np.diff(index) != 0)
-    stored_rank = np.empty(len(rows), dtype=np.int64)
-    stored_rank[rows] = np.arange(len(rows))
-    out_of_order = int((stored_rank < np.maximum.accumulate(stored_rank)).sum()) if len(rows) else 0
-    key_duplicates = int((~new).sum())
-    segment, index, rows = segment[new], index[new], rows[new]
-    for life in np.unique(segment):
-        index[segment == life] -= index[segment == life].min() // batch * batch
+    rank = np.argsort(order[np.lexsort((index, segment))])
+    late, unusable = int((rank < np.maximum.accumulate(rank)).sum()), int((~usable).sum())
+    return _numbered(recording.take(order), segment, index, batch, BY_COUNTER, exact, late, unusable, sent_again)
+
+
+def _numbered(
+    recording: Recording, segment: np.ndarray, index: np.ndarray, batch: int, by: str,
+    exact: int, out_of_order: int, unusable: int, sent_again: int = 0,
+) -> IndexedRecording:
+    """The rows by `segment` and `index` (n,), of one index the first; each segment begins with a packet of number 0."""
+    order = np.lexsort((index, segment))
+    segment, index = segment[order], index[order]
+    new = np.append(True, (np.diff(segment) != 0) | (np.diff(index) != 0))[: len(index)]
+    order, segment, index = order[new], segment[new], index[new]
+    index = index - index[np.searchsorted(segment, segment)] // batch * batch
+    same = np.diff(segment) == 0
+    lost = int(np.maximum(np.diff(index // batch)[same] - 1, 0).sum()) if by == BY_COUNTER else None
     return IndexedRecording(
-        recording=recording.take(rows),
+        recording=recording.take(order),
         segment=segment,
         index=index,
         batch_size=batch,
         exact_duplicates=exact,
-        key_duplicates=key_duplicates,
+        key_duplicates=len(new) - len(order),
         out_of_order=out_of_order,
         unusable_rows=unusable,
-        lost_packets=_lost_packets(segment, index // batch),
-        gaps=int(((np.diff(index) > 1) & (np.diff(segment) == 0)).sum()),
+        lost_packets=lost,
+        gaps=int((np.diff(index)[same] > 1).sum()),
         resets=int(segment[-1]) if len(segment) else 0,
+        numbered_by=by,
         sent_again=sent_again,
     )
 
@@ -201,73 +206,33 @@ def _positions(recording: Recording) -> tuple[int, np.ndarray]:
     return max(batch, 1), np.minimum(rank, max(batch, 1) - 1)
 
 
-def _lost_packets(segment: np.ndarray, packet: np.ndarray) -> int:
-    lost = 0
-    for life in np.unique(segment):
-        present = np.unique(packet[segment == life])
-        lost += int(present[-1] - present[0] + 1 - len(present))
-    return lost
-
-
-BACK_S = 0.5  # a sensor's own stamp that falls by more has restarted
-
-
 def index_without_counter(recording: Recording, exact: int) -> IndexedRecording:
     """Count sampling periods by the sensor's own stamps where there are some, else count rows in order of arrival."""
-    stored = recording.rows
-    if np.isfinite(recording.device_stamp).sum() > max(1, stored // 2):
-        return _index_by_device_stamp(recording, exact)
+    stored, stamped = recording.rows, np.isfinite(recording.device_stamp)
+    by_stamps = bool(stamped.sum() > max(1, stored // 2))
+    recording = recording.take(stamped | (not by_stamps))
     name, stamp = arrival_stamp(recording)
     known = np.isfinite(stamp) | (name == "none")
     recording, stamp = recording.take(known), stamp[known]
-    falls = int((np.diff(stamp) < 0).sum())
-    order = np.argsort(stamp, kind="stable") if falls > FEW_FALLS else np.arange(len(stamp))
+    if by_stamps:
+        return _index_by_device_stamp(recording, exact, stored - recording.rows)
+    order, falls = arrival_order(np.zeros(len(stamp)), stamp), int((np.diff(stamp) < 0).sum())
     segment, rank = np.zeros(len(order), dtype=np.int64), np.arange(len(order))
-    return IndexedRecording(
-        recording.take(order), segment, rank, 1, exact, 0, falls, stored - len(order), None, 0, 0, BY_ROWS
-    )
+    return _numbered(recording.take(order), segment, rank, 1, BY_ROWS, exact, falls, stored - recording.rows)
 
 
-def _index_by_device_stamp(recording: Recording, exact: int) -> IndexedRecording:
+def _index_by_device_stamp(recording: Recording, exact: int, unusable: int) -> IndexedRecording:
     """Sampling periods from the sensor's own stamps, one a sample or one a packet."""
-    stored = recording.rows
-    recording = recording.take(np.isfinite(recording.device_stamp))
-    unusable = stored - recording.rows
-    name, arrived = arrival_stamp(recording)
-    if name not in ("none", "device"):
-        known = np.isfinite(arrived)
-        recording, unusable = recording.take(known), unusable + int((~known).sum())
     stamp = recording.device_stamp
-    falls = np.diff(stamp) < 0
-    restarts = np.append(False, np.diff(stamp) < -BACK_S)
+    falls, restarts = int((np.diff(stamp) < 0).sum()), np.append(False, np.diff(stamp) < -BACK_S)
     life = np.cumsum(restarts) if restarts.sum() <= FEW_FALLS else np.zeros(len(stamp), dtype=np.int64)
     order = np.lexsort((stamp, life))
     life, stamp = life[order], stamp[order]
     fresh = np.append(True, (np.diff(stamp) > 0) | (np.diff(life) != 0))
-    batch = round(len(stamp) / max(1, int(fresh.sum())))
-    if batch < 2:
-        order, life, stamp, fresh, batch = order[fresh], life[fresh], stamp[fresh], fresh[fresh], 1
-    at = np.flatnonzero(fresh)
-    rank = np.arange(len(stamp)) - np.repeat(at, np.diff(np.append(at, len(stamp))))
-    step = np.diff(stamp[at])
+    batch = max(1, round(len(stamp) / int(fresh.sum())))
+    at, which = np.flatnonzero(fresh), np.cumsum(fresh) - 1
+    step, rank = np.diff(stamp[at]), np.arange(len(stamp)) - at[which]
     usual = float(np.median(step)) if len(step) else 1.0
     periods = np.append(0, np.cumsum(np.where(np.diff(life[at]) == 0, np.maximum(1, np.rint(step / usual)), 1)))
-    first = np.append(True, np.diff(life[at]) != 0)
-    periods -= periods[first][np.cumsum(first) - 1]
-    index = np.repeat(periods, np.diff(np.append(at, len(stamp)))) * batch + np.minimum(rank, batch - 1)
-    index = index.astype(np.int64)
-    new = np.append(True, (np.diff(index) != 0) | (np.diff(life) != 0))
-    return IndexedRecording(
-        recording=recording.take(order[new]),
-        segment=life[new],
-        index=index[new],
-        batch_size=batch,
-        exact_duplicates=exact,
-        key_duplicates=recording.rows - int(new.sum()),
-        out_of_order=int(falls.sum()),
-        unusable_rows=unusable,
-        lost_packets=None,
-        gaps=int(((np.diff(index[new]) > 1) & (np.diff(life[new]) == 0)).sum()),
-        resets=int(life[-1]) if len(life) else 0,
-        numbered_by=BY_DEVICE_STAMP,
-    )
+    index = (periods[which] * batch + np.minimum(rank, batch - 1)).astype(np.int64)
+    return _numbered(recording.take(order), life, index, batch, BY_DEVICE_STAMP, exact, falls, unusable)

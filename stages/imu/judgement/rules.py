@@ -9,8 +9,10 @@ recording is a remark as well: it is said, not guessed.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stages.imu.clock.packet_index import BY_ROWS
 from stages.imu.judgement.evidence import mean_gain
@@ -47,10 +49,10 @@ from stages.imu.sources.units import agrees_with_gravity
 from stages.imu.trial.body import BodySensor
 from stages.imu.trial.frames import is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace
+from stages.imu.trial.two_clocks import have_own_clocks
 
 if TYPE_CHECKING:
     from stages.imu.trial.trial import Trial
-    from stages.imu.trial.two_clocks import Together
 
 BOTH = ("hip", "foot")
 IN_RADIANS = math.radians(10.0)  # no ramp is so gentle that is not level, and none so steep is walked down
@@ -119,7 +121,7 @@ def against_sensor(
     return tuple(one for one in rules if one)
 
 
-def verdict_on(trial: Trial, together: Together, left_out: Iterable[Finding], parameters: Reading) -> Verdict:
+def verdict_on(trial: Trial, left_out: Iterable[Finding], parameters: Reading) -> Verdict:
     """The verdict on a run; `left_out` says of each sensor that is not used why it is not."""
     sensors = trial.sensors
     if not sensors:
@@ -128,76 +130,61 @@ def verdict_on(trial: Trial, together: Together, left_out: Iterable[Finding], pa
     rules = (
         *left_out,
         *_on_what_is_there(trial),
-        *_on_clocks(sensors),
-        *_on_two_places(trial, together, parameters),
+        *(rule for place, sensor in sensors.items() for rule in _on_a_clock(place, sensor)),
+        *_on_two_places(trial, parameters),
         *_on_the_walk(trial, parameters),
         *(rule for place in sensors for rule in _on_a_place(place, trial, parameters)),
     )
     return Verdict(tuple(one for one in rules if one))
 
 
-def _on_what_is_there(trial: Trial) -> Iterator[Rule]:
+def _on_what_is_there(trial: Trial) -> tuple[Rule, ...]:
     first, *others = trial.sensors
-    yield remark(
-        not others,
-        f"only the {first}'s sensor: nothing confirms that it is this run's, which leg it rides on, its "
-        "frame, or the scale of its rate",
-        LEGS, STRIKES, FREQUENCY, f"{first} {RATE}", f"{first} {FRAME}",
-    )  # fmt: skip
-    yield remark(
-        trial.experiment.slope_deg is None,
-        "slope_deg is unknown and taken as 0: forces and frames are turned by as much",
-        *_of(trial.sensors, FRAME, FORCE),
-    )
-    for place, sensor in trial.sensors.items():
-        yield remark(
-            not is_mounting_declared(sensor.trace.indexed.recording.device),
-            f"the {place}'s mounting is not declared: which way is forward was read off the swing",
-            LEGS, f"{place} {FRAME}",
-        )  # fmt: skip
-
-
-def _on_clocks(sensors: Mapping[str, BodySensor]) -> Iterator[Rule]:
-    for place, sensor in sensors.items():
-        clock, by_rows = sensor.trace.clock, sensor.trace.indexed.numbered_by == BY_ROWS
-        by = ", ".join(f"{size * 1e3:+.0f}" for size in clock.settings)
-        dated = (CLOCK, FREQUENCY, STRIKES)
-        yield (
-            remark(clock.stamp == "none", f"the {place} has no stamps: its rate is the nominal one", *dated)
-            or remark(
-                clock.stamp == "device",
-                f"the {place} is dated by its own clock: nothing tells how fast that runs", *dated,
+    return (
+        remark(
+            not others,
+            f"only the {first}'s sensor: nothing confirms that it is this run's, which leg it rides on, its "
+            "frame, or the scale of its rate",
+            LEGS, STRIKES, FREQUENCY, f"{first} {RATE}", f"{first} {FRAME}",
+        ),
+        remark(
+            trial.experiment.slope_deg is None,
+            "slope_deg is unknown and taken as 0: forces and frames are turned by as much",
+            *_of(trial.sensors, FRAME, FORCE),
+        ),
+        *(
+            remark(
+                not is_mounting_declared(sensor.trace.indexed.recording.device),
+                f"the {place}'s mounting is not declared: which way is forward was read off the swing",
+                LEGS, f"{place} {FRAME}",
             )
-            or remark(by_rows, f"the {place}'s samples are not numbered: a lost one cannot be seen", *dated)
-        )  # fmt: skip
-        yield remark(
+            for place, sensor in trial.sensors.items()
+        ),
+    )  # fmt: skip
+
+
+def _on_a_clock(place: str, sensor: BodySensor) -> tuple[Rule, ...]:
+    clock, by_rows = sensor.trace.clock, sensor.trace.indexed.numbered_by == BY_ROWS
+    by, dated = ", ".join(f"{size * 1e3:+.0f}" for size in clock.settings), (CLOCK, FREQUENCY, STRIKES)
+    return (
+        remark(clock.stamp == "none", f"the {place} has no stamps: its rate is the nominal one", *dated)
+        or remark(
+            clock.stamp == "device", f"the {place} is dated by its own clock: nothing tells how fast that runs", *dated
+        )
+        or remark(by_rows, f"the {place}'s samples are not numbered: a lost one cannot be seen", *dated),
+        remark(
             len(clock.settings) > 0,
             f"the clock behind the {place}'s stamps was set by {by} ms, which is taken out", CLOCK,
-        )  # fmt: skip
-        yield remark(
+        ),
+        remark(
             clock.bend > 0, f"the {place}'s clock wandered by {clock.bend * 1e3:.0f} ms, which is followed", CLOCK
-        )
+        ),
+    )  # fmt: skip
 
 
-def _on_two_places(trial: Trial, together: Together, parameters: Reading) -> Iterator[Rule]:
-    evidence, limits, overlap = trial.evidence, parameters.limits, trial.overlap
-    own_clocks = len(trial.sensors) == 2 and all(one.trace.clock.stamp == "device" for one in trial.sensors.values())
-    yield remark(
-        own_clocks,
-        "hip and foot are dated by clocks of their own: they were brought together by their motion alone", LAG, CLOCK,
-    )  # fmt: skip
-    yield remark(
-        not math.isnan(together.other_lag),
-        f"moved by {together.other_lag:+.2f} s the foot would turn with the hip as well as where it was put: record "
-        "the still stand and the push with both sensors", LAG, LEVER,
-    )  # fmt: skip
-    yield refusal(
-        overlap < limits.smallest_overlap,
-        f"hip and foot share only {overlap:.0%} of their time: logs of different runs, or clocks that were not set",
-    ) or remark(
-        overlap < limits.usual_overlap,
-        f"hip and foot share {overlap:.0%} of their time: what one saw alone is not confirmed", STRIKES, FREQUENCY,
-    )  # fmt: skip
+def _on_two_places(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
+    evidence, limits = trial.evidence, parameters.limits
+    together, overlap = trial.together, trial.overlap
     apart = (
         refusal(
             together.at_edge,
@@ -219,46 +206,67 @@ def _on_two_places(trial: Trial, together: Together, parameters: Reading) -> Ite
         "columns that lag, a filter on the rates, or a zero that firmware follows",
         *_of(BOTH, RATE, FRAME), LEVER,
     )  # fmt: skip
-    yield from apart if any(apart) else (late,) if late else _on_one_leg(evidence, trial.experiment.slope_deg, limits)
+    return (
+        remark(
+            have_own_clocks(trial.sensors),
+            "hip and foot are dated by clocks of their own: they were brought together by their motion alone",
+            LAG, CLOCK,
+        ),
+        remark(
+            not math.isnan(together.other_lag),
+            f"moved by {together.other_lag:+.2f} s the foot would turn with the hip as well as where it was put: "
+            "record the still stand and the push with both sensors", LAG, LEVER,
+        ),
+        refusal(
+            overlap < limits.smallest_overlap,
+            f"hip and foot share only {overlap:.0%} of their time: logs of different runs, or clocks that were not set",
+        ) or remark(
+            overlap < limits.usual_overlap,
+            f"hip and foot share {overlap:.0%} of their time: what one saw alone is not confirmed", STRIKES, FREQUENCY,
+        ),
+        *(apart if any(apart) else (late,) if late else _on_one_leg(evidence, trial.experiment.slope_deg, limits)),
+    )  # fmt: skip
 
 
-def _on_one_leg(evidence: Evidence, slope: float | None, limits: Limits) -> Iterator[Rule]:
+def _on_one_leg(evidence: Evidence, slope: float | None, limits: Limits) -> tuple[Rule, ...]:
     """How two places that turn as one differ."""
     slope_deg, ratio, off = slope or 0.0, evidence.rate_ratio, abs(evidence.lever_direction_deg)
     degrees = math.degrees(slope_deg)
-    yield remark(
-        evidence.agreement < limits.usual_agreement,
-        f"hip and foot turn less alike than on one leg (R2 {evidence.agreement:.4f}): logs of different runs, a "
-        "sensor that is loose or smoothed, or a clock that was set",
-        LAG, LEVER, STRIKES, FREQUENCY, *_of(BOTH, RATE, FORCE, FRAME),
-    )  # fmt: skip
-    yield refusal(
-        _beyond(abs(ratio), limits.rate_scale_tolerance),
-        f"the foot turns {ratio:.2f} times as fast as the hip: look at gyroscope_range_deg_s and gyroscope_unit",
-    ) or remark(
-        abs(ratio - 1) > limits.rate_tolerance_of_places,
-        f"the foot turns {ratio:.2f} times as fast as the hip", *_of(BOTH, RATE),
-    )  # fmt: skip
-    yield remark(
-        abs(evidence.lever_arm / limits.lever_arm - 1) > limits.lever_arm_tolerance,
-        f"by the signals the sensors are {evidence.lever_arm:.3f} m apart, by the drawing {limits.lever_arm:.3f} m",
-        LEVER, *_of(BOTH, RATE, FORCE),
-    )  # fmt: skip
-    yield remark(
-        _beyond(evidence.forward_gain, limits.forward_gain_tolerance),
-        f"beside the leg's turning the foot feels {evidence.forward_gain:.2f} times as much forward as the hip: "
-        "one of an accelerometer's axis or gain, or a sensor that turned on its leg",
-        *_of(BOTH, FRAME, FORCE), LEVER,
-    )  # fmt: skip
-    yield remark(
-        0 < slope_deg < IN_RADIANS and abs(evidence.lever_direction_deg + degrees - slope_deg) < off,
-        f"slope_deg of {slope_deg:.3g} seems to be in radians: {degrees:.2f} degrees are nearer to what is felt",
-        *_of(BOTH, FRAME, FORCE),
-    ) or remark(
-        off > limits.lever_direction_deg,
-        f"the line from hip to foot lies {evidence.lever_direction_deg:+.1f} degrees off the leg: look at "
-        "slope_deg, rest_leg_angle_deg and the accelerometers' axes",
-        *_of(BOTH, FRAME, FORCE), LEVER,
+    return (
+        remark(
+            evidence.agreement < limits.usual_agreement,
+            f"hip and foot turn less alike than on one leg (R2 {evidence.agreement:.4f}): logs of different runs, a "
+            "sensor that is loose or smoothed, or a clock that was set",
+            LAG, LEVER, STRIKES, FREQUENCY, *_of(BOTH, RATE, FORCE, FRAME),
+        ),
+        refusal(
+            _beyond(abs(ratio), limits.rate_scale_tolerance),
+            f"the foot turns {ratio:.2f} times as fast as the hip: look at gyroscope_range_deg_s and gyroscope_unit",
+        ) or remark(
+            abs(ratio - 1) > limits.rate_tolerance_of_places,
+            f"the foot turns {ratio:.2f} times as fast as the hip", *_of(BOTH, RATE),
+        ),
+        remark(
+            abs(evidence.lever_arm / limits.lever_arm - 1) > limits.lever_arm_tolerance,
+            f"by the signals the sensors are {evidence.lever_arm:.3f} m apart, by the drawing {limits.lever_arm:.3f} m",
+            LEVER, *_of(BOTH, RATE, FORCE),
+        ),
+        remark(
+            _beyond(evidence.forward_gain, limits.forward_gain_tolerance),
+            f"beside the leg's turning the foot feels {evidence.forward_gain:.2f} times as much forward as the hip: "
+            "one of an accelerometer's axis or gain, or a sensor that turned on its leg",
+            *_of(BOTH, FRAME, FORCE), LEVER,
+        ),
+        remark(
+            0 < slope_deg < IN_RADIANS and abs(evidence.lever_direction_deg + degrees - slope_deg) < off,
+            f"slope_deg of {slope_deg:.3g} seems to be in radians: {degrees:.2f} degrees are nearer to what is felt",
+            *_of(BOTH, FRAME, FORCE),
+        ) or remark(
+            off > limits.lever_direction_deg,
+            f"the line from hip to foot lies {evidence.lever_direction_deg:+.1f} degrees off the leg: look at "
+            "slope_deg, rest_leg_angle_deg and the accelerometers' axes",
+            *_of(BOTH, FRAME, FORCE), LEVER,
+        ),
     )  # fmt: skip
 
 
@@ -267,40 +275,41 @@ def _beyond(ratio: float, tolerance: float) -> bool:
     return abs(math.log(max(ratio, 1e-9))) > math.log1p(tolerance)
 
 
-def _on_the_walk(trial: Trial, parameters: Reading) -> Iterator[Rule]:
+def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
     settings, limits, evidence = parameters.settings, parameters.limits, trial.evidence
-    count, frequency = len(trial.strikes.time), trial.frequency.value
+    count, frequency = len(trial.strikes.time), trial.frequency[0]
     if count < settings.fewest_steps:
-        yield Finding(True, (), f"only {count} heel strikes")
-        return
-    yield refusal(
-        not settings.slowest_step_hz <= frequency <= settings.fastest_step_hz,
-        f"{frequency:.4g} steps a second are not between {settings.slowest_step_hz:g} and "
-        f"{settings.fastest_step_hz:g}",
-    )
-    yield refusal(
-        evidence.third_moment < -limits.third_moment,
-        "the leg would swing backward faster than it rolls forward: forward_axis points backward, or a gyroscope "
-        "is turned round",
-    ) or remark(
-        abs(evidence.third_moment) <= limits.third_moment, "the swing does not tell which way is forward", LEGS
-    )
-    yield remark(
-        evidence.spacing > limits.spacing or evidence.alternating < 1,
-        f"steps are spaced unevenly (one departs by {evidence.spacing:.0%} of the median) or a leg lands twice",
-        STRIKES, LEGS, FREQUENCY, LEG_ANGLE,  # what hides a strike hides how the rate jumps there
-    )  # fmt: skip
-    yield _on_gains(evidence, parameters)
-    yield remark(
-        evidence.hidden_strikes > limits.hidden_strikes,
-        f"{evidence.hidden_strikes:.0%} of the heel strikes lie in holes of the recording: they are placed by what "
-        "is left of them", STRIKES, FREQUENCY,
-    )  # fmt: skip
-    yield remark(
-        abs(evidence.strike_symmetry_deg) > limits.strike_symmetry_deg,
-        f"the leg lands unevenly about the slope's normal, by {evidence.strike_symmetry_deg:+.1f} degrees: look at "
-        "rest_leg_angle_deg, and whether it stood still as is said",
-        *_of(BOTH, FRAME, FORCE),
+        return (refusal(True, f"only {count} heel strikes"),)
+    return (
+        refusal(
+            not settings.slowest_step_hz <= frequency <= settings.fastest_step_hz,
+            f"{frequency:.4g} steps a second are not between {settings.slowest_step_hz:g} and "
+            f"{settings.fastest_step_hz:g}",
+        ),
+        refusal(
+            evidence.third_moment < -limits.third_moment,
+            "the leg would swing backward faster than it rolls forward: forward_axis points backward, or a gyroscope "
+            "is turned round",
+        ) or remark(
+            abs(evidence.third_moment) <= limits.third_moment, "the swing does not tell which way is forward", LEGS
+        ),
+        remark(
+            evidence.spacing > limits.spacing or evidence.alternating < 1,
+            f"steps are spaced unevenly (one departs by {evidence.spacing:.0%} of the median) or a leg lands twice",
+            STRIKES, LEGS, FREQUENCY, LEG_ANGLE,  # what hides a strike hides how the rate jumps there
+        ),
+        _on_gains(evidence, parameters),
+        remark(
+            evidence.hidden_strikes > limits.hidden_strikes,
+            f"{evidence.hidden_strikes:.0%} of the heel strikes lie in holes of the recording: they are placed by what "
+            "is left of them", STRIKES, FREQUENCY,
+        ),
+        remark(
+            abs(evidence.strike_symmetry_deg) > limits.strike_symmetry_deg,
+            f"the leg lands unevenly about the slope's normal, by {evidence.strike_symmetry_deg:+.1f} degrees: look at "
+            "rest_leg_angle_deg, and whether it stood still as is said",
+            *_of(BOTH, FRAME, FORCE),
+        ),
     )  # fmt: skip
 
 
@@ -313,86 +322,93 @@ def _on_gains(evidence: Evidence, parameters: Reading) -> Rule:
     unlike = 3 * math.hypot(limits.rate_gain_tolerance, evidence.hip_gain_error, evidence.foot_gain_error)
     read = (f"the gyroscopes read {gain:.2f} times what gravity turns by while the leg stands: one of their gain, "
             "range or unit, or the accelerometers' gain forward")  # fmt: skip
-    if abs(other / one - 1) > unlike:
-        place, felt = ("hip", 1 / one) if abs(math.log(one)) > abs(math.log(other)) else ("foot", 1 / other)
-        about = (*_of((place,), FORCE, FRAME), LEVER)
-        return Finding(
-            False, about,
+    place, felt = ("hip", 1 / one) if abs(math.log(one)) > abs(math.log(other)) else ("foot", 1 / other)
+    return (
+        remark(
+            abs(other / one - 1) > unlike,
             f"while the leg stands the {place} feels forward {felt:.2f} times what gravity gives that turns by its "
             "rate, the other place what it should: an axis of its accelerometer",
-        )  # fmt: skip
-    return refusal(_beyond(gain, limits.rate_scale_tolerance), read) or remark(
-        abs(gain - 1) > max(limits.rate_gain_tolerance, 3 * error), read, *_of(BOTH, RATE)
-    )
-
-
-def _on_a_place(place: str, trial: Trial, parameters: Reading) -> Iterator[Rule]:
-    limits, trace = parameters.limits, trial.sensors[place].trace
-    found = trial.evidence.at(place)
-    yield refusal(
-        found["turning"] < limits.turning,
-        f"the {place}'s gyroscope turns against gravity: columns exchanged or signs turned in gyroscope or "
-        "accelerometer",
-    )
-    yield remark(
-        abs(found["arm"] - 1) > limits.leg_length_tolerance,
-        f"by the {place}'s signals the leg that stands is {found['arm']:.2f} times as long as by the drawing: look at "
-        "leg_length", LEVER, STEP_LENGTH,
+            *_of((place,), FORCE, FRAME), LEVER,
+        )
+        or refusal(_beyond(gain, limits.rate_scale_tolerance), read)
+        or remark(abs(gain - 1) > max(limits.rate_gain_tolerance, 3 * error), read, *_of(BOTH, RATE))
     )  # fmt: skip
+
+
+def _on_a_place(place: str, trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
+    limits, trace, found = parameters.limits, trial.sensors[place].trace, trial.evidence.at(place)
     moved = (("its swing axis", found["axis_deg"]), ("gravity beside its rate", found["pitch_deg"]))
     turned = " and ".join(f"{what} by {angle:.1f}" for what, angle in moved if angle > limits.turned_deg)
-    yield remark(
-        bool(turned),
-        f"within the walk turned on the {place}'s sensor, in degrees, {turned}: one of a sensor that turned on its "
-        "leg, a gyroscope whose zero drifts, or a walk that leaves its plane",
-        *_of((place,), FRAME, FORCE, RATE),
-    )  # fmt: skip
-    yield remark(
-        noise_ends(trace),
-        f"the noise of the {place} at rest ends below its bandwidth: one of readings that were smoothed, "
-        "averaged or resampled, or a low pass below bandwidth_hz",
-        STRIKES, FREQUENCY, *_of((place,), FORCE, RATE),
-    )  # fmt: skip
     at_rest = trace.static_reading() * trace.scale.acceleration / parameters.settings.gravity
-    yield remark(
-        max(abs(at_rest - 1), abs(found["gravity"] - 1)) > limits.gravity_tolerance,
-        f"the {place} feels {at_rest:.3f} of gravity at rest and {found['gravity']:.3f} over whole strides: one "
-        "of its gain, a bias, or blows that are in holes or beyond full scale", f"{place} {FORCE}",
-    )  # fmt: skip
-    yield remark(
-        abs(found["gravity_deg"]) > limits.gravity_direction_deg,
-        f"over whole strides the {place} feels gravity {found['gravity_deg']:+.1f} degrees from where it stood at "
-        "rest: one of its rate, an axis of its accelerometer, or holes", *_of((place,), FORCE, RATE, FRAME),
-    )  # fmt: skip
-    yield from _on_readings(place, trial, limits)
-
-
-def _on_readings(place: str, trial: Trial, limits: Limits) -> Iterator[Rule]:
-    """What the stored readings of a place show of its ranges, and of rows that cannot be used."""
-    trace, rows = trial.sensors[place].trace, max(1, len(trial.sensors[place].time))
-    raw, scale, unusable = trace.indexed.recording, trace.scale, trace.indexed.unusable_rows
-    for what, clipped in ((FORCE, trace.clipped_acceleration), (RATE, trace.clipped_angular_rate)):
-        yield remark(
-            clipped > limits.clipped_share * rows,
-            f"{clipped / rows:.0%} of the {place}'s samples are at full scale", f"{place} {what}",
-        )  # fmt: skip
-    for what, values, full, size, unit in (
+    rows, unusable = max(1, len(trace.time)), trace.indexed.unusable_rows
+    raw, scale = trace.indexed.recording, trace.scale
+    kinds = (
         (FORCE, raw.acceleration, scale.acceleration_full_scale, scale.acceleration, "m/s^2"),
         (RATE, raw.angular_rate, scale.angular_rate_full_scale, scale.angular_rate, "rad/s"),
-    ):
-        over, (count, at) = wraps(values), flat_tops(values, full)
-        yield remark(
+    )
+    return (
+        refusal(
+            found["turning"] < limits.turning,
+            f"the {place}'s gyroscope turns against gravity: columns exchanged or signs turned in gyroscope or "
+            "accelerometer",
+        ),
+        remark(
+            abs(found["arm"] - 1) > limits.leg_length_tolerance,
+            f"by the {place}'s signals the leg that stands is {found['arm']:.2f} times as long as by the drawing: look "
+            "at leg_length", LEVER, STEP_LENGTH,
+        ),
+        remark(
+            bool(turned),
+            f"within the walk turned on the {place}'s sensor, in degrees, {turned}: one of a sensor that turned on its "
+            "leg, a gyroscope whose zero drifts, or a walk that leaves its plane",
+            *_of((place,), FRAME, FORCE, RATE),
+        ),
+        remark(
+            noise_ends(trace),
+            f"the noise of the {place} at rest ends below its bandwidth: one of readings that were smoothed, "
+            "averaged or resampled, or a low pass below bandwidth_hz",
+            STRIKES, FREQUENCY, *_of((place,), FORCE, RATE),
+        ),
+        remark(
+            max(abs(at_rest - 1), abs(found["gravity"] - 1)) > limits.gravity_tolerance,
+            f"the {place} feels {at_rest:.3f} of gravity at rest and {found['gravity']:.3f} over whole strides: one "
+            "of its gain, a bias, or blows that are in holes or beyond full scale", f"{place} {FORCE}",
+        ),
+        remark(
+            abs(found["gravity_deg"]) > limits.gravity_direction_deg,
+            f"over whole strides the {place} feels gravity {found['gravity_deg']:+.1f} degrees from where it stood at "
+            "rest: one of its rate, an axis of its accelerometer, or holes", *_of((place,), FORCE, RATE, FRAME),
+        ),
+        *(
+            remark(
+                clipped > limits.clipped_share * rows,
+                f"{clipped / rows:.0%} of the {place}'s samples are at full scale", f"{place} {what}",
+            )
+            for what, clipped in ((FORCE, trace.clipped_acceleration), (RATE, trace.clipped_angular_rate))
+        ),
+        *(rule for kind in kinds for rule in _on_readings(place, trial.sensors, *kind)),
+        remark(
+            unusable > limits.unusable_share * rows,
+            f"{unusable} rows of the {place} have no packet number or stamp", CLOCK, STRIKES,
+        ),
+    )  # fmt: skip
+
+
+def _on_readings(
+    place: str, places: Iterable[str], what: str, raw: np.ndarray, full_scale: float, size: float, unit: str
+) -> tuple[Rule, ...]:
+    """What the stored readings (n, 3) of a place show of their range; one of them is `size` [unit]."""
+    over, (count, at) = wraps(raw), flat_tops(raw, full_scale)
+    return (
+        remark(
             over > 0,
             f"readings of the {place} leap {over} times from one end of their range to the other: counts that "
             "begin again beyond their full scale, as another sensor's of this range may",
-            *_of(trial.sensors, what), f"{place} {FRAME}", STRIKES, FREQUENCY,
-        )  # fmt: skip
-        yield remark(
+            *_of(places, what), f"{place} {FRAME}", STRIKES, FREQUENCY,
+        ),
+        remark(
             count > 0,
             f"{count} samples of the {place} end at {at * size:.3g} {unit}: its full scale is there, not "
             "where its range says", f"{place} {what}",
-        )  # fmt: skip
-    yield remark(
-        unusable > limits.unusable_share * rows,
-        f"{unusable} rows of the {place} have no packet number or stamp", CLOCK, STRIKES,
+        ),
     )  # fmt: skip

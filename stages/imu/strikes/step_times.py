@@ -43,9 +43,7 @@ def stances_of(strikes: HeelStrikes) -> tuple[np.ndarray, np.ndarray]:
     return start[whole], end[whole]
 
 
-NAN = float("nan")
-
-
+NAN = math.nan
 UNKNOWN = StepTimes(*(NAN,) * 15)
 
 
@@ -95,23 +93,14 @@ def _mean_step(strikes: HeelStrikes, leg: int) -> tuple[float, int]:
     return (float(mine.mean()) if len(mine) else NAN), len(mine)
 
 
-@dataclass(frozen=True)
-class StepFrequency:
-    """Steps per second [Hz] with its standard error [Hz] and the number of heel strikes behind it."""
+def step_frequency(strikes: HeelStrikes) -> tuple[float, float]:
+    """Steps per second and its standard error [Hz], from a straight line through the strike times.
 
-    value: float
-    standard_error: float
-    strikes: int
-
-
-def step_frequency(strikes: HeelStrikes) -> StepFrequency:
-    """Frequency from a straight line through the strike times, with an offset of its own for each leg.
-
-    Strikes are numbered by whole steps, so a strike that was missed does not count as a long step.
+    Each leg has an offset of its own. Strikes are numbered by whole steps, so a missed one is no long step.
     """
     step = np.diff(strikes.time)
     if len(step) < 3 or not np.median(step) > 0:  # pulses of one and the same time are no walk
-        return StepFrequency(float("nan"), float("nan"), len(strikes.time))
+        return NAN, NAN
     number = np.append(0, np.cumsum(np.maximum(1, np.rint(step / np.median(step)))))
     columns = np.column_stack((np.ones(len(number)), number, strikes.leg))
     if len(set(strikes.leg.tolist())) == 1:
@@ -120,4 +109,4 @@ def step_frequency(strikes: HeelStrikes) -> StepFrequency:
     residual = strikes.time - columns @ solution
     variance = residual @ residual / max(1, len(number) - columns.shape[1])
     period_error = np.sqrt(variance * np.linalg.pinv(columns.T @ columns)[1, 1])
-    return StepFrequency(1 / solution[1], float(period_error / solution[1] ** 2), len(number))
+    return 1 / solution[1], float(period_error / solution[1] ** 2)

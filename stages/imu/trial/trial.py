@@ -17,11 +17,11 @@ from stages.imu.result import NOT_OBSERVABLE, Evidence, LegMotion, RunReport, Se
 from stages.imu.sources.opening import printable
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import implied_acceleration_unit
-from stages.imu.strikes.step_times import HeelStrikes, StepFrequency, step_frequency, stride_bounds
+from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import PLACES, BodySensor, frame_of, grid_signals
 from stages.imu.trial.frames import Frame
 from stages.imu.trial.sensor import SensorTrace, trace_sensor
-from stages.imu.trial.two_clocks import brought_together, overlap_of
+from stages.imu.trial.two_clocks import Together, brought_together, overlap_of
 from stages.imu.trial.walk import leg_of, registered, strikes_of
 
 
@@ -98,19 +98,18 @@ def report_sensor(
 class Trial:
     """One run, ready to be compared.
 
-    `foot_lag` is what the foot's stamps were late against the hip's [s], taken out (`two_clocks.py`),
-    NaN without both sensors.
+    `together` says by how much the foot's stamps were late against the hip's, which is taken out; `frequency` is that
+    of the steps, with its standard error [Hz].
     `strides` (s, p, 6) are the registered signals in the order of `SENSOR_SIGNALS`.
     """
 
     experiment: Experiment
     sensors: dict[str, BodySensor]
     reports: tuple[SensorReport, ...]
-    foot_lag: float
-    foot_lag_error: float
+    together: Together
     overlap: float
     strikes: HeelStrikes
-    frequency: StepFrequency
+    frequency: tuple[float, float]
     bounds: np.ndarray
     strides: np.ndarray
     leg: LegMotion
@@ -130,12 +129,12 @@ class Trial:
             origin=self.experiment.origin,
             slope_deg=math.nan if slope is None else slope,
             overlap=self.overlap,
-            foot_lag=self.foot_lag,
-            foot_lag_error=self.foot_lag_error,
+            foot_lag=self.together.lag,
+            foot_lag_error=self.together.lag_error,
             heel_strikes=len(self.strikes.time),
             strides=len(self.strides),
-            step_frequency=self.frequency.value,
-            step_frequency_error=self.frequency.standard_error,
+            step_frequency=self.frequency[0],
+            step_frequency_error=self.frequency[1],
             step_length=math.nan if none else float(leg.step_length.mean()),
             step_length_error=math.nan if none else float(leg.step_length_error.mean()),
             step_length_drawing_error=math.nan if none else float(leg.step_length_drawing_error.mean()),
@@ -183,8 +182,7 @@ def read_trial(
         experiment=experiment,
         sensors=sensors,
         reports=tuple(reports),
-        foot_lag=together.lag,
-        foot_lag_error=together.lag_error,
+        together=together,
         overlap=overlap_of(sensors["hip"], sensors["foot"]) if timed else math.nan,
         strikes=strikes,
         frequency=step_frequency(used),
@@ -193,4 +191,4 @@ def read_trial(
         leg=leg_of(sensors, common, used, corner, confirmed(evidence, parameters), parameters),
         evidence=evidence,
     )
-    return dataclasses.replace(trial, verdict=verdict_on(trial, together, left_out, parameters))
+    return dataclasses.replace(trial, verdict=verdict_on(trial, left_out, parameters))
