@@ -6,7 +6,7 @@ import contextlib
 import io
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from pipeline.cache import disk, fingerprint, processor
 from pipeline.commands import options, status
 from pipeline.errors import FAILED, Declined, StudyError, is_answer, nearest
 from pipeline.execution import display
-from pipeline.graph import FIGURES
+from pipeline.graph import FIGURES, Stage
 from pipeline.parameters import loading
 from pipeline.study import Study, shown
 
@@ -62,12 +62,7 @@ def figures(
     if names:
         if check or against or exact:
             raise click.UsageError("--check, --against and --exact are for all figures: give no names")
-        noted = {""}
-        for files, caption, said in draw(study, names, into or study.results / "drawn"):
-            if said not in noted:
-                status.echo(said)
-            noted.add(said)
-            click.echo("\n".join([*map(shown, files), caption]))
+        _draw_named(study, names, into or study.results / "drawn")
         return
     expected = against or study.store.place(FIGURES)
     if not expected.is_dir():
@@ -75,11 +70,26 @@ def figures(
     present = sorted(path.name for path in expected.iterdir() if not path.name.startswith("."))
     if against is None:
         status.say(study, *study.graph.needed_for((study.graph.maker(FIGURES),)))
-    if not check:
-        for name in present:
-            click.echo(shown(expected / name))
-        return
-    how, exact = _strictness(study, exact, tolerance, against)
+    if check:
+        how, exact = _strictness(study, exact, tolerance, against)
+        found = _drawn_anew(study, expected, present, TOLERANCE if tolerance is None else tolerance)
+        _tell(found, len(present), how, exact)
+    else:
+        click.echo("".join(f"{shown(expected / name)}\n" for name in present), nl=False)
+
+
+def _draw_named(study: Study, names: Iterable[str], folder: Path) -> None:
+    """Draw the figures whose names begin so, and tell each with its caption and what is said of its results."""
+    noted = {""}
+    for files, caption, said in draw(study, names, folder):
+        if said not in noted:
+            status.echo(said)
+        noted.add(said)
+        click.echo("\n".join([*map(shown, files), caption]))
+
+
+def _drawn_anew(study: Study, expected: Path, present: Sequence[str], tolerance: float) -> list[Difference]:
+    """Draw all figures anew beside a display, and compare them with those in `expected`, whose names are `present`."""
     shows, count = display.for_terminal(False, False), len({Path(name).stem for name in present})
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
         try:
@@ -88,14 +98,16 @@ def figures(
                     shows.points(min(number, count), max(count, 1), f"{number} figures drawn")
         finally:
             shows.close()
-        found = compare(
-            expected, Path(folder), study.results / "differences", TOLERANCE if tolerance is None else tolerance
-        )
+        return compare(expected, Path(folder), study.results / "differences", tolerance)
+
+
+def _tell(found: Sequence[Difference], count: int, how: str, exact: bool) -> None:
+    """Tell what differs of `count` files, and end with 1 if some of it is beyond what is allowed."""
     for difference in found:
         place = f"; see {shown(difference.picture)}" if difference.picture else ""
         click.echo(f"{difference.name} {difference.what}{place}")
     failed = [difference for difference in found if difference.fails or exact]
-    click.echo(f"{len(present)} files, {len(found)} differ, {len(failed)} of them beyond what is allowed: {how}")
+    click.echo(f"{count} files, {len(found)} differ, {len(failed)} of them beyond what is allowed: {how}")
     if failed:
         sys.exit(FAILED)
 
@@ -130,17 +142,12 @@ def draw(
     one that does draws them only together. Raises `Declined` after all others for those that cannot be drawn for a
     reason.
     """
-    stage = next((stage for stage in study.graph.stages.values() if FIGURES in stage.outs), None)
-    if stage is None:
-        raise StudyError(f"dvc.yaml: no stage lists {FIGURES} among its outs")
-    drawn = study.module(stage.name, "drawn")
-    if drawn is None:
-        raise StudyError(f"stage {stage.name} has no module drawn: it draws its figures only together")
+    stage, drawn = _register(study)
     places = {Path(path).stem: path for path in reversed(stage.inputs)}
-    shows = {name: tuple(dict.fromkeys(study.graph.maker(places[key]) for key in drawn.figure(name).inputs))
-             for each in asked for name in _chosen(each, drawn.NAMES)}  # fmt: skip
+    chosen = [name for each in asked for name in _chosen(each, drawn.NAMES)]
+    shows = {name: _makers(study, [places[key] for key in drawn.figure(name).inputs]) for name in chosen}
     values = study.parameters((stage.name,))[stage.name]
-    surveyed = status.Standing(study, {each for makers in shows.values() for each in makers}) if marked else None
+    surveyed = status.Standing(study, set().union(*shows.values())) if marked else None
     refused = []
     for name, makers in shows.items():
         said = surveyed.said(makers) if surveyed else ""
@@ -152,12 +159,34 @@ def draw(
                 raise
             refused.append(f"{name} is not drawn: {error}")
             continue
-        for path, content in files.items():
-            disk.write(folder / Path(path).name, content)
         caption = caption if status.together(study, makers) else _NO_CAPTION
-        yield [folder / Path(path).name for path in files], caption, said
+        yield _written(files, folder), caption, said
     if refused:
         raise Declined(refused)
+
+
+def _makers(study: Study, paths: Iterable[str]) -> tuple[str, ...]:
+    """The stages that make some results, each once."""
+    return tuple(dict.fromkeys(map(study.graph.maker, paths)))
+
+
+def _written(files: Mapping[str, bytes], folder: Path) -> list[Path]:
+    """Where in `folder` the files of a figure now lie."""
+    contents = {folder / Path(path).name: content for path, content in files.items()}
+    for path, content in contents.items():
+        disk.write(path, content)
+    return list(contents)
+
+
+def _register(study: Study) -> tuple[Stage, Any]:
+    """The stage that makes results/figures, and its module that can draw each alone."""
+    stage = next((stage for stage in study.graph.stages.values() if FIGURES in stage.outs), None)
+    if stage is None:
+        raise StudyError(f"dvc.yaml: no stage lists {FIGURES} among its outs")
+    drawn = study.module(stage.name, "drawn")
+    if drawn is None:
+        raise StudyError(f"stage {stage.name} has no module drawn: it draws its figures only together")
+    return stage, drawn
 
 
 def _chosen(asked: str, names: tuple[str, ...]) -> list[str]:

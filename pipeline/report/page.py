@@ -195,16 +195,21 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
         figures=list(_figures(files, words, {path for entry in there for path in entry.outs})),
         title=str(words.get("title", "Report")),
         synthetic=str(words.get("synthetic", "")),
-        stages=[{
-            "name": entry.stage, "summary": entry.summary, "key": entry.key,
-            "seconds": f"{entry.seconds:.1f}" if with_times else "",
-            "size": f"{sum(out.size for out in entry.outs.values()) / 1e6:.2f}",
-            "inputs": ", ".join(sorted(path.removeprefix("results/") for path in entry.ingredients["inputs"])),
-        } for entry in there],
+        stages=[_provenance(entry, with_times) for entry in there],
         parameters={file: list(_parameters(study, file, values)) for file, values in sorted(parameters.items())},
         versions=dict(sorted(versions.items())),
         missing=missing,
     )  # fmt: skip
+
+
+def _provenance(entry: Entry, with_times: bool) -> Row:
+    """The row of a stage: its summary, key, time, size, and inputs."""
+    return {
+        "name": entry.stage, "summary": entry.summary, "key": entry.key,
+        "seconds": f"{entry.seconds:.1f}" if with_times else "",
+        "size": f"{sum(out.size for out in entry.outs.values()) / 1e6:.2f}",
+        "inputs": ", ".join(sorted(path.removeprefix("results/") for path in entry.ingredients["inputs"])),
+    }  # fmt: skip
 
 
 def _intact(study: Study, entry: Entry, path: str) -> bytes:
