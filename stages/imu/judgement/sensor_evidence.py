@@ -65,22 +65,14 @@ def declared_rate_unit(unit: str) -> str:
 def dead_axes(trace: SensorTrace) -> tuple[str, ...]:
     """Names of the axes that hold one value, or none."""
     raw = np.hstack((trace.indexed.recording.acceleration, trace.indexed.recording.angular_rate))
-    dead = []
-    for name, axis in zip(AXIS_NAMES, raw.T):
-        known = axis[np.isfinite(axis)]
-        if not len(known) or known.min() == known.max():
-            dead.append(name)
-    return tuple(dead)
+    different = [len(np.unique(axis[np.isfinite(axis)])) for axis in raw.T]
+    return tuple(name for name, values in zip(AXIS_NAMES, different) if values < 2)
 
 
 def quantisation_step(raw: np.ndarray) -> float:
     """Smallest difference of two values of the same axis (n, 3); NaN where all are equal."""
-    steps: list[float] = []
-    for axis in raw.T:
-        difference = np.diff(np.unique(axis[np.isfinite(axis)]))
-        if len(difference):
-            steps.append(float(difference.min()))
-    return min(steps, default=math.nan)
+    steps = np.concatenate([np.diff(np.unique(axis[np.isfinite(axis)])) for axis in raw.T])
+    return float(steps.min()) if len(steps) else math.nan
 
 
 def flat_tops(raw: np.ndarray, full_scale: float) -> tuple[int, float]:

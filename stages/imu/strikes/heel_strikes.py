@@ -160,7 +160,10 @@ def refine(time: np.ndarray, signals: np.ndarray, at: np.ndarray, hidden: np.nda
     scale = np.array([np.std(signal[np.isfinite(signal)]) if np.isfinite(signal).any() else 0.0 for signal in around])
     scaled = signals / np.where(scale > 0, scale, 1.0)
     for number in range(REFINEMENTS):
-        template, variance = _mean_and_variance(_windows(time, scaled, at[seen, None] + offset))
+        _, template, scatter = mean_and_variance(_windows(time, scaled, at[seen, None] + offset))
+        worst = np.nanmax(scatter) if np.isfinite(scatter).any() else 1.0
+        known = np.where(np.isfinite(scatter), scatter, worst)
+        variance = uniform_filter1d(known, SMOOTHED, axis=0, mode="nearest")
         # The first round's variance is that of strikes not yet laid over each other.
         weight = 1 / (variance + VARIANCE_FLOOR * np.median(variance) + TINY) if number else np.ones_like(variance)
         moved = np.array([_best_shift(time, scaled, t + offset, template, weight) for t in at])
@@ -168,15 +171,13 @@ def refine(time: np.ndarray, signals: np.ndarray, at: np.ndarray, hidden: np.nda
     return at
 
 
-def _mean_and_variance(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean over the strikes of (s, w, k), NaN where none is known, and its variance, smoothed and everywhere known."""
-    known = np.isfinite(windows)
+def mean_and_variance(curves: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How many of curves (s, w, k) are known at each point, their mean and their variance; NaN where too few are."""
+    known = np.isfinite(curves)
     count = known.sum(axis=0)
-    mean = np.where(count > 0, np.where(known, windows, 0).sum(axis=0) / np.maximum(count, 1), np.nan)
-    square = np.where(known, (windows - mean) ** 2, 0).sum(axis=0)
-    variance = np.where(count > 1, square / np.maximum(count - 1, 1), np.nan)
-    worst = np.nanmax(variance) if np.isfinite(variance).any() else 1.0
-    return mean, uniform_filter1d(np.where(np.isfinite(variance), variance, worst), SMOOTHED, axis=0, mode="nearest")
+    mean = np.where(count > 0, np.where(known, curves, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
+    square = np.where(known, (curves - mean) ** 2, 0.0).sum(axis=0)
+    return count, mean, np.where(count > 1, square / np.maximum(count - 1, 1), np.nan)
 
 
 def _windows(time: np.ndarray, signals: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -22,7 +22,7 @@ from stages.imu.clock.clock import resample
 from stages.imu.judgement.evidence import Confirmed
 from stages.imu.parameters import Drawing, Reading, Settings
 from stages.imu.result import Ensemble, LegMotion, StepTimes
-from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes
+from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes, mean_and_variance
 from stages.imu.strikes.impact_onset import Samples, at_onsets, lift_after
 from stages.imu.strikes.step_times import OUTER, UNKNOWN, HeelStrikes, stances_of, step_times
 from stages.imu.trial.body import FORWARD, LATERAL, PLACES, UP, BodySensor, GridSignals, common_grid, on_grid
@@ -177,18 +177,12 @@ def registered(sensors: Mapping[str, BodySensor], bounds: np.ndarray, settings: 
 
 def ensemble_of(strides: np.ndarray) -> Ensemble:
     """The ensemble of strides (s, p, k). A phase no stride covers is NaN; the spread needs two strides."""
-    known = np.isfinite(strides)
-    count = known.sum(axis=0)
-    total = np.where(known, strides, 0.0).sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = total / count
-        square = np.where(known, (strides - mean) ** 2, 0.0).sum(axis=0)
-        spread = np.sqrt(square / (count - 1))
-    seen = count > 0
+    count, mean, variance = mean_and_variance(strides)
+    known, seen = np.isfinite(strides), count > 0
     return Ensemble(
         phase=np.linspace(0.0, 1.0, strides.shape[1]),
         mean=mean,
-        spread=np.where(count > 1, spread, np.nan),
+        spread=np.sqrt(variance),
         lower=np.where(seen, np.where(known, strides, np.inf).min(axis=0, initial=np.inf), np.nan),
         upper=np.where(seen, np.where(known, strides, -np.inf).max(axis=0, initial=-np.inf), np.nan),
         count=count,
