@@ -100,7 +100,7 @@ def timed(counts: list[int], seed: int, parameters: Parameters, differences: boo
         each = alone if differences else side_by_side
         begun, spent = time.monotonic(), _spent()
         own = each(drawing, campaign.runs, model, campaign.known)
-        fit = fit_campaign(drawing, campaign.runs, model, campaign.known, lambda runs, own=own: own)
+        fit = fit_campaign(drawing, campaign.runs, model, campaign.known, own)
         rows.append(f"| {count} | {time.monotonic() - begun:.1f} | {_spent() - spent:.1f} | {fit.evaluations} | "
                     f"{'yes' if fit.converged else fit.why} |")
         print(rows[-1], file=sys.stderr, flush=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,24 +124,18 @@ class Result:
             ]
             tables.append((f"Robot {robot.kind}, {robot.runs} runs; sd by {robot.by_what}",
                            ("parameter", "drawn", "found", "corrected by the twin", "corrected", "sd", "truth"), rows))
-        tables += _of_pairs(self.pairs) + _of_checks(self.checks)
-        return tables
-
-
-def _of_pairs(pairs: Sequence[Pair]) -> list[Table]:
-    rows: list[tuple[str, ...]] = [
-        (one.name, f"{1e3 * one.longer:.2f} +- {1e3 * one.longer_sd:.2f}", f"{1e3 * one.true_longer:.2f}",
-         f"{1e3 * one.heavier:.1f}", f"{100 * one.slower:+.2f} +- {100 * one.slower_sd:.2f}",
-         f"{100 * one.true_slower:+.2f}")
-        for one in pairs
-    ]
-    columns = ("run", "longer mm", "truth", "heavier g a leg", "frequency %", "truth")
-    return [("What the outsole does", columns, rows)] if rows else []
-
-
-def _of_checks(checks: Sequence[Check]) -> list[Table]:
-    rows: list[tuple[str, ...]] = [
-        (one.name, one.numbers, f"{1e3 * one.late:.1f}", f"{one.force:.3f}", f"{one.rate:.4f}") for one in checks
-    ]
-    columns = ("run", "numbers", "strikes off by ms", "force m/s^2", "rate rad/s")
-    return [("Runs held out, walked by the twin", columns, rows)] if rows else []
+        pairs: list[tuple[str, ...]] = [
+            (one.name, f"{1e3 * one.longer:.2f} +- {1e3 * one.longer_sd:.2f}", f"{1e3 * one.true_longer:.2f}",
+             f"{1e3 * one.heavier:.1f}", f"{100 * one.slower:+.2f} +- {100 * one.slower_sd:.2f}",
+             f"{100 * one.true_slower:+.2f}")
+            for one in self.pairs
+        ]
+        checks: list[tuple[str, ...]] = [
+            (one.name, one.numbers, f"{1e3 * one.late:.1f}", f"{one.force:.3f}", f"{one.rate:.4f}")
+            for one in self.checks
+        ]
+        more: list[Table] = [
+            ("What the outsole does", ("run", "longer mm", "truth", "heavier g a leg", "frequency %", "truth"), pairs),
+            ("Runs held out, walked by the twin",
+             ("run", "numbers", "strikes off by ms", "force m/s^2", "rate rad/s"), checks)]
+        return tables + [table for table in more if table[2]]

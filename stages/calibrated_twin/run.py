@@ -30,7 +30,6 @@ from stages.calibration.information.identifiability import FINE, SLOPE, first_mo
 from stages.calibration.intervals.model_error import SPARE, Discrepancy
 from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.recordings import (
-    LAB,
     WITH_OUTSOLE,
     WITHOUT,
     Recorded,
@@ -38,6 +37,7 @@ from stages.calibration.recordings import (
     drawn_design,
     looked_for,
     recorded,
+    sources,
 )
 from stages.calibration.result import FittedRun, HeldOut
 from stages.calibration.result import Result as Calibration
@@ -108,14 +108,11 @@ class _Work:
         twin = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
         self.robot = TwinRobot(build(parameters.biped, twin), parameters.contact, twin, parameters.settings,
                                self.model.layout, parameters.runs.motion_rate_hz)
-        weighed = {one.name: one.weighed for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
-        sources = (((inputs.database, LAB),) if inputs.database is not None else
-                   ((inputs.measurements, WITH_OUTSOLE), (inputs.without_outsole, WITHOUT)))  # fmt: skip
-        wanted = [(one.name, one.kind) for one in inputs.calibration.fits]
-        wanted += [(one.name, one.kind) for one in inputs.calibration.held_out]
+        wanted: tuple[FittedRun | HeldOut, ...] = (*inputs.calibration.fits, *inputs.calibration.held_out)
         self.runs: dict[str, Recorded] = {}
-        for source, kind in sources:
-            left = {name for name, of in wanted if of == kind}
+        for kind, source, weighed in sources(
+                inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database):
+            left = {one.name for one in wanted if one.kind == kind}
             for one in recorded(source, kind, drawn, self.model, parameters, weighed) if left else ():
                 self.runs[one.run.name] = one
                 left.discard(one.run.name)

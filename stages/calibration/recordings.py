@@ -22,6 +22,7 @@ from stages.calibration.estimation.run_fit import Model
 from stages.calibration.information.identifiability import EACH_RUNS, SLOPE, free_names
 from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters, Settings
+from stages.campaign.result import Result as Campaign
 from stages.imu.run import trials
 from stages.imu.sources.databases import SqliteSource
 from stages.imu.trial.body import FORWARD, LATERAL, UP
@@ -102,6 +103,16 @@ class Recorded:
     kind: str
     run: MeasuredRun
     known: tuple[Known, ...]
+
+
+def sources(
+    measurements: Path, without_outsole: Path, campaign: Campaign, database: Path | None
+) -> list[tuple[str, Path, dict[str, float]]]:
+    """Each kind of robot with the database of its runs, and what the campaign's scale showed [kg] by their names."""
+    if database is not None:
+        return [(LAB, database, {})]
+    made = ((WITH_OUTSOLE, measurements, campaign.runs), (WITHOUT, without_outsole, campaign.bare))
+    return [(kind, source, {one.name: one.weighed for one in runs}) for kind, source, runs in made]
 
 
 def recorded(

@@ -135,9 +135,6 @@ class Result:
              f"{row.correlation:+.3f}")
             for row in self.told
         ]
-        columns = ("parameter", "value", "sd, one run", f"sd, {self.runs} runs", "goes with", "correlation")
-        tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = [
-            ("What the campaign's sensors can tell", columns, rows)]
         found: list[tuple[str, ...]] = [
             (fit.name, name, f"{drawn:.6g} {unit}", f"{value:.6g}", f"{np.sqrt(variance):.2g}",
              f"{true:.6g}" if np.isfinite(true) else "not known")
@@ -145,8 +142,11 @@ class Result:
             for name, unit, drawn, value, variance, true in zip(
                 self.names, self.units, self.drawn, fit.design, np.diag(fit.covariance), fit.truth, strict=True)
         ]
-        tables.append(("Fitted blind by the constraint model, each run alone; what it leaves out is not in the sd",
-                       ("run", "parameter", "drawn", "found", "sd", "truth"), found))
+        tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = [
+            ("What the campaign's sensors can tell",
+             ("parameter", "value", "sd, one run", f"sd, {self.runs} runs", "goes with", "correlation"), rows),
+            ("Fitted blind by the constraint model, each run alone; what it leaves out is not in the sd",
+             ("run", "parameter", "drawn", "found", "sd", "truth"), found)]
         if len(self.misses.shares) > 1:
             off = 100 * self.misses.shares
             spread: list[tuple[str, ...]] = [
@@ -161,6 +161,7 @@ class Result:
             for one in self.held_out
         ]
         if told:
-            heads = ("run", "fit in noises", "fit m/s^2", "fit rad/s", "foretold m/s^2", "foretold rad/s")
-            tables.append((f"Runs held out, foretold from {self.held_out[0].begun:g} s", heads, told))
+            tables.append((
+                f"Runs held out, foretold from {self.held_out[0].begun:g} s",
+                ("run", "fit in noises", "fit m/s^2", "fit rad/s", "foretold m/s^2", "foretold rad/s"), told))
         return tables

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -36,14 +36,12 @@ from stages.calibration.intervals.model_error import widening
 from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import (
-    LAB,
-    WITH_OUTSOLE,
-    WITHOUT,
     Recorded,
     as_mounted,
     drawn_design,
     looked_for,
     recorded,
+    sources,
     table_value,
 )
 from stages.calibration.result import Failed, FittedRun, HeldOut, Misses, Result, Told
@@ -72,7 +70,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     found: list[FittedRun | HeldOut | Failed] = []
     missed: list[FittedRun] = []
-    robots = list(_robots(parameters, inputs, design, model))
+    robots = [(kind, recorded(source, kind, design, model, parameters, weights)) for kind, source, weights in sources(
+        inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database)]
     for number, (kind, runs) in enumerate(robots):
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
         drawn = drawn_design(parameters, kind)
@@ -83,7 +82,9 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
                   for one in islice(runs, settings.held_out_runs if fits else 0)]  # fmt: skip
         if number == 0:  # the runs of the other robots are of the same machines
             more = [one for one in islice(runs, settings.discrepancy_runs) if one.run.name in truths]
-            missed = [_judged(fit, truths, model.shared) for fit in _side_by_side(more, drawn, model)]
+            others = dict(each_in_a_process(partial(fitted_run, drawn, model=model), more))
+            missed = [_judged(fit, truths, model.shared) for _, fit in sorted(others.items())
+                      if isinstance(fit, FittedRun) and fit.converged]
     return Result(
         settings.planned_runs, told, not_seen, model.shared, tuple(design.unit(name) for name in model.shared),
         np.array([design.value(name) for name in model.shared]), model.own, model.layout.names,
@@ -108,19 +109,6 @@ def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:
     return told, tuple(described(each, model.of_design, units, plain.values) for each in plain.unseen)
 
 
-def _robots(
-    parameters: Parameters, inputs: Inputs, design: DesignPoint, model: Model
-) -> Iterator[tuple[str, Iterator[Recorded]]]:
-    """Each kind of robot with its runs. Raises SourceRefused."""
-    if inputs.database is not None:
-        yield LAB, recorded(inputs.database, LAB, design, model, parameters, {})
-        return
-    for source, kind, made in ((inputs.measurements, WITH_OUTSOLE, inputs.campaign.runs),
-                               (inputs.without_outsole, WITHOUT, inputs.campaign.bare)):
-        weights = {one.name: one.weighed for one in made}
-        yield kind, recorded(source, kind, design, model, parameters, weights)
-
-
 def fitted_run(design: DesignPoint, one: Recorded, model: Model) -> FittedRun | Failed:
     """A run's own fit, without a look at any truth."""
     try:
@@ -135,12 +123,6 @@ def fitted_run(design: DesignPoint, one: Recorded, model: Model) -> FittedRun | 
         covariance=wider**2 * covariance_of(seen, design_sizes(design, model.shared)),
         truth=np.full(len(fit.design), math.nan), sigmas=sigmas, wider=wider, walks=fit.evaluations,
         converged=fit.converged, why=fit.why, hip=hip, foot=foot, strikes=one.run.strikes)  # fmt: skip
-
-
-def _side_by_side(runs: Sequence[Recorded], design: DesignPoint, model: Model) -> list[FittedRun]:
-    """Those of the runs' own fits that came to rest, in their order, each made in a process of its own."""
-    done = dict(each_in_a_process(partial(fitted_run, design, model=model), runs))
-    return [fit for _, fit in sorted(done.items()) if isinstance(fit, FittedRun) and fit.converged]
 
 
 def held_out(

@@ -75,13 +75,8 @@ SHARES = (4.0, 2.0, 1.0, 0.5)
 STRIKES = 3
 
 
-def spikes(state: StanceState, normal_force: float, parameters: Parameters) -> tuple[SetSpike, ...]:
-    """A short walk from the same mid-stance on each member of the family."""
-    return tuple(spike(share, state, normal_force, parameters) for share in SHARES)
-
-
 def spike(share: float, state: StanceState, normal_force: float, parameters: Parameters) -> SetSpike:
-    """Peaks and time above range on one member."""
+    """Peaks and time above range of a short walk on one member of the family, begun at the same mid-stance."""
     law = family_member(parameters.contact, share)
     settings = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
     settings = dataclasses.replace(settings, signals=(IMU,))
@@ -159,7 +154,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         origin=SYNTHETIC,
         runs=tuple(truths[place] for place in with_outsole),
         bare=tuple(truths[place] for place in without),
-        spikes=spikes(state, normal_force, parameters),
+        spikes=tuple(spike(share, state, normal_force, parameters) for share in SHARES),
         files={WITH_OUTSOLE: database_bytes(devices, (stored[place] for place in with_outsole)),
                WITHOUT: database_bytes(devices, (stored[place] for place in without))},
     )  # fmt: skip

@@ -62,12 +62,12 @@ def own_fits(campaign):
 def fit_of_two(campaign, own_fits):
     """All three together, of which one is odd."""
     drawing, model = fitted()
-    return fit_campaign(drawing, campaign.runs, model, campaign.known, lambda _: own_fits.items())
+    return fit_campaign(drawing, campaign.runs, model, campaign.known, own_fits.items())
 
 
 def test_two_runs_tell_more_than_one(campaign, own_fits, fit_of_two):
     drawing, model = fitted()
-    one = fit_campaign(drawing, campaign.runs[:1], model, campaign.known, lambda _: [(0, own_fits[0])])
+    one = fit_campaign(drawing, campaign.runs[:1], model, campaign.known, [(0, own_fits[0])])
     assert fit_of_two.converged and one.converged
     assert (np.diag(fit_of_two.covariance) < np.diag(one.covariance)).all()
     truth = np.array([campaign.design.value(name) for name in model.shared])

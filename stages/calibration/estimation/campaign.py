@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -43,8 +43,6 @@ JOINT = Rule(25, rests=1e-3, at_rest=1.0, halved=True, caution=(1.0, 1.0, 2.0**1
 #: A run is left out of the joint fit if its own fit leaves so many times the square residual of the usual run.
 ODD = 3.0
 
-FitEach = Callable[[Sequence[MeasuredRun]], Iterable[tuple[int, RunFit | str]]]
-
 
 @dataclass(frozen=True)
 class CampaignFit:
@@ -71,15 +69,15 @@ class CampaignFit:
 
 def fit_campaign(
     design: DesignPoint, runs: Sequence[MeasuredRun], model: Model, known: Sequence[Known],
-    fit_each: FitEach | None = None,
+    own_fits: Iterable[tuple[int, RunFit | str]] | None = None,
 ) -> CampaignFit:
-    """Fit runs, each alone and then all together. `fit_each` may spread the former over processes.
+    """Fit runs, each alone and then all together. `own_fits` are the former by the runs' places, where they are made.
 
     Raises StepFailed where no run can be fitted.
     """
     fits: dict[int, RunFit] = {}
     left_out: dict[str, str] = {}
-    for number, fit in (fit_each or (lambda all_runs: alone(design, all_runs, model, known)))(runs):
+    for number, fit in own_fits or alone(design, runs, model, known):
         if isinstance(fit, str):
             left_out[runs[number].name] = fit
         else:

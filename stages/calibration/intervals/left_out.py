@@ -11,6 +11,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 from scipy.special import ndtri
@@ -104,7 +105,7 @@ def scores(
         _, wider = widening([_with(one, alike @ moved, wide) for one in at])
         one_sided = name in (FRICTION, FRAME) and step[-1] < 0.0
         found.append(Cause(name, 0.0 if one_sided else abs(sigmas) / wider, float(step[-1]), shift=step[:-1]))
-    return sorted(found, key=_nearness)
+    return sorted(found, key=attrgetter("sigmas"), reverse=True)
 
 
 def _with(one: Equations, step: Vector, model: Model) -> Equations:
@@ -136,17 +137,9 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
             tried.append(_fitted(each, design, fit, model, known, True))
             if tried[-1].explains and tried[-1].sigmas > least:
                 break  # what explains all that was amiss leaves the others nothing
-    return _best_of([one for one in tried if one.sigmas > least])
-
-
-def _best_of(tried: Sequence[Cause]) -> list[Cause]:
-    """Those whose likelihoods are near the best one's, of those that explain the residuals if any do."""
-    there = sorted([one for one in tried if one.explains] or tried, key=_nearness)
+    sure = [one for one in tried if one.sigmas > least]  # of these, those that explain the residuals if any do
+    there = sorted([one for one in sure if one.explains] or sure, key=attrgetter("sigmas"), reverse=True)
     return [one for one in there if one.drop > there[0].drop - 2.0 * math.log(WORSE)][:NAMED]
-
-
-def _nearness(one: Cause) -> float:
-    return -one.sigmas
 
 
 def is_lost(fit: CampaignFit) -> bool:
@@ -165,7 +158,7 @@ def _fitted(
     try:
         if anew:
             there = there.with_value(name, max(low, there.value(name) + score.value))
-            with_it = fit_campaign(there, fit.runs, wide, known, lambda runs: side_by_side(there, runs, wide, known))
+            with_it = fit_campaign(there, fit.runs, wide, known, side_by_side(there, fit.runs, wide, known))
         else:
             held = model.robot(design, fit.design).value(name)  # none, or a leg's
             with_it = Joint(there, fit.runs, wide, known).from_point(

@@ -52,11 +52,6 @@ class Sampling:
         """The times of one side."""
         return self.hip if side == "hip" else self.foot
 
-    def upto(self, horizon: float) -> Sampling:
-        """The same without samples later than `horizon` [s]."""
-        hip, foot = (times[times <= horizon] for times in (self.hip, self.foot))
-        return dataclasses.replace(self, hip=hip, foot=foot)
-
 
 @dataclass(frozen=True)
 class MeasuredRun:
@@ -78,7 +73,8 @@ class MeasuredRun:
         kept = {side: self.sampling.of(side) <= horizon for side in SIDES}
         return dataclasses.replace(
             self,
-            sampling=self.sampling.upto(horizon),
+            sampling=dataclasses.replace(self.sampling, hip=self.sampling.hip[kept["hip"]],
+                                         foot=self.sampling.foot[kept["foot"]]),
             samples={side: self.samples[side][kept[side]] for side in SIDES},
             used={side: self.used[side][kept[side]] for side in SIDES},
         )

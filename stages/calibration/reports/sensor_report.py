@@ -89,8 +89,8 @@ def calibrated(parameters: Parameters, request: Request, source: Path, asking: A
                                list(names), known, parameters.settings.lever_arm_sd))
     asking.progress(0.9, "all runs together")
     try:
-        fit = fit_campaign(design, fitted, model, request.known, lambda all_runs: (
-            (number, fit_of(answers[number], run, design, model)) for number, run in enumerate(all_runs)))
+        fit = fit_campaign(design, fitted, model, request.known, (
+            (number, fit_of(answers[number], run, design, model)) for number, run in enumerate(fitted)))
     except StepFailed as reason:
         raise NotIdentified(f"the runs cannot be fitted: {reason}") from None
     found = model.robot(design, fit.design, fit.own.mean(axis=0)).with_value(SLOPE, design.value(SLOPE))
