@@ -162,7 +162,8 @@ class _Option:
         if about["positional"]:
             named = kind is Path or typing.get_origin(kind) is Mapping or about["metavar"] == "FILE"
             complete = completion.files if named else completion.for_option(about)
-            return click.argument(self.name, required=default is MISSING, shell_complete=complete)
+            return click.argument(self.name, required=default is MISSING, shell_complete=complete,
+                                  nargs=-1 if kind == _REPEATED else 1)  # fmt: skip
         said = about["description"] + ("" if about["unit"] in ("1", "-") else f" [{about['unit']}]") + "."
         if kind is bool:
             return click.option(self.flag, self.name, is_flag=True, help=said)

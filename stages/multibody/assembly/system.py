@@ -36,12 +36,13 @@ class System:
 
     def add_tree(
         self, slope: Slope, joints: Sequence[Any], parents: Sequence[int], bodies: dict[int, tuple[float, Any, Any]],
-        offsets: np.ndarray, spring: np.ndarray, damper: np.ndarray
+        offsets: np.ndarray, spring: np.ndarray, damper: np.ndarray, relaxed: np.ndarray | None = None
     ) -> None:
         """Add a kinematic tree, whose motion is kept. Each joint is a coordinate and a link.
 
         `bodies`: mass [kg], mass centre (3,) [m] and tensor of inertia about it (3, 3) [kg m^2] of links.
-        `offsets` (n, 3) [m] of links from their parents; `spring` [N/m] and `damper` [N s/m] of joints, (n,).
+        `offsets` (n, 3) [m] of links from their parents; `spring` [N/m] and `damper` [N s/m] of joints, (n,),
+        and the coordinates at which the springs are `relaxed`, zero if not given.
         """
         count = len(joints)
         nothing = np.zeros(count)
@@ -62,7 +63,8 @@ class System:
             gravity=[*slope.gravity_vector, 0.0],
             jointPControlVector=spring,
             jointDControlVector=damper,
-            jointPositionOffsetVector=nothing,  # must be given in full length with the control vectors
+            # must be given in full length with the control vectors
+            jointPositionOffsetVector=nothing if relaxed is None else relaxed,
             jointVelocityOffsetVector=nothing,
         ))  # fmt: skip
         for name, kind in COORDINATES:

@@ -98,6 +98,8 @@ class Machine:
     [N/m], `damping` [N s/m]. `half_width` [m] of a foot's cylinder, `bearing_friction` [N m s].
     Of the design, without outsole [m]: `drawn_length` of a leg, `drawn_foot_com` from the hip axis up to a foot's mass.
     Feet do not slide on `rigid` legs, whatever their stiffness and damping.
+    Between the frames: `hip_stiffness` [N m/rad], relaxed where the inner pair is `hip_rest_angle` [rad] ahead of the
+    outer one, `hip_friction` [N m]. `hip_weight` [kg] is what gravity pulls at on the axis beside the masses.
     """
 
     bodies: tuple[Body, ...]
@@ -111,6 +113,10 @@ class Machine:
     drawn_length: float
     drawn_foot_com: float
     rigid: bool
+    hip_stiffness: float = 0.0
+    hip_rest_angle: float = 0.0
+    hip_friction: float = 0.0
+    hip_weight: float = 0.0
 
     @property
     def mass(self) -> float:

@@ -32,7 +32,10 @@ def project(machine: Machine) -> Biped:
     first, other = legs
     differing = {f"other_{name}": value for name, value in other.items() if value != first[name]}
     kind = "rigid" if machine.rigid else "compliant"
-    return Biped(legs=kind, hip_mass=hip, hip_damping=machine.bearing_friction, **first, **differing)
+    return Biped(
+        legs=kind, hip_mass=hip, hip_damping=machine.bearing_friction, hip_stiffness=machine.hip_stiffness,
+        hip_rest_angle=machine.hip_rest_angle, hip_friction=machine.hip_friction,
+        hip_gravity_mass=hip + machine.hip_weight if machine.hip_weight else None, **first, **differing)
 
 
 def _leg(machine: Machine, pair: int) -> Leg:

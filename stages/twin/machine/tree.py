@@ -15,9 +15,10 @@ import numpy as np
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
-from stages.multibody.assembly.quiet_exudyn import exudyn
+from stages.multibody.assembly.quiet_exudyn import exudyn, items
 from stages.multibody.assembly.system import System
 from stages.multibody.walking.watch import Look
+from stages.planar.run import hip_creep
 from stages.twin.machine.contact import (
     COUNT,
     HINGE,
@@ -32,6 +33,7 @@ from stages.twin.machine.contact import (
     solver_force,
 )
 from stages.twin.machine.machine import Machine, join
+from stages.twin.machine.projection import project
 
 JOINT = exudyn.JointType
 
@@ -57,13 +59,31 @@ class SpatialTree(System):
         bodies = (join(machine.bodies[:3]), join(machine.bodies[3:])) if machine.rigid else machine.bodies
         spring, damper = np.zeros(COUNT), np.zeros(COUNT)
         spring[list(SLIDE)], damper[list(SLIDE)] = machine.stiffness, machine.damping
-        damper[HINGE] = machine.bearing_friction
+        spring[HINGE], damper[HINGE] = machine.hip_stiffness, machine.bearing_friction
+        relaxed = np.zeros(COUNT)
+        relaxed[HINGE] = -machine.hip_rest_angle
         links = {link: (body.mass, body.centre, body.inertia) for link, body in enumerate(bodies, start=PITCH)}
         parents = [rows.index(PARENTS[row]) if PARENTS[row] >= 0 else -1 for row in rows]
         self.add_tree(slope, [JOINTS[row] for row in rows], parents, links, np.zeros((len(rows), 3)), spring[rows],
-                      damper[rows])  # fmt: skip
+                      damper[rows], relaxed[rows])  # fmt: skip
+        self._add_hip(slope)
         self.add_ground()
         self.assemble()
+
+    def _add_hip(self, slope: Slope) -> None:
+        """Friction between the frames, and the weight on the axis that no mass has."""
+        machine = self.machine
+        if machine.hip_friction:
+            plane = self.mbs.AddMarker(items.MarkerNodeCoordinate(
+                nodeNumber=self.mbs.AddNode(items.NodePointGround()), coordinate=0))
+            hinge = items.MarkerNodeCoordinate(nodeNumber=self.node, coordinate=self.rows.index(HINGE))
+            self.mbs.AddObject(items.ObjectConnectorCoordinateSpringDamperExt(
+                markerNumbers=[plane, self.mbs.AddMarker(hinge)], dynamicFrictionForce=machine.hip_friction,
+                frictionProportionalZone=hip_creep(project(machine), slope)))  # fmt: skip
+        if machine.hip_weight:
+            axis = items.MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=PITCH, localPosition=[0.0] * 3)
+            load = [machine.hip_weight * component for component in slope.gravity_vector]
+            self.mbs.AddLoad(items.LoadForceVector(markerNumber=self.mbs.AddMarker(axis), loadVector=[*load, 0.0]))
 
     def foot_link(self, leg: int) -> int:
         """The link that carries a leg's foot."""

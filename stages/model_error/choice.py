@@ -1,0 +1,217 @@
+"""Which rung answers: the cheapest whose model and solver leave less than the error asked for.
+
+A rung is passed over before it is walked where what it misses is more than the error. What it finds is corrected by its
+bias, and its solver's error checked; where that is too large, a tighter tolerance follows, then the next rung.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from scipy.stats import norm
+
+from stages.biped.question import Asking
+from stages.model_error.designs import NUMBERS, Draw, numbers
+from stages.model_error.miss import COVERED, Learnt
+from stages.model_error.parameters import Parameters
+from stages.model_error.result import NAMES, PENALTY, SHARED, Result
+from stages.model_error.run import design_of
+from stages.model_error.rungs import RUNGS, Found, NoRung
+
+MULTIPLIER = NAMES.index("multiplier")
+#: A half width that covers so much of a normal distribution is so many of its standard deviations.
+WIDTH = float(norm.ppf(0.5 + 0.5 * COVERED))
+#: The digits of a parameter leave it anywhere between its edges: standard deviation over half width.
+EVEN = 1.0 / math.sqrt(3.0)
+#: A probability of so little more stays as it is: a dearer rung would not change what is decided.
+DECIDED = 1e-3
+CLOSER = 10.0
+
+
+@dataclass(frozen=True)
+class Answered:
+    """A measure with its errors, as a `share` of it or in its unit; NaN and `met` false where no rung has the error."""
+
+    measure: str
+    value: float
+    share: bool
+    asked: float
+    met: bool
+    solver: float
+    model: float
+    inputs: float
+    correction: float
+    rung: str
+    tolerance: float
+    price_s: float
+    passed_over: tuple[str, ...]
+    closer: str
+
+
+@dataclass(frozen=True)
+class Stability:
+    """The probability that the largest multiplier's magnitude is below one, and what it follows from."""
+
+    probability: float
+    multiplier: float
+    solver: float
+    model: float
+    inputs: float
+    rung: str
+
+
+class Ladder:
+    """The rungs of one design; each is walked once at a tolerance, for all measures."""
+
+    def __init__(self, parameters: Parameters, result: Result, asking: Asking) -> None:
+        self.parameters, self.asking = parameters, asking
+        self.design = design_of(parameters, Draw(parameters.biped, parameters.slope, parameters.contact))
+        self.numbers = numbers(parameters.biped, parameters.slope, parameters.contact)
+        self.learnt = Learnt(result)
+        self.walked: dict[tuple[int, float], Found | NoRung] = {}
+
+    def outside(self) -> list[str]:
+        """The numbers in which the design lies outside of what was drawn."""
+        beyond = self.learnt.outside(self.numbers)
+        return [name for name, each in zip(NUMBERS, beyond, strict=True) if each > 1e-9]
+
+    def find(self, rung: int, tolerance: float) -> Found:
+        """What a rung finds. Raises NoRung."""
+        key = rung, tolerance
+        if key not in self.walked:
+            self.asking.progress(rung / len(RUNGS), f"{RUNGS[rung].name} at tolerance {tolerance:g}")
+            try:
+                self.walked[key] = RUNGS[rung].find(self.design, tolerance)
+            except NoRung as reason:
+                self.walked[key] = reason
+        found = self.walked[key]
+        if isinstance(found, NoRung):
+            raise found
+        return found
+
+    def corrected(self, rung: int, measure: int, tolerance: float) -> tuple[float, float, float]:
+        """A measure with the rung's bias, its solver's error and its model's, as shares where errors are. Raises NoRung
+        where the gait may not be stable, of which no rung below the penalty walker has learnt its miss."""
+        found = self.find(rung, tolerance)
+        miss = self.learnt.at(rung, measure, self.numbers)
+        largest = float(found.values[MULTIPLIER]) + self.learnt.at(rung, MULTIPLIER, self.numbers).bias
+        if rung < PENALTY and largest >= 1.0:
+            raise NoRung(f"the {RUNGS[rung].name} finds a gait that is not stable: what it then misses was not learnt")
+        value, solver = float(found.values[measure]), float(found.errors[measure])
+        if not SHARED[measure]:
+            return value + miss.bias, solver, miss.error
+        return value * math.exp(miss.bias), solver / value, math.expm1(miss.error) if miss.error < 1.0 else math.inf
+
+    def within(self, name: str, error: float, share: bool) -> Answered:
+        """The cheapest answer within an error, a share of the measure or in its unit."""
+        measure = NAMES.index(name)
+        passed: list[str] = []
+        for rung, tolerance, value, solver, model in self.climb(measure, error, share, passed):
+            wanted = error if share or not SHARED[measure] else error / value
+            if solver + model > wanted:
+                passed.append(self.too_large(rung, measure, solver + model, f" at tolerance {tolerance:g}"))
+                continue
+            bias = self.learnt.at(rung, measure, self.numbers).bias
+            return Answered(name, value, bool(SHARED[measure]), wanted, True, solver, model, self.inputs(name, value),
+                            math.expm1(bias) if SHARED[measure] else bias, RUNGS[rung].name, tolerance,
+                            RUNGS[rung].price, tuple(dict.fromkeys(passed)), self.closer(measure, wanted))  # fmt: skip
+        nothing = math.nan
+        return Answered(name, nothing, share, error, False, nothing, nothing, nothing, nothing, "", nothing, nothing,
+                        tuple(dict.fromkeys(passed)), "")  # fmt: skip
+
+    def climb(
+        self, measure: int, error: float, share: bool, passed: list[str]
+    ) -> Iterator[tuple[int, float, float, float, float]]:
+        """Rung, tolerance, corrected value, solver's and model's error, the cheapest first; why others are `passed`."""
+        shares = share or not SHARED[measure]
+        for rung, one in enumerate(RUNGS):
+            floor = self.learnt.at(rung, measure, self.numbers).error
+            if not math.isfinite(floor) or (shares and floor >= error):
+                passed.append(self.too_large(rung, measure, floor))
+                continue
+            for tolerance in one.tolerances:
+                try:
+                    found = self.corrected(rung, measure, tolerance)
+                except NoRung as reason:
+                    passed.append(str(reason))
+                    break
+                yield rung, tolerance, *found
+                if shares and found[2] >= error:
+                    break  # the model's part is too large: no tolerance mends that
+
+    def too_large(self, rung: int, measure: int, error: float, how: str = "") -> str:
+        """Why a rung does not do."""
+        if not math.isfinite(error):
+            return f"what the {RUNGS[rung].name} misses is not known"
+        told = f"{100 * error:.2g} %" if SHARED[measure] else f"{error:.2g}"
+        return f"the {RUNGS[rung].name} leaves up to {told}{how}"
+
+    def closer(self, measure: int, wanted: float) -> str:
+        """What an error ten times smaller would take."""
+        for rung, one in enumerate(RUNGS):
+            if self.learnt.at(rung, measure, self.numbers).error < wanted / CLOSER:
+                return f"ten times closer would cost about {one.price:g} s, with the {one.name}"
+        return "no model has an error ten times smaller"
+
+    def stable(self) -> Stability:
+        """The probability that the best rung's largest multiplier is below one. Raises NoRung."""
+        reason: NoRung | None = None
+        for rung in range(PENALTY + 1):
+            try:
+                value, solver, model = self.corrected(rung, MULTIPLIER, RUNGS[rung].tolerances[0])
+            except NoRung as why:
+                reason = why
+                continue
+            sigma = math.hypot(solver, model) / WIDTH
+            alone = float(norm.sf((value - 1.0) / max(sigma, 1e-12)))
+            if min(alone, 1.0 - alone) < DECIDED or rung == PENALTY:
+                inputs = self.inputs("multiplier", value)
+                known = inputs if math.isfinite(inputs) else 0.0
+                whole = math.hypot(sigma, known / WIDTH)
+                return Stability(float(norm.sf((value - 1.0) / max(whole, 1e-12))), value, solver, model, inputs,
+                                 RUNGS[rung].name)  # fmt: skip
+        raise reason or NoRung("no model has a gait")
+
+    def inputs(self, name: str, value: float) -> float:
+        """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known."""
+        found = self.left_by_digits.get(name)
+        if found is None:
+            return math.nan if self.left_by_digits else 0.0
+        share, size = found
+        return share if SHARED[NAMES.index(name)] else size
+
+    @cached_property
+    def left_by_digits(self) -> dict[str, tuple[float, float]]:
+        """Half widths of each measure, as a share and by itself, by the constraint model's exact derivatives.
+
+        Empty if every value is exact; without the measures whose derivatives are not known.
+        """
+        from stages.analytic.derivatives.gait import gait_derivatives
+        from stages.analytic.derivatives.numbers import sensitive_names
+        from stages.analytic.derivatives.uncertainty import uncertainties_of
+        from stages.analytic.errors import NoGait, StepFailed
+        from stages.analytic.gait.design_point import DesignPoint
+        from stages.analytic.gait.gait_search import find_gait
+
+        widths = self.parameters.half_widths
+        design = DesignPoint(self.parameters.biped, self.parameters.slope, self.design.friction)
+        inexact = tuple(each for each in sensitive_names(design) if widths.get(each))
+        if not inexact:
+            return {}
+        tolerance = RUNGS[0].tolerances[0]
+        try:
+            point = find_gait(design.biped, design.slope, tolerance, design.friction)[1]
+            open_to = uncertainties_of(design, gait_derivatives(design, point, inexact, tolerance), widths)
+        except (NoGait, StepFailed):
+            return {"": (math.nan, math.nan)}
+        found = {}
+        for each in open_to:
+            name = next((one for one in NAMES if each.name.startswith(one)), "")
+            if name and each.name != "multiplier_2":
+                of_slope = 0.5 * (each.slope_most - each.slope_least)
+                half = EVEN * WIDTH * math.hypot(each.independent, of_slope)
+                found[name] = half / abs(each.value), half
+        return found

@@ -1,0 +1,97 @@
+"""Designs drawn around one, and the dimensionless numbers by which a design of any size is known.
+
+A robot of another length, mass or time scale with the same numbers has the same gait in its own scales. What a model
+misses, as a share of a measure, is therefore a function of these numbers.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from scipy.stats import qmc
+
+from stages.biped.accuracy.scales import Scales, scales_of
+from stages.biped.design import Biped
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+
+S = TypeVar("S")
+#: Numbers of a design, in words: what a reader calls them.
+NUMBERS = (
+    "mass of a leg over all mass", "foot radius by leg length", "mass centre by leg length", "k l / (m g)",
+    "damping ratio", "inertia of a leg by m l^2", "slope", "contact stiffness", "contact damping", "stiction velocity",
+)  # fmt: skip
+#: What is drawn of a design, by file and key, as a share of its value to either side; the details of every other design
+#: in its own scales, to either side of none.
+SPREAD = {
+    **dict.fromkeys(("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping"), 0.25),
+    "slope_deg": 0.35,
+    **dict.fromkeys(("contact_stiffness", "contact_damping", "stiction_velocity"), 0.1),
+}
+DETAILS = {"foot_offset": ("m", 0.0015), "hip_damping": ("N m s", 0.002), "hip_stiffness": ("N m", 0.02)}
+UNEQUAL = {"other_foot_mass": 0.02, "other_stiffness": 0.1, "other_foot_com": 0.01}
+
+
+def numbers(biped: Biped, slope: Slope, contact: ContactLaw) -> np.ndarray:
+    """The dimensionless numbers (n,) of a design, in the order of `NUMBERS`; the legs' are their means."""
+    own = scales_of(biped, slope.gravity)
+    measured, ground = own.measure(biped), own.measure(contact)
+    first, other = measured.leg(0), measured.leg(1)
+
+    def mean(name: str) -> float:
+        both: float = getattr(first, name) + getattr(other, name)
+        return 0.5 * both
+
+    stiffness, mass = mean("stiffness"), mean("foot_mass")
+    return np.array([
+        mass, mean("foot_radius"), mean("foot_com"), stiffness, 0.5 * mean("damping") / stiffness**0.5,
+        mean("leg_inertia") / mass, slope.angle, ground.contact_stiffness, ground.contact_damping,
+        ground.stiction_velocity,
+    ])  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Draw:
+    """One drawn design."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+
+
+def draws(biped: Biped, slope: Slope, contact: ContactLaw, count: int, seed: int) -> list[Draw]:
+    """So many designs that fill a box around one evenly; every other one is drawn with details."""
+    keys = [*SPREAD, *DETAILS, *UNEQUAL]
+    shares = 2.0 * qmc.LatinHypercube(len(keys), rng=seed).random(count) - 1.0
+    own = scales_of(biped, slope.gravity)
+    found = []
+    for number, row in enumerate(shares):
+        share: dict[str, float] = dict(zip(keys, row.tolist(), strict=True))
+        one = scaled(biped, share)
+        one = in_detail(one, own, share) if number % 2 else one
+        found.append(Draw(one, scaled(slope, share), scaled(contact, share)))
+    return found
+
+
+def scaled(section: S, share: Mapping[str, float]) -> S:
+    """Parameters of a file with what is drawn of them as much larger or smaller as its share (-1 to 1) says."""
+    given: Any = section
+    changed: S = dataclasses.replace(given, **{
+        key: getattr(given, key) * (1.0 + part * share[key]) for key, part in SPREAD.items() if hasattr(given, key)
+    })  # fmt: skip
+    return changed
+
+
+def in_detail(biped: Biped, own: Scales, share: Mapping[str, float]) -> Biped:
+    """A drawn design with details as large as their shares say, (-1 to 1); hip's springs and dampers only add."""
+    changed: dict[str, Any] = {}
+    for key, (unit, part) in DETAILS.items():
+        some = share[key] if key == "foot_offset" else 0.5 + 0.5 * share[key]
+        changed[key] = getattr(biped, key) + part * some * own.size(unit)
+    for key, part in UNEQUAL.items():
+        changed[key] = biped.number(key) * (1.0 + part * share[key])
+    return dataclasses.replace(biped, **changed)

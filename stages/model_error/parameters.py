@@ -1,0 +1,54 @@
+"""Settings of what each model's error is learnt from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.analytic.parameters import DesignDigits, SlopeDigits
+from stages.analytic.parameters import Settings as AnalyticSettings
+from stages.biped.accuracy.tolerances import Level
+from stages.biped.design import Biped
+from stages.biped.quantity import Bound, Broken, broken, parameter
+from stages.ground.contact_law import ContactLaw
+from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Slope
+from stages.twin.parameters import Settings as TwinSettings
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How many designs are drawn around the study's, and of how many of them the twin's gait is found."""
+
+    FILE: ClassVar[str] = "model_error"
+
+    designs: int = parameter("1", "designs drawn around the study's", bound=Bound(minimum=4, maximum=10_000))
+    twins: int = parameter("1", "of these, designs of which the twin's gait is found", bound=Bound(minimum=1))
+    seed: int = parameter("1", "seed of the draw", bound=Bound(minimum=0))
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """The twins are some of the designs."""
+        return broken((self.twins > self.designs, "twins", f"<= designs = {self.designs}"))
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters the stage uses."""
+
+    biped: Biped
+    slope: Slope
+    contact: ContactLaw
+    friction: Friction
+    analytic: AnalyticSettings
+    twin: TwinSettings
+    settings: Settings
+    design_digits: DesignDigits = DesignDigits()
+    slope_digits: SlopeDigits = SlopeDigits()
+    level: Level = Level()
+
+    @property
+    def half_widths(self) -> dict[str, float]:
+        """How far parameters may be off, in their units, by file.key; exact ones are not in it."""
+        digits = (self.design_digits, self.slope_digits)
+        return {f"{each.FILE}.{key}": width for each in digits for key, width in each.half_widths.items()}

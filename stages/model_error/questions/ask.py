@@ -1,0 +1,150 @@
+"""`ask`: a measure of the design's gait within an error, by the cheapest model that has it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from stages.biped.question import Answer, Asking, Question, WrongOption, option, refuse
+from stages.model_error.result import MEASURES, NAMES
+
+if TYPE_CHECKING:
+    from stages.model_error.choice import Answered, Stability
+    from stages.model_error.parameters import Parameters
+
+UNITS = {name: unit for name, unit, _ in MEASURES}
+STABLE = "stable"
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """An error asked for: a number, and whether it is a share of the measure or in its unit."""
+
+    error: float
+    share: bool
+
+
+def errors(texts: tuple[str, ...], flag: str = "--within") -> Mapping[str, Allowed]:
+    """Errors by measure of texts as "1%" or "speed=0.01"; one for all measures is under "". Raises WrongOption."""
+    found: dict[str, Allowed] = {}
+    for text in texts:
+        name, _, number = text.rpartition("=")
+        share = number.endswith("%")
+        try:
+            error = float(number.removesuffix("%")) * (0.01 if share else 1.0)
+        except ValueError:
+            error = math.nan
+        refuse(
+            (bool(name) and name not in NAMES, f"{flag} {text}: {name} is no measure; known are {', '.join(NAMES)}"),
+            (not 0.0 < error < math.inf, f"{flag} {text}: not a positive error, as 1% or, in a measure's unit, 0.01"),
+            (share and name == "multiplier", f"{flag} {text}: a multiplier can be 0: its error is a number, as 0.01"),
+            (name in found, f"{flag} {text}: there is an error for {name or 'all measures'} already"),
+        )
+        found[name] = Allowed(error, share)
+    return found
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of `ask`."""
+
+    what: tuple[str, ...] = option(
+        "-", "What is asked", positional=True, choices=(*NAMES, STABLE), metavar="MEASURE")
+    within: tuple[str, ...] = option(
+        "-", "Error asked for: a share (1%), a number in the measure's unit, or one for each (speed=1%)", default=(),
+        metavar="ERROR")
+
+    def allowed(self, measure: str) -> Allowed:
+        """The error asked for of a measure. Raises WrongOption."""
+        given = errors(self.within)
+        found = given.get(measure, given.get(""))
+        if found is None:
+            raise WrongOption(f"--within: no error is asked for {measure}; as --within {measure}=1%")
+        if measure == "multiplier" and found.share:
+            raise WrongOption("--within: a multiplier can be 0: its error is a number, as --within multiplier=0.01")
+        return found
+
+
+def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
+    """The measures that are asked. Raises WrongOption, NoRung."""
+    allowed = {name: options.allowed(name) for name in dict.fromkeys(options.what) if name != STABLE}
+    result, where = asking.result()
+    if result is None:
+        raise WrongOption(f"what the models miss is not known: {where}; bipedstudy run model_error learns it")
+    from stages.model_error.choice import Ladder
+
+    ladder = Ladder(parameters, result, asking)
+    found = [ladder.within(name, one.error, one.share) for name, one in allowed.items()]
+    stable = ladder.stable() if STABLE in options.what else None
+    lines = [line for one in found for line in told(one)] + (told_stable(stable) if stable else [])
+    outside = ladder.outside()
+    if outside:
+        lines.append(f"outside of the designs that were drawn in {', '.join(outside)}: the model's error is widened")
+    lines.append("what the twin itself misses of a robot is in no error here: a calibration tells that")
+    plain: dict[str, Any] = {one.measure: as_json(one) for one in found}
+    if stable:
+        plain[STABLE] = vars(stable)
+    plain["outside_of_drawn"] = outside
+    refused = any(not one.met for one in found)
+    return Answer(lines, plain, rows=[{"measure": one.measure, **as_json(one)} for one in found], no=refused)
+
+
+def as_json(one: Answered) -> dict[str, Any]:
+    """An answer as JSON: no number where none is known."""
+    plain = {key: value for key, value in vars(one).items() if key != "measure"}
+    return {key: None if isinstance(value, float) and not math.isfinite(value) else value
+            for key, value in plain.items()}
+
+
+def amount(one: Answered, error: float) -> str:
+    """An error of an answer in words: as a share, or in the measure's unit."""
+    if not math.isfinite(error):
+        return "not known"
+    return f"{100 * error:.2g} %" if one.share else f"{error:.2g}"
+
+
+def told(one: Answered) -> list[str]:
+    """An answer in words."""
+    asked = amount(one, one.asked)
+    if not one.met:
+        return [f"{one.measure}: no model has it within {asked}", *(f"  {reason}" for reason in one.passed_over)]
+    unit = UNITS[one.measure].replace("1", "")
+    return [
+        f"{one.measure}: {one.value:.9g} {unit}".rstrip() + f", within {amount(one, one.solver + one.model)} of the "
+        f"twin's ({asked} asked)",
+        f"  error: solver {amount(one, one.solver)}, model {amount(one, one.model)}; beside it, the digits of the "
+        f"parameters leave {amount(one, one.inputs)} open",
+        f"  by the {one.rung} at tolerance {one.tolerance:g}, corrected by {amount(one, one.correction)}; it takes "
+        f"{one.price_s:g} s of processor time",
+        *(f"  not by a cheaper one: {reason}" for reason in one.passed_over),
+        f"  {one.closer}",
+    ]
+
+
+def told_stable(found: Stability) -> list[str]:
+    """The answer to whether a gait is stable, in words."""
+    return [
+        f"stable: with a probability of {found.probability:.3g}",
+        f"  largest multiplier {found.multiplier:.4g} +- {found.solver + found.model:.2g}, by the {found.rung}; the "
+        f"digits of the parameters leave "
+        + (f"{found.inputs:.2g} open" if math.isfinite(found.inputs) else "an unknown part open"),
+    ]
+
+
+QUESTION = Question(
+    "ask",
+    """Tell a measure of the design's gait within an error, by the cheapest model that has it.
+
+    Measures: period, step_frequency, step_length, speed, multiplier (the largest one's magnitude), and stable, which is
+    told as a probability. The models are the constraint model, the same of the twin's own machine, the compiled
+    penalty walker, and the twin. Each is corrected by what it misses of the twin, as stage model_error has learnt. The
+    command ends with 3 if no model has the error.
+    """,
+    Options,
+    ask,
+    examples=("bipedstudy ask step_frequency --within 1%", "bipedstudy ask stable --set ground.slope_deg=3",
+              "bipedstudy ask speed period --within speed=2% --within 1e-3"),
+    rows=True,
+)

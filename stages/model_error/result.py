@@ -1,0 +1,72 @@
+"""What the model error stage hands on: measures of the gaits of drawn designs by every rung."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.biped.quantity import quantity
+from stages.studies.result import Table, shown
+
+#: What is asked of a gait: name, unit, and whether an error of it is told as a share of it. The last is the largest
+#: multiplier's magnitude.
+MEASURES = (
+    ("period", "s", True), ("step_frequency", "Hz", True), ("step_length", "m", True), ("speed", "m/s", True),
+    ("multiplier", "1", False),
+)  # fmt: skip
+NAMES = tuple(name for name, _, _ in MEASURES)
+SHARED = np.array([share for _, _, share in MEASURES])
+#: Names of the rungs, the cheapest first.
+MODELS = ("constraint model", "constraint model in detail", "penalty walker", "twin")
+PENALTY, TWIN = 2, 3
+
+
+@dataclass(frozen=True)
+class Result:
+    """Measures of the gaits of drawn designs by every rung; NaN where a rung was not walked, or has no gait."""
+
+    seed: int = quantity("1", "seed of the draw")
+    numbers: np.ndarray = quantity(
+        "1", "dimensionless numbers of the drawn designs, in the order of stages.model_error.designs.NUMBERS",
+        dimensions=("design", "number"))
+    values: np.ndarray = quantity(
+        "-", "period [s], step frequency [Hz], step length [m], speed [m/s] and magnitude of the largest multiplier, "
+        "by constraint model, constraint model in detail, penalty walker, twin",
+        dimensions=("rung", "design", "measure"))
+    solver_errors: np.ndarray = quantity(
+        "-", "what the solver's error leaves of them, from a second search at ten times the tolerance",
+        dimensions=("rung", "design", "measure"))
+    without_gait: tuple[str, ...] = quantity("-", "designs of which a rung has no gait, and why")
+
+    def misses(self, rung: int) -> np.ndarray:
+        """What a rung misses of the penalty walker, and that of the twin, (n, k), of gaits that both find stable: as a
+        share, multipliers by themselves."""
+        better = TWIN if rung == PENALTY else PENALTY
+        both = (self.values[rung, :, -1] < 1.0) & (self.values[better, :, -1] < 1.0)
+        one, other = self.values[rung, both], self.values[better, both]
+        return np.asarray(np.where(SHARED, other / one - 1.0, other - one))
+
+    def summary(self) -> str:
+        """One line of what was found."""
+        frequency = NAMES.index("step_frequency")
+        told = [f"{name} {100 * found.mean():+.2f} % with a spread of {100 * found.std():.2f} %"
+                for rung, name in enumerate(MODELS[:PENALTY])
+                if len(found := self.misses(rung)[:, frequency])]  # fmt: skip
+        return f"{len(self.numbers)} designs; the penalty walker's step frequency from the " + ", the ".join(told)
+
+    def tables(self) -> list[Table]:
+        """Mean and spread of each rung's misses, as (title, columns, rows)."""
+        rows: list[list[object]] = []
+        for rung, name in enumerate(MODELS[:TWIN]):
+            found = self.misses(rung)
+            for measure, (word, _, share) in enumerate(MEASURES if len(found) else ()):
+                mean, spread = found[:, measure].mean(), found[:, measure].std()
+                unit = "of it" if share else "1"
+                rows.append([name, MODELS[TWIN if rung == PENALTY else PENALTY], word, unit, *shown(mean, spread),
+                             len(found)])  # fmt: skip
+        return [
+            ("What each model misses of the next better one", ("model", "of", "measure", "unit", "mean", "spread",
+                                                               "designs"), rows),
+            ("Designs without a gait", ("why",), [[why] for why in self.without_gait]),
+        ]  # fmt: skip

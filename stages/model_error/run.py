@@ -1,0 +1,51 @@
+"""The model error stage: what each rung misses of the best one, at designs drawn around the study's.
+
+Inputs: none. Settings: params/model_error.yaml. Output: `Result`, the measures of each rung's gait; what they miss
+follows from these (`stages.model_error.miss`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stages.biped.processes import Progress, ignore
+from stages.model_error.designs import Draw, draws, numbers
+from stages.model_error.parameters import Parameters
+from stages.model_error.result import MEASURES, PENALTY, TWIN, Result
+from stages.model_error.rungs import RUNGS, Design, NoRung
+
+#: The second run for the errors of a stage's numbers is made here gait by gait.
+ONCE = "each gait is searched a second time at ten times the tolerance, whose difference is its solver_errors"
+#: Place among a rung's tolerances of the one at which it is walked here.
+FINER = 1
+
+
+def design_of(parameters: Parameters, draw: Draw) -> Design:
+    """A drawn design with the settings of the study's."""
+    friction = parameters.analytic.limited(parameters.friction)
+    return Design(draw.biped, draw.slope, draw.contact, friction, parameters.friction, parameters.twin)
+
+
+def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
+    """Draw, and find each rung's gait; the twin's of the first draws that have the penalty walker's."""
+    settings = parameters.settings
+    drawn = draws(parameters.biped, parameters.slope, parameters.contact, settings.designs, settings.seed)
+    shape = len(RUNGS), len(drawn), len(MEASURES)
+    values, errors = np.full(shape, np.nan), np.full(shape, np.nan)
+    without: list[str] = []
+    twins = 0
+    for number, draw in enumerate(drawn):
+        progress(number / len(drawn), f"design {number + 1} of {len(drawn)}")
+        design = design_of(parameters, draw)
+        for place, rung in enumerate(RUNGS):
+            if place == TWIN and (twins == settings.twins or np.isnan(values[PENALTY, number, 0])):
+                continue
+            try:
+                found = rung.find(design, rung.tolerances[min(FINER, len(rung.tolerances) - 1)])
+            except NoRung as reason:
+                without.append(f"design {number + 1}: {reason}")
+                continue
+            values[place, number], errors[place, number] = found.values, found.errors
+            twins += place == TWIN
+    known = np.array([numbers(draw.biped, draw.slope, draw.contact) for draw in drawn])
+    return Result(settings.seed, known, values, errors, tuple(without))

@@ -1,0 +1,134 @@
+"""`ask`: the cheapest rung that has the error, its parts, and requests that are refused."""
+
+import dataclasses
+import math
+
+import pytest
+
+from stages.biped.question import WrongOption
+from stages.model_error.choice import Ladder
+from stages.model_error.questions import ask as asked
+from stages.model_error.questions.ask import Options, ask, errors
+from stages.model_error.result import MODELS, NAMES, PENALTY, TWIN
+from stages.model_error.run import design_of
+from stages.model_error.rungs import RUNGS
+from tests.model_error.test_rungs import design
+
+
+class Asking:
+    """An `Asking` that has a result, or has none."""
+
+    jobs = 1
+
+    def __init__(self, found):
+        self.found = found
+
+    def progress(self, fraction, what):
+        assert 0.0 <= fraction <= 1.0 and what
+
+    def result(self):
+        return self.found, "results/model_error.h5 is not there"
+
+
+@pytest.fixture(scope="module")
+def ladder(parameters, small):
+    return Ladder(parameters, small, Asking(small))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_asked_is_kept_against_the_twin_and_climbs_with_the_error(ladder, parameters, name):
+    true = RUNGS[TWIN].find(design(parameters), 1e-8)
+    place, before = NAMES.index(name), 0
+    for error in (0.2, 0.02, 5e-3):
+        found = ladder.within(name, error, share=True)
+        size = 1.0 if name == "multiplier" else true.values[place]
+        assert found.met and found.solver + found.model <= error
+        assert abs(found.value - true.values[place]) <= error * size + true.errors[place]
+        assert MODELS.index(found.rung) >= before
+        before = MODELS.index(found.rung)
+        floors = [ladder.learnt.at(rung, place, ladder.numbers).error for rung in range(before)]
+        assert all(floor + 1e-6 > error for floor in floors)  # no cheaper one would have done
+        assert len(found.passed_over) >= before
+
+
+def test_an_error_in_the_measures_unit_is_that_share_of_it(ladder):
+    share = ladder.within("period", 0.01, share=True)
+    number = ladder.within("period", 0.01 * share.value, share=False)
+    assert (number.rung, number.value) == (share.rung, share.value)
+    assert number.asked == pytest.approx(0.01)
+
+
+def test_what_no_rung_has_is_refused_with_every_rungs_reason(parameters, small):
+    answer = ask(parameters, Options(("step_length",), ("1e-12",)), Asking(small))
+    assert answer.no and answer.plain["step_length"]["value"] is None
+    text = "\n".join(answer.lines)
+    assert all(name in text for name in MODELS)
+
+
+def test_digits_leave_what_the_printed_values_leave(parameters, small):
+    exact = dataclasses.replace(parameters, design_digits=type(parameters.design_digits)(),
+                                slope_digits=type(parameters.slope_digits)())  # fmt: skip
+    assert Ladder(exact, small, Asking(small)).inputs("period", 0.5) == 0.0
+    half = dataclasses.replace(exact, design_digits=type(parameters.design_digits)({"leg_length": 1e-4}))
+    found = Ladder(half, small, Asking(small)).inputs("period", 0.5)
+    other = dataclasses.replace(half.biped, leg_length=half.biped.leg_length + 1e-5)
+    pair = half, dataclasses.replace(half, biped=other)
+    one, longer = (RUNGS[0].find(design(each), 1e-8).values[0] for each in pair)
+    even = 1e-4 / math.sqrt(3.0) * 1.96
+    assert found == pytest.approx(even * (longer / one - 1.0) / 1e-5, rel=0.02)
+
+
+def test_stable_is_a_probability_that_falls_where_the_gait_loses_stability(parameters, small):
+    told = []
+    for slope in (2.0, 2.5, 3.0):
+        ground = dataclasses.replace(parameters.slope, slope_deg=slope)
+        told.append(Ladder(dataclasses.replace(parameters, slope=ground), small, Asking(small)).stable())
+    assert told[0].probability > 0.99 and all(0.0 <= one.probability <= 1.0 for one in told)
+    assert [one.multiplier for one in told] == sorted(one.multiplier for one in told)
+    assert told[-1].probability < told[0].probability
+
+
+def test_a_robot_unlike_the_drawn_ones_is_said_to_be_and_its_error_widened(parameters, small, ladder):
+    softer = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, stiffness=500.0))
+    other = Ladder(softer, small, Asking(small))
+    assert other.outside() and not ladder.outside()
+    assert other.learnt.at(1, 0, other.numbers).error > 2.0 * ladder.learnt.at(1, 0, ladder.numbers).error
+    assert other.learnt.at(PENALTY, 0, other.numbers).error > ladder.learnt.at(PENALTY, 0, ladder.numbers).error
+
+
+@pytest.mark.parametrize(("what", "within", "said"), [
+    (("speed",), (), "no error is asked for speed"),
+    (("speed",), ("0",), "not a positive error"),
+    (("speed",), ("-1%",), "not a positive error"),
+    (("speed",), ("nan",), "not a positive error"),
+    (("speed",), ("inf",), "not a positive error"),
+    (("speed",), ("one",), "not a positive error"),
+    (("speed",), ("hop=1%",), "hop is no measure"),
+    (("speed",), ("1%", "2%"), "already"),
+    (("multiplier",), ("1%",), "can be 0"),
+    (("multiplier",), ("multiplier=1%",), "can be 0"),
+])  # fmt: skip
+def test_a_bad_request_is_one_sentence(parameters, small, what, within, said):
+    with pytest.raises(WrongOption, match=said):
+        ask(parameters, Options(what, within), Asking(small))
+
+
+def test_without_what_was_learnt_the_command_that_learns_is_named(parameters):
+    with pytest.raises(WrongOption, match="bipedstudy run model_error"):
+        ask(parameters, Options(("speed",), ("1%",)), Asking(None))
+
+
+def test_one_error_serves_all_measures_but_those_with_their_own():
+    found = errors(("1%", "speed=0.02"))
+    assert found[""] == asked.Allowed(0.01, True) and found["speed"] == asked.Allowed(0.02, False)
+    assert Options(("period",), ("1%", "speed=0.02")).allowed("period").share
+
+
+def test_the_answer_has_no_clock_in_it(parameters, small):
+    options = Options(("period", "stable"), ("1%",))
+    assert ask(parameters, options, Asking(small)).plain == ask(parameters, options, Asking(small)).plain
+
+
+def test_design_of_takes_the_studys_settings(parameters):
+    drawn = design(parameters)
+    assert drawn.twin is parameters.twin and drawn == design_of(parameters, drawn)

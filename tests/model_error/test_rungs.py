@@ -1,0 +1,101 @@
+"""The rungs: the twin of a design in detail, that penalty walker and twin are one machine, and robots of any size."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.biped.design import BeyondModel
+from stages.model_error.designs import Draw, draws, numbers
+from stages.model_error.result import NAMES, PENALTY, TWIN
+from stages.model_error.run import design_of
+from stages.model_error.rungs import RUNGS, NoRung
+from stages.twin.machine.detailed import PLAIN, machine_of
+from stages.twin.machine.machine import build
+from stages.twin.machine.projection import project
+from tests.similar import EXPONENT, similar
+
+DETAILS = {
+    "unequal legs": {"other_foot_mass": 0.338, "other_leg_length": 0.3331},
+    "frames": {"hip_mass": 0.216, "frame_mass": 0.05, "frame_com": 0.04, "frame_inertia": 5e-5, "leg_inertia": 5e-4},
+    "mass off the leg": {"foot_offset": -0.001},
+    "spring at the hip": {"hip_stiffness": 0.05, "hip_rest_angle": 0.02, "hip_damping": 0.002},
+    "friction at the hip": {"hip_friction": 0.002},
+    "counterweight": {"hip_gravity_mass": 0.4},
+}
+
+
+def changed(parameters, **details):
+    return dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, **details))
+
+
+def design(parameters):
+    return design_of(parameters, Draw(parameters.biped, parameters.slope, parameters.contact))
+
+
+@pytest.mark.parametrize("details", DETAILS.values(), ids=DETAILS)
+def test_a_detail_changes_the_machine_by_itself(parameters, details):
+    biped = dataclasses.replace(parameters.biped, **details)
+    plain = project(build(dataclasses.replace(biped, **PLAIN), parameters.twin))
+    found = project(machine_of(biped, parameters.twin))
+    assert found.total_mass == pytest.approx(plain.total_mass + biped.total_mass
+                                             - dataclasses.replace(biped, **PLAIN).total_mass, rel=1e-12)  # fmt: skip
+    for key in ("foot_offset", "hip_stiffness", "hip_rest_angle", "hip_friction", "hip_damping"):
+        assert getattr(found, key) == pytest.approx(getattr(plain, key) + getattr(biped, key), abs=1e-12)
+    assert found.weighed_hip - found.hip_mass == pytest.approx(biped.weighed_hip - biped.hip_mass, abs=1e-12)
+    for leg in (0, 1):
+        for key in ("foot_mass", "leg_length", "foot_com", "stiffness"):
+            more = getattr(biped.leg(leg), key) - getattr(biped.leg(0), key)
+            assert getattr(found.leg(leg), key) == pytest.approx(getattr(plain.leg(leg), key) + more, rel=1e-9)
+    moment = biped.frame_mass * biped.frame_com + plain.frame_mass * plain.frame_com
+    assert found.frame_mass * found.frame_com == pytest.approx(moment, abs=1e-12)
+
+
+@pytest.mark.parametrize("details", [{}, *DETAILS.values()], ids=["none", *DETAILS])
+def test_exudyns_twin_walks_as_the_penalty_walker_of_the_same_machine(parameters, details):
+    """Exudyn's bodies, springs and friction in space against our own equations in the plane."""
+    one = design(changed(parameters, **details))
+    penalty, twin = (RUNGS[rung].find(one, 1e-7) for rung in (PENALTY, TWIN))
+    apart = np.abs(twin.values / penalty.values - 1.0)
+    assert apart[:4].max() < 3e-6
+    assert apart[4] < 0.02  # by finite differences
+
+
+def test_a_similar_robot_has_the_same_numbers_and_misses(parameters):
+    scale = 4.0, 0.25, 0.5
+    contact = dataclasses.replace(parameters.contact, contact_exponent=EXPONENT)
+    parameters = dataclasses.replace(parameters, contact=contact)
+    other = similar(parameters, scale)
+    known = [numbers(each.biped, each.slope, each.contact) for each in (parameters, other)]
+    assert known[0] == pytest.approx(known[1], rel=1e-12)
+    drawn = [draws(each.biped, each.slope, each.contact, 6, 1) for each in (parameters, other)]
+    for one, another in zip(*drawn, strict=True):
+        assert numbers(one.biped, one.slope, one.contact) == pytest.approx(
+            numbers(another.biped, another.slope, another.contact), rel=1e-12)
+        assert similar(one.biped, scale).foot_offset == pytest.approx(another.biped.foot_offset, rel=1e-12)
+
+
+def test_drawn_designs_fill_the_box_and_every_other_one_has_details(parameters):
+    drawn = draws(parameters.biped, parameters.slope, parameters.contact, 32, 1)
+    assert [one.biped.detailed for one in drawn] == [False, True] * 16
+    shares = np.array([one.biped.stiffness / parameters.biped.stiffness for one in drawn])
+    assert shares.min() < 0.8 and shares.max() > 1.2 and abs(shares.mean() - 1.0) < 0.02
+
+
+def test_a_foot_that_is_put_down_at_a_time_is_known_to_one_rung_only(parameters):
+    timed = {"legs": "rigid", "feet_retract": True, "strike_time": 0.45}
+    one = design(changed(parameters, **timed))
+    for rung in RUNGS[1:]:
+        with pytest.raises(NoRung, match="strike_time"):
+            rung.find(one, rung.tolerances[0])
+    with pytest.raises(BeyondModel):
+        _ = one.machine
+
+
+def test_a_tenth_of_the_tolerance_brings_a_smaller_error_that_holds(parameters):
+    one = design(parameters)
+    found = [RUNGS[PENALTY].find(one, tolerance) for tolerance in (1e-6, 1e-7, 1e-8, 1e-9)]
+    for coarse in found[:-1]:
+        assert (np.abs(coarse.values - found[-1].values) <= coarse.errors)[:4].all()
+    speed = NAMES.index("speed")
+    assert found[-1].errors[speed] < 0.1 * found[0].errors[speed]
