@@ -15,7 +15,8 @@ import numpy as np
 
 import bipedstudy as bs
 from stages.model_error.choice import Ladder
-from stages.model_error.result import NAMES, SHARED
+from stages.model_error.measures import NAMES
+from stages.model_error.result import SHARED
 from stages.model_error.rungs import RUNGS, NoRung
 
 SEED = 7

@@ -15,9 +15,10 @@ from scipy.stats import norm
 
 from stages.biped.question import Asking
 from stages.model_error.designs import NUMBERS, Draw, numbers
+from stages.model_error.measures import NAMES
 from stages.model_error.miss import COVERED, Learnt
 from stages.model_error.parameters import Parameters
-from stages.model_error.result import NAMES, PENALTY, SHARED, Result
+from stages.model_error.result import PENALTY, SHARED, Result
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS, Found, NoRung
 

@@ -7,15 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
+from stages.model_error.measures import MEASURES
 from stages.studies.result import Table, shown
 
-#: What is asked of a gait: name, unit, and whether an error of it is told as a share of it. The last is the largest
-#: multiplier's magnitude.
-MEASURES = (
-    ("period", "s", True), ("step_frequency", "Hz", True), ("step_length", "m", True), ("speed", "m/s", True),
-    ("multiplier", "1", False),
-)  # fmt: skip
-NAMES = tuple(name for name, _, _ in MEASURES)
+#: Whether an error of each measure is told as a share of it.
 SHARED = np.array([share for _, _, share in MEASURES])
 #: Names of the rungs, the cheapest first.
 MODELS = ("constraint model", "constraint model in detail", "penalty walker", "twin")

@@ -24,7 +24,8 @@ from stages.biped.design import Biped, require_own_strikes
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
-from stages.model_error.result import MODELS, NAMES
+from stages.model_error.measures import NAMES
+from stages.model_error.result import MODELS
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import S, Steps, floquet_multipliers, gait_near

@@ -7,9 +7,10 @@ import pytest
 
 from stages.biped.question import WrongOption
 from stages.model_error.choice import Ladder
+from stages.model_error.measures import NAMES
 from stages.model_error.questions import ask as asked
 from stages.model_error.questions.ask import Options, ask, errors
-from stages.model_error.result import MODELS, NAMES, PENALTY, TWIN
+from stages.model_error.result import MODELS, PENALTY, TWIN
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS
 from tests.model_error.test_rungs import design

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stages.model_error.measures import NAMES
 from stages.model_error.miss import Learnt, ridge
-from stages.model_error.result import MODELS, NAMES, PENALTY, SHARED, TWIN, Result
+from stages.model_error.result import MODELS, PENALTY, SHARED, TWIN, Result
 
 COUNT, TERMS = 40, 3
 

@@ -7,7 +7,8 @@ import pytest
 
 from stages.biped.design import BeyondModel
 from stages.model_error.designs import Draw, draws, numbers
-from stages.model_error.result import NAMES, PENALTY, TWIN
+from stages.model_error.measures import NAMES
+from stages.model_error.result import PENALTY, TWIN
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS, NoRung
 from stages.twin.machine.detailed import PLAIN, machine_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.question import Answer, Asking, Question, WrongOption, option, refuse
-from stages.model_error.result import MEASURES, NAMES
+from stages.model_error.measures import MEASURES, NAMES
 
 if TYPE_CHECKING:
     from stages.model_error.choice import Answered, Stability
