@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.model_error.measures import MEASURES
+from stages.model_error.measures import MEASURES, NAMES
 from stages.studies.result import Table, shown
 
 #: Whether an error of each measure is told as a share of it.
