@@ -58,6 +58,11 @@ class SlopeDigits:
     half_widths: Mapping[str, float] = half_widths("half-widths of the slope's values")
 
 
+def half_widths_of(*digits: DesignDigits | SlopeDigits) -> dict[str, float]:
+    """How far the values of some files may be off, in their units, by file.key."""
+    return {f"{each.FILE}.{key}": width for each in digits for key, width in each.half_widths.items()}
+
+
 @dataclass(frozen=True)
 class Parameters:
     """Parameters of the analytic stage."""
@@ -85,8 +90,7 @@ class Parameters:
     @property
     def half_widths(self) -> dict[str, float]:
         """How far parameters may be off, in their units, by file.key; exact ones are not in it."""
-        digits = (self.design_digits, self.slope_digits)
-        return {f"{each.FILE}.{key}": width for each in digits for key, width in each.half_widths.items()}
+        return half_widths_of(self.design_digits, self.slope_digits)
 
     @property
     def limited_friction(self) -> Friction | None:

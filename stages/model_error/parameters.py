@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.analytic.parameters import DesignDigits, SlopeDigits
+from stages.analytic.parameters import DesignDigits, SlopeDigits, half_widths_of
 from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
@@ -50,5 +50,4 @@ class Parameters:
     @property
     def half_widths(self) -> dict[str, float]:
         """How far parameters may be off, in their units, by file.key; exact ones are not in it."""
-        digits = (self.design_digits, self.slope_digits)
-        return {f"{each.FILE}.{key}": width for each in digits for key, width in each.half_widths.items()}
+        return half_widths_of(self.design_digits, self.slope_digits)

@@ -161,6 +161,16 @@ def fixed_point(
     return FixedPointOf(*best, least, np.eye(10) if derivative is None else derivative)
 
 
+def corrected(walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray) -> S:
+    """The step from where one correction of a fixed point by Newton's method leads. Raises NoLimitCycle.
+
+    A search stops at the tolerance of its steps, and what is left of it is larger than their errors; a gait of a model
+    as close as round-off needs no search.
+    """
+    moved = walker.step(numbers).numbers - numbers
+    return walker.step(numbers + np.linalg.solve(np.eye(len(numbers)) - derivative, moved))
+
+
 def _size(walker: Steps[S], moved: np.ndarray) -> float:
     """How far a step moves the section numbers (10,), in `scales`."""
     return float(np.abs(moved / walker.scales).max())

@@ -23,9 +23,9 @@ from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import simulate as compiled_walk
-from stages.planar.limit_cycle import FixedPoint, fixed_point
+from stages.planar.limit_cycle import corrected, fixed_point
 from stages.planar.run import PlanarState, Run, rolling_state
-from stages.planar.section import section_numbers
+from stages.planar.section import SectionStep, section_numbers
 from stages.studies.result import BUT, Distance
 
 #: Tolerances of both models in a check, and so many times looser ones that tell their own errors. Over one step both
@@ -146,16 +146,16 @@ def between_cycles(what: str, machine: Machine, state: PlanarState, numbers: np.
     """
     parts = machine.biped, machine.slope, machine.contact, state
     stepper = PenaltyStepper(*parts, Settings(COMPILED))
-    near = fixed_point(stepper, numbers)
-    derivative = stepper.derivative(near.numbers)
+    near = fixed_point(stepper, numbers).numbers
+    derivative = stepper.derivative(near)
     ours = corrected(stepper, near, derivative)
-    looser = corrected(PenaltyStepper(*parts, Settings(LOOSER * COMPILED)), ours, derivative)
+    looser = corrected(PenaltyStepper(*parts, Settings(LOOSER * COMPILED)), ours.numbers, derivative)
     true = lengths_of(ours, ours)
     own = np.abs(lengths_of(looser, ours) - true).max()
 
     def exudyn(tolerance: float) -> np.ndarray:
         settings = machine.exudyn_settings(tolerance)
-        return lengths_of(corrected(SectionWalker(*parts, settings, 1e-4), ours, derivative), ours)
+        return lengths_of(corrected(SectionWalker(*parts, settings, 1e-4), ours.numbers, derivative), ours)
 
     tolerance, before = machine.tolerance, exudyn(LOOSER * machine.tolerance)
     while True:
@@ -168,18 +168,7 @@ def between_cycles(what: str, machine: Machine, state: PlanarState, numbers: np.
         tolerance, before = tolerance / LOOSER, other
 
 
-def corrected(walker: PenaltyStepper | SectionWalker, near: FixedPoint, derivative: np.ndarray) -> FixedPoint:
-    """The walker's own cycle, that of a model as close to it as round-off, by one correction and the step from there.
-
-    Raises NoLimitCycle.
-    """
-    moved = walker.step(near.numbers).numbers - near.numbers
-    numbers = near.numbers + np.linalg.solve(np.eye(10) - derivative, moved)
-    step = walker.step(numbers)
-    return FixedPoint(numbers, step, float(np.abs(step.numbers - numbers).max()), derivative)
-
-
-def lengths_of(point: FixedPoint, like: FixedPoint) -> np.ndarray:
-    """What is compared of a cycle [m], (5,); its period as the way at the speed of another."""
-    way = point.step.duration * like.step.length / like.step.duration
-    return np.array([point.step.length, way, point.numbers[0], *point.numbers[2:4]])
+def lengths_of(step: SectionStep, like: SectionStep) -> np.ndarray:
+    """What is compared of a cycle [m], (5,), by its step; its period as the way at the speed of another."""
+    way = step.duration * like.length / like.duration
+    return np.array([step.length, way, step.numbers[0], *step.numbers[2:4]])

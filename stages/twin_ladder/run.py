@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -101,15 +102,16 @@ def alike_in_the_plane(one: Machine, other: Machine) -> bool:
 
 def same(one: Machine, other: Machine) -> bool:
     """Whether two machines are equal to the last bit."""
-    numbers = ("lane", "radius", "length", "stiffness", "damping")
-    return (
-        all(np.array_equal(getattr(one, name), getattr(other, name)) for name in numbers)
-        and (one.half_width, one.bearing_friction) == (other.half_width, other.bearing_friction)
-        and all(
-            a.mass == b.mass and np.array_equal(a.centre, b.centre) and np.array_equal(a.inertia, b.inertia)
-            for a, b in zip(one.bodies, other.bodies, strict=True)
-        )
-    )
+    return alike(dataclasses.asdict(one), dataclasses.asdict(other))
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether two trees of numbers are equal to the last bit."""
+    if isinstance(one, dict):
+        return all(alike(value, other[key]) for key, value in one.items())
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(map(alike, one, other))
+    return np.array_equal(one, other)
 
 
 @dataclass(frozen=True)

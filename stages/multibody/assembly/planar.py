@@ -115,11 +115,7 @@ class Planar(System, ABC):
         if biped.hip_friction:
             self._between_legs(items.ObjectConnectorCoordinateSpringDamperExt, dynamicFrictionForce=biped.hip_friction,
                                frictionProportionalZone=hip_creep(biped, slope))  # fmt: skip
-        excess = biped.weighed_hip - biped.hip_mass
-        if excess:
-            load = [excess * component for component in slope.gravity_vector]
-            marker = self.mbs.AddMarker(self.hip)
-            self.mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=[*load, 0.0]))
+        self.add_weight(self.hip, biped.weighed_hip - biped.hip_mass, slope)
 
     def _between_legs(self, connector: Any, **numbers: float) -> None:
         """A connector takes the second marker's coordinate minus the first's."""

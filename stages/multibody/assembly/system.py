@@ -70,6 +70,12 @@ class System:
         for name, kind in COORDINATES:
             self.keep(name, items.SensorNode, nodeNumber=self.node, outputVariableType=kind)
 
+    def add_weight(self, marker: Any, mass: float, slope: Slope) -> None:
+        """What gravity pulls at beside the masses, as if a mass [kg] hung at a marker; none for no mass."""
+        if mass:
+            load = [mass * component for component in slope.gravity_vector]
+            self.mbs.AddLoad(items.LoadForceVector(markerNumber=self.mbs.AddMarker(marker), loadVector=[*load, 0.0]))
+
     def assemble(self) -> None:
         """Nothing more is added."""
         self.mbs.Assemble()

@@ -80,10 +80,8 @@ class SpatialTree(System):
             self.mbs.AddObject(items.ObjectConnectorCoordinateSpringDamperExt(
                 markerNumbers=[plane, self.mbs.AddMarker(hinge)], dynamicFrictionForce=machine.hip_friction,
                 frictionProportionalZone=hip_creep(project(machine), slope)))  # fmt: skip
-        if machine.hip_weight:
-            axis = items.MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=PITCH, localPosition=[0.0] * 3)
-            load = [machine.hip_weight * component for component in slope.gravity_vector]
-            self.mbs.AddLoad(items.LoadForceVector(markerNumber=self.mbs.AddMarker(axis), loadVector=[*load, 0.0]))
+        axis = items.MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=PITCH, localPosition=[0.0] * 3)
+        self.add_weight(axis, machine.hip_weight, slope)
 
     def foot_link(self, leg: int) -> int:
         """The link that carries a leg's foot."""
