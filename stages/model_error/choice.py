@@ -14,13 +14,13 @@ from functools import cached_property
 from scipy.stats import norm
 
 from stages.biped.question import Asking
-from stages.model_error.designs import NUMBERS, Draw, numbers
+from stages.model_error.designs import NUMBERS, kind, numbers
 from stages.model_error.measures import NAMES
-from stages.model_error.miss import COVERED, Learnt
+from stages.model_error.miss import COVERED, Learnt, Miss
 from stages.model_error.parameters import Parameters
-from stages.model_error.result import PENALTY, SHARED, Result
+from stages.model_error.result import PENALTY, SHARED, TWIN, Result
 from stages.model_error.run import design_of
-from stages.model_error.rungs import RUNGS, Found, NoRung
+from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung
 
 MULTIPLIER = NAMES.index("multiplier")
 #: A half width that covers so much of a normal distribution is so many of its standard deviations.
@@ -69,15 +69,26 @@ class Ladder:
 
     def __init__(self, parameters: Parameters, result: Result, asking: Asking) -> None:
         self.parameters, self.asking = parameters, asking
-        self.design = design_of(parameters, Draw(parameters.biped, parameters.slope, parameters.contact))
-        self.numbers = numbers(parameters.biped, parameters.slope, parameters.contact)
-        self.learnt = Learnt(result)
+        self.design = design_of(parameters)
+        self.numbers = numbers(self.design)
+        self.learnt, self.kind = Learnt(result), result.kind
         self.walked: dict[tuple[int, float], Found | NoRung] = {}
 
     def outside(self) -> list[str]:
         """The numbers in which the design lies outside of what was drawn."""
         beyond = self.learnt.outside(self.numbers)
         return [name for name, each in zip(NUMBERS, beyond, strict=True) if each > 1e-9]
+
+    def unlike(self) -> str:
+        """What the design is and the drawn ones were, if it is of another kind, so that no miss of it is known."""
+        own = kind(self.design)
+        return "" if own == self.kind else f"{own}; drawn were {self.kind}"
+
+    def miss(self, rung: int, measure: int) -> Miss:
+        """What a rung misses of the twin; infinite where nothing is known of designs of this kind."""
+        if self.unlike() and rung != TWIN:
+            return Miss(0.0, math.inf)
+        return self.learnt.at(rung, measure, self.numbers)
 
     def find(self, rung: int, tolerance: float) -> Found:
         """What a rung finds. Raises NoRung."""
@@ -97,8 +108,8 @@ class Ladder:
         """A measure with the rung's bias, its solver's error and its model's, as shares where errors are. Raises NoRung
         where the gait may not be stable, of which no rung below the penalty walker has learnt its miss."""
         found = self.find(rung, tolerance)
-        miss = self.learnt.at(rung, measure, self.numbers)
-        largest = float(found.values[MULTIPLIER]) + self.learnt.at(rung, MULTIPLIER, self.numbers).bias
+        miss = self.miss(rung, measure)
+        largest = float(found.values[MULTIPLIER]) + self.miss(rung, MULTIPLIER).bias
         if rung < PENALTY and largest >= 1.0:
             raise NoRung(f"the {RUNGS[rung].name} finds a gait that is not stable: what it then misses was not learnt")
         value, solver = float(found.values[measure]), float(found.errors[measure])
@@ -115,7 +126,7 @@ class Ladder:
             if solver + model > wanted:
                 passed.append(self.too_large(rung, measure, solver + model, f" at tolerance {tolerance:g}"))
                 continue
-            bias = self.learnt.at(rung, measure, self.numbers).bias
+            bias = self.miss(rung, measure).bias
             return Answered(name, value, bool(SHARED[measure]), wanted, True, solver, model, self.inputs(name, value),
                             math.expm1(bias) if SHARED[measure] else bias, RUNGS[rung].name, tolerance,
                             RUNGS[rung].price, tuple(dict.fromkeys(passed)), self.closer(measure, wanted))  # fmt: skip
@@ -129,7 +140,7 @@ class Ladder:
         """Rung, tolerance, corrected value, solver's and model's error, the cheapest first; why others are `passed`."""
         shares = share or not SHARED[measure]
         for rung, one in enumerate(RUNGS):
-            floor = self.learnt.at(rung, measure, self.numbers).error
+            floor = self.miss(rung, measure).error
             if not math.isfinite(floor) or (shares and floor >= error):
                 passed.append(self.too_large(rung, measure, floor))
                 continue
@@ -153,28 +164,30 @@ class Ladder:
     def closer(self, measure: int, wanted: float) -> str:
         """What an error ten times smaller would take."""
         for rung, one in enumerate(RUNGS):
-            if self.learnt.at(rung, measure, self.numbers).error < wanted / CLOSER:
+            if self.miss(rung, measure).error < wanted / CLOSER:
                 return f"ten times closer would cost about {one.price:g} s, with the {one.name}"
         return "no model has an error ten times smaller"
 
     def stable(self) -> Stability:
         """The probability that the best rung's largest multiplier is below one. Raises NoRung."""
-        reason: NoRung | None = None
-        for rung in range(PENALTY + 1):
+        reason = NoRung("what every model misses is not known")
+        for rung, one in enumerate(RUNGS):
+            if not math.isfinite(self.miss(rung, MULTIPLIER).error):
+                continue
             try:
-                value, solver, model = self.corrected(rung, MULTIPLIER, RUNGS[rung].tolerances[0])
+                value, solver, model = self.corrected(rung, MULTIPLIER, one.tolerances[0])
             except NoRung as why:
                 reason = why
                 continue
             sigma = math.hypot(solver, model) / WIDTH
             alone = float(norm.sf((value - 1.0) / max(sigma, 1e-12)))
-            if min(alone, 1.0 - alone) < DECIDED or rung == PENALTY:
+            if min(alone, 1.0 - alone) < DECIDED or rung >= PENALTY:
                 inputs = self.inputs("multiplier", value)
                 known = inputs if math.isfinite(inputs) else 0.0
                 whole = math.hypot(sigma, known / WIDTH)
                 return Stability(float(norm.sf((value - 1.0) / max(whole, 1e-12))), value, solver, model, inputs,
-                                 RUNGS[rung].name)  # fmt: skip
-        raise reason or NoRung("no model has a gait")
+                                 one.name)  # fmt: skip
+        raise reason
 
     def inputs(self, name: str, value: float) -> float:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known."""
@@ -195,17 +208,15 @@ class Ladder:
         from stages.analytic.derivatives.uncertainty import uncertainties_of
         from stages.analytic.errors import NoGait, StepFailed
         from stages.analytic.gait.design_point import DesignPoint
-        from stages.analytic.gait.gait_search import find_gait
 
         widths = self.parameters.half_widths
         design = DesignPoint(self.parameters.biped, self.parameters.slope, self.design.friction)
         inexact = tuple(each for each in sensitive_names(design) if widths.get(each))
         if not inexact:
             return {}
-        tolerance = RUNGS[0].tolerances[0]
         try:
-            point = find_gait(design.biped, design.slope, tolerance, design.friction)[1]
-            open_to = uncertainties_of(design, gait_derivatives(design, point, inexact, tolerance), widths)
+            point = self.design.as_it_stands[1]
+            open_to = uncertainties_of(design, gait_derivatives(design, point, inexact, CONSTRAINT), widths)
         except (NoGait, StepFailed):
             return {"": (math.nan, math.nan)}
         found = {}

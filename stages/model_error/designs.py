@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -16,14 +15,20 @@ from scipy.stats import qmc
 
 from stages.biped.accuracy.scales import Scales, scales_of
 from stages.biped.design import Biped
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
+from stages.model_error.rungs import Design
 
 S = TypeVar("S")
-#: Numbers of a design, in words: what a reader calls them.
-NUMBERS = (
+#: Numbers of a design by which misses are fitted, in words: what a reader calls them.
+FITTED = (
     "mass of a leg over all mass", "foot radius by leg length", "mass centre by leg length", "k l / (m g)",
     "damping ratio", "inertia of a leg by m l^2", "slope", "contact stiffness", "contact damping", "stiction velocity",
+)  # fmt: skip
+#: These, and the numbers that drawn designs hardly differ in: who leaves them is outside of what was drawn.
+NUMBERS = (
+    *FITTED, "static friction", "dynamic friction", "force exponent", "damping depth", "mass off the leg's line",
+    "frame's mass", "hip's stiffness", "hip's damping", "hip's friction", "hip's mass for gravity", "outsole",
+    "bearing friction", "slider friction", "mass of the other leg", "length of the other leg",
+    "stiffness of the other leg",
 )  # fmt: skip
 #: What is drawn of a design, by file and key, as a share of its value to either side; the details of every other design
 #: in its own scales, to either side of none.
@@ -36,10 +41,10 @@ DETAILS = {"foot_offset": ("m", 0.0015), "hip_damping": ("N m s", 0.002), "hip_s
 UNEQUAL = {"other_foot_mass": 0.02, "other_stiffness": 0.1, "other_foot_com": 0.01}
 
 
-def numbers(biped: Biped, slope: Slope, contact: ContactLaw) -> np.ndarray:
+def numbers(design: Design) -> np.ndarray:
     """The dimensionless numbers (n,) of a design, in the order of `NUMBERS`; the legs' are their means."""
-    own = scales_of(biped, slope.gravity)
-    measured, ground = own.measure(biped), own.measure(contact)
+    own = scales_of(design.biped, design.slope.gravity)
+    measured, ground, twin = own.measure(design.biped), own.measure(design.contact), own.measure(design.twin)
     first, other = measured.leg(0), measured.leg(1)
 
     def mean(name: str) -> float:
@@ -49,39 +54,47 @@ def numbers(biped: Biped, slope: Slope, contact: ContactLaw) -> np.ndarray:
     stiffness, mass = mean("stiffness"), mean("foot_mass")
     return np.array([
         mass, mean("foot_radius"), mean("foot_com"), stiffness, 0.5 * mean("damping") / stiffness**0.5,
-        mean("leg_inertia") / mass, slope.angle, ground.contact_stiffness, ground.contact_damping,
-        ground.stiction_velocity,
+        mean("leg_inertia") / mass, design.slope.angle, ground.contact_stiffness, ground.contact_damping,
+        ground.stiction_velocity, ground.static_friction, ground.dynamic_friction, ground.contact_exponent,
+        ground.damping_depth, mean("foot_offset"), mean("frame_mass"), measured.hip_stiffness, measured.hip_damping,
+        measured.hip_friction, measured.weighed_hip - measured.hip_mass, twin.outsole, twin.bearing_friction,
+        twin.slider_friction, other.foot_mass / first.foot_mass, other.leg_length / first.leg_length,
+        other.stiffness / first.stiffness,
     ])  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Draw:
-    """One drawn design."""
+def kind(design: Design) -> str:
+    """What no number tells of a design: misses of one kind say nothing of another."""
+    feet = "retracting feet" if design.biped.feet_retract else "feet that swing through"
+    transition = "rolls" if design.friction is None else "has Coulomb friction"
+    return (f"{design.biped.legs} legs, {feet}, {design.contact.normal_force} force and {design.contact.friction} "
+            f"friction, a trailing foot that {transition}, {design.twin.inertia} inertia")  # fmt: skip
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
 
-
-def draws(biped: Biped, slope: Slope, contact: ContactLaw, count: int, seed: int) -> list[Draw]:
+def draws(design: Design, count: int, seed: int) -> list[Design]:
     """So many designs that fill a box around one evenly; every other one is drawn with details."""
     keys = [*SPREAD, *DETAILS, *UNEQUAL]
     shares = 2.0 * qmc.LatinHypercube(len(keys), rng=seed).random(count) - 1.0
-    own = scales_of(biped, slope.gravity)
+    own = scales_of(design.biped, design.slope.gravity)
     found = []
     for number, row in enumerate(shares):
         share: dict[str, float] = dict(zip(keys, row.tolist(), strict=True))
-        one = scaled(biped, share)
-        one = in_detail(one, own, share) if number % 2 else one
-        found.append(Draw(one, scaled(slope, share), scaled(contact, share)))
+        biped = scaled(design.biped, share)
+        found.append(dataclasses.replace(
+            design, biped=in_detail(biped, own, share) if number % 2 else biped, slope=scaled(design.slope, share),
+            contact=scaled(design.contact, share)))  # fmt: skip
     return found
 
 
 def scaled(section: S, share: Mapping[str, float]) -> S:
-    """Parameters of a file with what is drawn of them as much larger or smaller as its share (-1 to 1) says."""
+    """Parameters of a file with what is drawn of them as much larger or smaller as its share (-1 to 1) says.
+
+    What the other leg has of its own changes by the same share: legs stay as unlike as they are.
+    """
     given: Any = section
     changed: S = dataclasses.replace(given, **{
-        key: getattr(given, key) * (1.0 + part * share[key]) for key, part in SPREAD.items() if hasattr(given, key)
+        name: value * (1.0 + part * share[key]) for key, part in SPREAD.items() for name in (key, f"other_{key}")
+        if (value := getattr(given, name, None)) is not None
     })  # fmt: skip
     return changed
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
+from stages.model_error.designs import FITTED
 from stages.model_error.result import PENALTY, SHARED, TWIN, Result
 
 #: Prior sizes of the slopes over the spread of the misses; leaving one out decides among them.
@@ -93,8 +94,8 @@ class Learnt:
             self.rest = factor * np.sqrt(np.mean((seen[TWIN] - seen[PENALTY])[both] ** 2, axis=0))
 
     def terms(self, numbers: np.ndarray) -> np.ndarray:
-        """Terms (n, p) of the fits at numbers (n, p - 1): a constant, and the numbers in half widths of the draws."""
-        scaled = np.where(self.alike, 0.0, (numbers - self.middle) / self.half)
+        """Terms (n, p) of the fits at numbers (n, k): a constant, and the first of them in half widths of the draws."""
+        scaled = np.where(self.alike, 0.0, (numbers - self.middle) / self.half)[:, :len(FITTED)]
         columns: np.ndarray = np.column_stack([np.ones(len(scaled)), scaled])
         return columns
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from stages.biped.processes import Progress, ignore
-from stages.model_error.designs import Draw, draws, numbers
+from stages.model_error.designs import draws, kind, numbers
 from stages.model_error.measures import MEASURES
 from stages.model_error.parameters import Parameters
 from stages.model_error.result import PENALTY, TWIN, Result
@@ -21,23 +21,24 @@ ONCE = "each gait is searched a second time at ten times the tolerance, whose di
 FINER = 1
 
 
-def design_of(parameters: Parameters, draw: Draw) -> Design:
-    """A drawn design with the settings of the study's."""
+def design_of(parameters: Parameters) -> Design:
+    """The study's design."""
     friction = parameters.analytic.limited(parameters.friction)
-    return Design(draw.biped, draw.slope, draw.contact, friction, parameters.friction, parameters.twin)
+    return Design(parameters.biped, parameters.slope, parameters.contact, friction, parameters.friction,
+                  parameters.twin)  # fmt: skip
 
 
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Draw, and find each rung's gait; the twin's of the first draws that have the penalty walker's."""
     settings = parameters.settings
-    drawn = draws(parameters.biped, parameters.slope, parameters.contact, settings.designs, settings.seed)
+    base = design_of(parameters)
+    drawn = draws(base, settings.designs, settings.seed)
     shape = len(RUNGS), len(drawn), len(MEASURES)
     values, errors = np.full(shape, np.nan), np.full(shape, np.nan)
     without: list[str] = []
     twins = 0
-    for number, draw in enumerate(drawn):
+    for number, design in enumerate(drawn):
         progress(number / len(drawn), f"design {number + 1} of {len(drawn)}")
-        design = design_of(parameters, draw)
         for place, rung in enumerate(RUNGS):
             if place == TWIN and (twins == settings.twins or np.isnan(values[PENALTY, number, 0])):
                 continue
@@ -48,5 +49,5 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
                 continue
             values[place, number], errors[place, number] = found.values, found.errors
             twins += place == TWIN
-    known = np.array([numbers(draw.biped, draw.slope, draw.contact) for draw in drawn])
-    return Result(settings.seed, known, values, errors, tuple(without))
+    known = np.array([numbers(design) for design in drawn])
+    return Result(settings.seed, kind(base), known, values, errors, tuple(without))

@@ -28,7 +28,7 @@ from stages.model_error.measures import NAMES
 from stages.model_error.result import MODELS
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
-from stages.planar.limit_cycle import S, Steps, floquet_multipliers, gait_near
+from stages.planar.limit_cycle import corrected, floquet_multipliers, gait_near
 from stages.planar.run import LimitCycle
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
 from stages.twin.machine.detailed import machine_of
@@ -96,6 +96,11 @@ class Design:
         return project(self.machine)
 
     @cached_property
+    def as_it_stands(self) -> tuple[Walker, FixedPoint]:
+        """The gait of the constraint model. Raises NoGait."""
+        return find_gait(self.biped, self.slope, CONSTRAINT, self.friction)
+
+    @cached_property
     def in_detail(self) -> tuple[Walker, FixedPoint]:
         """The gait of the constraint model of that machine, its trailing foot with the ground's friction where the
         model knows it, as the penalty walker's feet have. Raises NoGait.
@@ -114,8 +119,7 @@ class Design:
 
 def by_constraint(design: Design, tolerance: float) -> Found:
     """The constraint model of the design as it stands."""
-    walker, point = find_gait(design.biped, design.slope, tolerance, design.friction)
-    return constrained(walker, point, tolerance)
+    return constrained(*design.as_it_stands, tolerance)
 
 
 def by_detail(design: Design, tolerance: float) -> Found:
@@ -142,7 +146,7 @@ def by_penalty(design: Design, tolerance: float) -> Found:
     other = PenaltyStepper(design.projected, design.slope, design.contact, stepper.start, looser)
 
     def measured(walker: PenaltyStepper) -> np.ndarray:
-        step = nearer(walker, cycle.section_state, cycle.monodromy_matrix)
+        step = corrected(walker, cycle.section_state, cycle.monodromy_matrix)
         multipliers = floquet_multipliers(walker.derivative(step.numbers, step))
         count = walker.steps_a_cycle
         return measures(step.duration / count, step.length / count, steps_multiplier(multipliers, count))
@@ -163,21 +167,13 @@ def by_twin(design: Design, tolerance: float) -> Found:
 
     gait = search(tolerance).find(like_planar(cycle, scales))
     largest = float(abs(gait.plane_multipliers[0]))
-    strides = [nearer(search(one), gait.near.plane, gait.near.derivative) for one in (tolerance, LOOSER * tolerance)]
+    strides = [corrected(search(one), gait.near.plane, gait.near.derivative) for one in (tolerance, LOOSER * tolerance)]
     values, found = (
         measures(0.5 * (first.duration + second.duration), 0.5 * (first.length + second.length), largest)
         for first, second in ((one.first, one.second) for one in strides))  # fmt: skip
     errors = np.abs(found - values)
     errors[NAMES.index("multiplier")] = LOOSER * tolerance / DIFFERENCE + DIFFERENCE
     return Found(values, errors)
-
-
-def nearer(walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray) -> S:
-    """The step from where one correction by Newton's method leads: the search stops at the tolerance of its steps, and
-    what is left of it is larger than their errors. Raises NoLimitCycle.
-    """
-    moved = walker.step(numbers).numbers - numbers
-    return walker.step(numbers + np.linalg.solve(np.eye(len(numbers)) - derivative, moved))
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,10 @@
 """`ask`: the cheapest rung that has the error, its parts, and requests that are refused."""
 
 import dataclasses
+import json
 import math
 
+import numpy as np
 import pytest
 
 from stages.biped.question import WrongOption
@@ -13,7 +15,6 @@ from stages.model_error.questions.ask import Options, ask, errors
 from stages.model_error.result import MODELS, PENALTY, TWIN
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS
-from tests.model_error.test_rungs import design
 
 
 class Asking:
@@ -38,7 +39,7 @@ def ladder(parameters, small):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_asked_is_kept_against_the_twin_and_climbs_with_the_error(ladder, parameters, name):
-    true = RUNGS[TWIN].find(design(parameters), 1e-8)
+    true = RUNGS[TWIN].find(design_of(parameters), 1e-8)
     place, before = NAMES.index(name), 0
     for error in (0.2, 0.02, 5e-3):
         found = ladder.within(name, error, share=True)
@@ -74,7 +75,7 @@ def test_digits_leave_what_the_printed_values_leave(parameters, small):
     found = Ladder(half, small, Asking(small)).inputs("period", 0.5)
     other = dataclasses.replace(half.biped, leg_length=half.biped.leg_length + 1e-5)
     pair = half, dataclasses.replace(half, biped=other)
-    one, longer = (RUNGS[0].find(design(each), 1e-8).values[0] for each in pair)
+    one, longer = (RUNGS[0].find(design_of(each), 1e-8).values[0] for each in pair)
     even = 1e-4 / math.sqrt(3.0) * 1.96
     assert found == pytest.approx(even * (longer / one - 1.0) / 1e-5, rel=0.02)
 
@@ -130,6 +131,25 @@ def test_the_answer_has_no_clock_in_it(parameters, small):
     assert ask(parameters, options, Asking(small)).plain == ask(parameters, options, Asking(small)).plain
 
 
+def test_designs_of_another_kind_are_the_twins_alone_and_it_is_said(parameters, small):
+    rigid = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, legs="rigid"))
+    answer = ask(rigid, Options(("period",), ("5%",)), Asking(small))
+    assert answer.plain["period"]["rung"] == MODELS[TWIN] and "rigid legs" in answer.plain["unlike_the_drawn"]
+    assert any("another kind" in line and "compliant legs" in line for line in answer.lines)
+
+
+def test_where_no_miss_is_known_the_twin_tells_what_is_stable(parameters, small):
+    nothing = dataclasses.replace(small, values=np.where(np.arange(len(MODELS))[:, None, None] == TWIN, np.nan,
+                                                         small.values))  # fmt: skip
+    found = Ladder(parameters, nothing, Asking(nothing)).stable()
+    assert found.rung == MODELS[TWIN] and found.probability > 0.99
+
+
+def test_json_has_no_number_where_none_is_known(parameters, small):
+    answer = ask(parameters, Options(("period", "stable"), ("1e-13",)), Asking(small))
+    assert "NaN" not in json.dumps(answer.plain) and answer.no
+
+
 def test_design_of_takes_the_studys_settings(parameters):
-    drawn = design(parameters)
-    assert drawn.twin is parameters.twin and drawn == design_of(parameters, drawn)
+    drawn = design_of(parameters)
+    assert drawn.twin is parameters.twin and drawn.biped is parameters.biped

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stages.biped.design import BeyondModel
-from stages.model_error.designs import Draw, draws, numbers
+from stages.model_error.designs import NUMBERS, draws, kind, numbers
 from stages.model_error.measures import NAMES
 from stages.model_error.result import PENALTY, TWIN
 from stages.model_error.run import design_of
@@ -30,10 +30,6 @@ def changed(parameters, **details):
     return dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, **details))
 
 
-def design(parameters):
-    return design_of(parameters, Draw(parameters.biped, parameters.slope, parameters.contact))
-
-
 @pytest.mark.parametrize("details", DETAILS.values(), ids=DETAILS)
 def test_a_detail_changes_the_machine_by_itself(parameters, details):
     biped = dataclasses.replace(parameters.biped, **details)
@@ -55,7 +51,7 @@ def test_a_detail_changes_the_machine_by_itself(parameters, details):
 @pytest.mark.parametrize("details", [{}, *DETAILS.values()], ids=["none", *DETAILS])
 def test_exudyns_twin_walks_as_the_penalty_walker_of_the_same_machine(parameters, details):
     """Exudyn's bodies, springs and friction in space against our own equations in the plane."""
-    one = design(changed(parameters, **details))
+    one = design_of(changed(parameters, **details))
     penalty, twin = (RUNGS[rung].find(one, 1e-7) for rung in (PENALTY, TWIN))
     apart = np.abs(twin.values / penalty.values - 1.0)
     assert apart[:4].max() < 3e-6
@@ -67,17 +63,16 @@ def test_a_similar_robot_has_the_same_numbers_and_misses(parameters):
     contact = dataclasses.replace(parameters.contact, contact_exponent=EXPONENT)
     parameters = dataclasses.replace(parameters, contact=contact)
     other = similar(parameters, scale)
-    known = [numbers(each.biped, each.slope, each.contact) for each in (parameters, other)]
+    known = [numbers(design_of(each)) for each in (parameters, other)]
     assert known[0] == pytest.approx(known[1], rel=1e-12)
-    drawn = [draws(each.biped, each.slope, each.contact, 6, 1) for each in (parameters, other)]
+    drawn = [draws(design_of(each), 6, 1) for each in (parameters, other)]
     for one, another in zip(*drawn, strict=True):
-        assert numbers(one.biped, one.slope, one.contact) == pytest.approx(
-            numbers(another.biped, another.slope, another.contact), rel=1e-12)
+        assert numbers(one) == pytest.approx(numbers(another), rel=1e-12, abs=1e-15)
         assert similar(one.biped, scale).foot_offset == pytest.approx(another.biped.foot_offset, rel=1e-12)
 
 
 def test_drawn_designs_fill_the_box_and_every_other_one_has_details(parameters):
-    drawn = draws(parameters.biped, parameters.slope, parameters.contact, 32, 1)
+    drawn = draws(design_of(parameters), 32, 1)
     assert [one.biped.detailed for one in drawn] == [False, True] * 16
     shares = np.array([one.biped.stiffness / parameters.biped.stiffness for one in drawn])
     assert shares.min() < 0.8 and shares.max() > 1.2 and abs(shares.mean() - 1.0) < 0.02
@@ -85,7 +80,7 @@ def test_drawn_designs_fill_the_box_and_every_other_one_has_details(parameters):
 
 def test_a_foot_that_is_put_down_at_a_time_is_known_to_one_rung_only(parameters):
     timed = {"legs": "rigid", "feet_retract": True, "strike_time": 0.45}
-    one = design(changed(parameters, **timed))
+    one = design_of(changed(parameters, **timed))
     for rung in RUNGS[1:]:
         with pytest.raises(NoRung, match="strike_time"):
             rung.find(one, rung.tolerances[0])
@@ -94,9 +89,36 @@ def test_a_foot_that_is_put_down_at_a_time_is_known_to_one_rung_only(parameters)
 
 
 def test_a_tenth_of_the_tolerance_brings_a_smaller_error_that_holds(parameters):
-    one = design(parameters)
+    one = design_of(parameters)
     found = [RUNGS[PENALTY].find(one, tolerance) for tolerance in (1e-6, 1e-7, 1e-8, 1e-9)]
     for coarse in found[:-1]:
         assert (np.abs(coarse.values - found[-1].values) <= coarse.errors)[:4].all()
     speed = NAMES.index("speed")
     assert found[-1].errors[speed] < 0.1 * found[0].errors[speed]
+
+
+def test_legs_that_differ_are_drawn_as_unlike_as_they_are(parameters):
+    longer = changed(parameters, other_leg_length=1.001 * parameters.biped.leg_length)
+    for one in draws(design_of(longer), 16, 1):
+        assert one.biped.other_leg_length / one.biped.leg_length == pytest.approx(1.001, rel=1e-12)
+
+
+@pytest.mark.parametrize(("file", "key", "value"), [
+    ("biped", "legs", "rigid"), ("biped", "feet_retract", True), ("contact", "normal_force", "restitution"),
+    ("contact", "friction", "coulomb"), ("twin", "inertia", "planar"), ("analytic", "transition", "coulomb"),
+])  # fmt: skip
+def test_each_choice_is_a_kind_of_its_own(parameters, file, key, value):
+    other = dataclasses.replace(parameters, **{file: dataclasses.replace(getattr(parameters, file), **{key: value})})
+    assert kind(design_of(other)) != kind(design_of(parameters))
+
+
+@pytest.mark.parametrize(("file", "key", "value", "name"), [
+    ("biped", "hip_stiffness", 0.05, "hip's stiffness"), ("biped", "hip_friction", 0.002, "hip's friction"),
+    ("contact", "dynamic_friction", 0.1, "dynamic friction"), ("contact", "damping_depth", 1e-3, "damping depth"),
+    ("twin", "outsole", 0.002, "outsole"), ("biped", "frame_mass", 0.05, "frame's mass"),
+])  # fmt: skip
+def test_each_number_of_a_design_is_one_that_the_drawn_ones_have(parameters, file, key, value, name):
+    other = dataclasses.replace(parameters, **{file: dataclasses.replace(getattr(parameters, file), **{key: value})})
+    same = numbers(design_of(other)) == pytest.approx(numbers(design_of(parameters)), rel=1e-12)
+    changed_ones = np.array(NUMBERS)[np.abs(numbers(design_of(other)) - numbers(design_of(parameters))) > 1e-12]
+    assert not same and name in changed_ones

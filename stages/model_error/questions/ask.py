@@ -79,19 +79,21 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     found = [ladder.within(name, one.error, one.share) for name, one in allowed.items()]
     stable = ladder.stable() if STABLE in options.what else None
     lines = [line for one in found for line in told(one)] + (told_stable(stable) if stable else [])
-    outside = ladder.outside()
-    if outside:
+    outside, unlike = ladder.outside(), ladder.unlike()
+    if unlike:
+        lines.append(f"of another kind than the designs that were drawn, so that only the twin answers: {unlike}")
+    elif outside:
         lines.append(f"outside of the designs that were drawn in {', '.join(outside)}: the model's error is widened")
     lines.append("what the twin itself misses of a robot is in no error here: a calibration tells that")
     plain: dict[str, Any] = {one.measure: as_json(one) for one in found}
     if stable:
-        plain[STABLE] = vars(stable)
-    plain["outside_of_drawn"] = outside
+        plain[STABLE] = as_json(stable)
+    plain |= {"outside_of_drawn": outside, "unlike_the_drawn": unlike or None}
     refused = any(not one.met for one in found)
     return Answer(lines, plain, rows=[{"measure": one.measure, **as_json(one)} for one in found], no=refused)
 
 
-def as_json(one: Answered) -> dict[str, Any]:
+def as_json(one: Answered | Stability) -> dict[str, Any]:
     """An answer as JSON: no number where none is known."""
     plain = {key: value for key, value in vars(one).items() if key != "measure"}
     return {key: None if isinstance(value, float) and not math.isfinite(value) else value
