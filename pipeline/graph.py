@@ -14,7 +14,7 @@ from pipeline.parameters import yaml_text
 FILE_NAME = "dvc.yaml"
 #: Letters that a stage's name may have: files are called by it, and file systems have limits.
 LONGEST_NAME = 100
-_KEYS = ("cmd", "deps", "params", "outs")
+_KEYS = ("cmd", "meta", "frozen", "deps", "params", "outs")
 _RESULTS = "results"
 _FORBIDDEN = '\\:*?"<>|\0'
 #: What this program itself reads of the results, where a stage makes it, and the page it writes there.
@@ -26,13 +26,17 @@ OWN = ("differences", "drawn", "log", "log.jsonl", REPORT, "sweeps", "README.md"
 
 @dataclass(frozen=True)
 class Stage:
-    """One stage: what it reads and what it makes, as dvc.yaml declares it. Paths are relative to the study's root."""
+    """One stage: what it reads and what it makes, as dvc.yaml declares it. Paths are relative to the study's root.
+
+    A `frozen` one runs only when it is named, as in DVC.
+    """
 
     name: str
     code: tuple[str, ...]
     inputs: tuple[str, ...]
     parameters: Mapping[str, tuple[str, ...] | None]
     outs: tuple[str, ...]
+    frozen: bool = False
 
     @property
     def artefact(self) -> str:
@@ -45,6 +49,11 @@ class Graph:
     """All stages in an order in which each comes after those it depends on."""
 
     stages: Mapping[str, Stage]
+
+    @property
+    def usual(self) -> tuple[str, ...]:
+        """Names of the stages that run without being named, in order."""
+        return tuple(name for name, stage in self.stages.items() if not stage.frozen)
 
     def maker(self, path: str) -> str:
         """Name of the stage that makes the result `path`."""
@@ -109,6 +118,9 @@ def _stage(name: str, node: yaml_text.Node, where: str, problems: list[str]) -> 
         problems.append(f'{where}:{node.line}: stage {name}: cmd must be "bipedstudy run {name}", not {command!r}')
     if len(name) > LONGEST_NAME:
         problems.append(f"{where}:{node.line}: stage {name}: a name of {len(name)} letters; allowed: {LONGEST_NAME}")
+    frozen = entry["frozen"].value if "frozen" in entry else False
+    if not isinstance(frozen, bool):
+        problems.append(f"{where}:{entry['frozen'].line}: stage {name}: frozen must be true or false, not {frozen!r}")
     deps = _paths(name, "deps", entry, where, problems)
     outs = _paths(name, "outs", entry, where, problems)
     if f"{_RESULTS}/{name}.h5" not in outs:
@@ -119,6 +131,7 @@ def _stage(name: str, node: yaml_text.Node, where: str, problems: list[str]) -> 
         inputs=tuple(path for path in deps if _is_result(path)),
         parameters=_parameters(name, entry, where, problems),
         outs=outs,
+        frozen=frozen is True,
     )
 
 

@@ -35,7 +35,7 @@ Lay = tuple[list[str], str]
 def look(study: Study) -> Lay | None:
     """How all lies now; None where results are missing or rest on files from outside."""
     places = [study.results / REPORT]
-    for name in study.graph.stages:
+    for name in study.graph.usual:
         entry = study.store.current(name)
         if entry is None or not all(path.startswith("results/") for path in entry.ingredients["inputs"]):
             return None

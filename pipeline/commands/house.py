@@ -33,6 +33,8 @@ WORTH_A_WORD = 2_000_000_000
 GOOD, WARNING, BAD = "good", "warning", "bad"
 _LEAST_FREE_MB, _WISHED_FREE_MB = 100, 1000
 _SHOWN_DIFFERENCES = 5
+#: How dvc.yaml marks a stage that measures the program.
+_OF_PROGRAM = "    meta: {measures: program}\n"
 
 
 @click.command("init", epilog=options.examples("init"))
@@ -80,9 +82,13 @@ def _update(folder: Path) -> None:
 def _given() -> dict[str, bytes]:
     """The parameter files that this program comes with, and its dvc.yaml without the stages' code.
 
-    That lies with the installed package and not in a new study.
+    That lies with the installed package and not in a new study. Stages that measure the program and not a robot run
+    there when they are named, and no other stage reads them.
     """
     text = (home() / FILE_NAME).read_text(encoding="utf-8")
+    for name in re.findall(rf"^  (\w+):\n    cmd: .*\n{_OF_PROGRAM}", text, flags=re.MULTILINE):
+        text = re.sub(rf"(?<!outs:\n)      - results/{name}\.h5\n", "", text)
+    text = text.replace(_OF_PROGRAM, "    frozen: true  # measures the program: it runs when it is named\n")
     kept = "".join(line for line in text.splitlines(keepends=True) if not line.strip().startswith("- stages/"))
     graph = re.sub(r"^ *deps:\n(?! *- )", "", kept, flags=re.MULTILINE)
     files = sorted((home() / "params").glob("*.yaml"))

@@ -48,8 +48,11 @@ def run(study: Study, stages: tuple[str, ...], force: bool, **how: Any) -> None:
 @options.running
 @options.answers_without_rows
 def run_all(study: Study, force: bool, dry_run: bool, form: options.Form, verbose: bool, **how: Any) -> None:
-    """Bring every stage up to date, then the report. Ends with 3 where a stage or a figure is missing for a reason."""
-    plain, names = form.is_text and not (force or dry_run), tuple(study.graph.stages)
+    """Bring every stage up to date, then the report; stages that are frozen in dvc.yaml run when they are named.
+
+    Ends with 3 where a stage or a figure is missing for a reason.
+    """
+    plain, names = form.is_text and not (force or dry_run), study.graph.usual
     if plain and (summaries := untouched.recall(study)):
         shows = display.for_terminal(verbose, False)
         for name, summary in summaries.items():

@@ -51,6 +51,8 @@ def survey(
             state, reasons = "stale", ("asked for by --force",)
         elif state == "current" and item.entry is not None and item.entry.refused:
             state, reasons = "refused", (item.entry.summary,)
+        elif study.graph.stages[item.name].frozen and study.store.current(item.name) is None:
+            state, reasons = "frozen", ("runs when it is named",)
         rows.append({"stage": item.name, "state": _IN_CACHE.get(state, state), "reasons": list(reasons)})
     study.sources.memo.save()
     form.give(

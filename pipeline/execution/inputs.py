@@ -2,7 +2,8 @@
 
 A field is named like a result (`results/fall.h5` is `fall`) or like a parameter that names a file. Its type says how it
 is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What has no field is not read. A stage that
-has a field `missing` goes on without results that are not there: they are None, and it says why, by name. A field
+has a field `missing` goes on without results that are not there or that dvc.yaml does not list among its deps: they are
+None, and it says why, by name. A field
 `looser` is given the same inputs as looser solvers gave them, where there are some.
 """
 
@@ -37,6 +38,8 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
     for name, (_, kind) in fields.items():
         if name in (MISSING, LOOSER):
             continue
+        if name not in {*results, *named} and MISSING in fields and Path not in _kinds(kind):
+            continue
         if name not in {*results, *named}:
             hint = nearest(name, {*results, *named})
             yield f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}'
@@ -66,6 +69,8 @@ def given(
     for name in (name for name in fields if name not in (MISSING, LOOSER)):
         kind, (path, files) = fields[name][1], _lying(name, stage, named, results)
         why = _lacking(path, files)
+        if path not in stage.inputs and MISSING in fields and Path not in _kinds(kind):
+            why = f"{_NONE}{name}: this study's dvc.yaml leaves it out of what stage {stage.name} reads"
         if why is not None and MISSING not in fields:
             raise Lacking(why)
         if why is not None:

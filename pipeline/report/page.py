@@ -54,7 +54,7 @@ Row = dict[str, Any]
 @click.option("--no-times", is_flag=True, help="Leave out how long stages took: the same results give the same bytes.")
 def report(study: Study, into: Path | None, no_times: bool) -> None:
     """Write one self-contained page: claims, figures, animation, parameters, provenance. run-all does this too."""
-    made, names, path = entries(study), tuple(study.graph.stages), into or study.results / REPORT
+    made, names, path = entries(study), study.graph.usual, into or study.results / REPORT
     found = Standing(study, names)
     stale = {name: "; ".join(item.reasons) for name, item in found.found.items()}
     echo(f"{found.said(names)}; the page says so" if stale else found.doubt)
@@ -106,7 +106,7 @@ def entries(study: Study, failed: Mapping[str, str] = _NONE_FAILED) -> dict[str,
 
     Raises `StudyError` if no stage has been computed.
     """
-    found = {name: study.store.current(name) for name in study.graph.stages}
+    found = {name: study.store.current(name) for name in study.graph.usual}
     if not any(found.values()):
         raise StudyError(
             f"{shown(study.results)} holds no result of {', '.join(found)}; make it with: bipedstudy run-all"
@@ -170,11 +170,15 @@ def address(picture: bytes | None) -> str:
 
 
 def undrawn(study: Study) -> list[str]:
-    """A sentence for each figure that the captions have and the results have not: its reason is its caption."""
+    """A sentence for each figure that the captions have and the results have not: its reason is its caption.
+
+    Figures of results that dvc.yaml does not give to their stage are left out on purpose.
+    """
     folder = study.store.place(FIGURES)
+    given = {Path(path).stem for one in study.graph.stages.values() if CAPTIONS in one.outs for path in one.inputs}
     return [f"{caption['name']}: {caption['text']}"
             for caption in _words(disk.read(study.store.place(CAPTIONS))).get("figures", ())
-            if not any(folder.glob(f"{caption['name']}.*"))]  # fmt: skip
+            if given.issuperset(caption.get("shows", ())) and not any(folder.glob(f"{caption['name']}.*"))]  # fmt: skip
 
 
 def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content:

@@ -43,7 +43,9 @@ def test_those_that_most_stages_wait_for_begin_first(toy):
     ("old", "new", "sentence"),
     [
         ("cmd: bipedstudy run side", "cmd: make side", 'cmd must be "bipedstudy run side", not \'make side\''),
-        ("deps: [PACKAGE/side]", "wdir: x", 'the key "wdir" is not understood here (only cmd, deps, params, outs)'),
+        ("deps: [PACKAGE/side]", "wdir: x", 'the key "wdir" is not understood here (only cmd, meta, frozen, deps, '
+         'params, outs)'),
+        ("deps: [PACKAGE/side]", "frozen: 3", "stage side: frozen must be true or false, not 3"),
         ("deps: [PACKAGE/side]", "dep: [x]", 'did you mean "deps"?'),
         ("results/side.bin]\n", "/x]\n", "outs: /x lies outside the study"),
         ("outs: [results/side.h5, ", "outs: [", "stage side: outs must list results/side.h5"),

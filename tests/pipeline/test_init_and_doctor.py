@@ -24,7 +24,11 @@ def bipedstudy(folder, *arguments, **environment):
 def test_a_new_study_has_the_same_stages_and_every_parameter(tmp_path, repository):
     code, out, errors = bipedstudy(tmp_path, "init", "mine", PYTHONPATH=str(repository))
     assert (code, errors) == (0, "") and "cd mine" in out
-    assert list(graph.read(tmp_path / "mine").stages) == list(graph.read(repository).stages)
+    found = graph.read(tmp_path / "mine")
+    assert list(found.stages) == list(graph.read(repository).stages)
+    of_program = [name for name in found.stages if name not in found.usual]
+    assert of_program == ["tradeoff", "extremes"], "what measures the program runs when it is named"
+    assert not {*of_program} & {each for name in found.usual for each in found.upstream(name)}
     code, out, errors = bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))
     assert code == 0, errors
     assert out.splitlines()[0].split() == ["analytic", "stale", "never", "run"]

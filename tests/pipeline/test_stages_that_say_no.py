@@ -102,3 +102,19 @@ def test_after_a_failure_the_report_shows_the_rest(toy_with_commands):
     assert code == 1 and "the full account is in results/log/fall.log" in errors
     page = (toy.root / "results/report.html").read_text(encoding="utf-8")
     assert "<li>fall: ZeroDivisionError" in page and "it is a toy" in page
+
+
+def test_a_frozen_stage_runs_when_it_is_named_and_what_does_not_list_it_goes_on(toy_with_commands):
+    toy = can_do_without(toy_with_commands)
+    toy.edit("dvc.yaml", "    cmd: bipedstudy run bounce\n", "    cmd: bipedstudy run bounce\n    frozen: true\n")
+    toy.edit("dvc.yaml", "      - results/bounce.h5\n", "")
+    assert toy.study().graph.usual == ("fall", "side", "picture")
+    code, _, errors = toy.command("run-all")
+    assert code == 0, errors
+    assert b"leaves it out of what stage picture reads" in toy.results()["claims.yaml"]
+    assert "bounce.h5" not in toy.results()
+    told = toy.command("status")[1].splitlines()
+    assert any(line.split() == ["bounce", "frozen", "runs", "when", "it", "is", "named"] for line in told)
+    assert all("current" in line for line in told if not line.startswith("bounce"))
+    assert toy.command("run", "bounce")[0] == 0 and "bounce.h5" in toy.results()
+    assert toy.command("status")[1].count("current") == 4
