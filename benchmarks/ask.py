@@ -16,19 +16,13 @@ import numpy as np
 import bipedstudy as bs
 from stages.model_error.choice import Ladder
 from stages.model_error.measures import NAMES
+from stages.model_error.miss import Learnt
 from stages.model_error.result import SHARED
 from stages.model_error.rungs import RUNGS, NoRung
 
 SEED = 7
 REFERENCE = 1e-8
 BOX = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping")
-
-
-class Quiet:
-    """Shows nothing."""
-
-    def progress(self, fraction: float, what: str) -> None:
-        """Nothing."""
 
 
 def question(parameters, rng):
@@ -46,18 +40,19 @@ def question(parameters, rng):
 
 def main(count: int) -> None:
     """Ask, and print the tables."""
-    parameters, result, rng = bs.parameters("model_error"), bs.load("model_error"), np.random.default_rng(SEED)
-    ladder = Ladder(parameters, result, Quiet())
+    parameters, rng = bs.parameters("model_error"), np.random.default_rng(SEED)
+    learnt = Learnt(bs.load("model_error"))
+    ladder = Ladder(parameters, learnt)
     for rung in (0, 1, 2, 3):  # compiled and loaded before it is timed
         ladder.find(rung, RUNGS[rung].tolerances[0])
     rows, cost, twin_cost, easy = [], 0.0, 0.0, [0.0, 0.0]
     while len(rows) < count:
         design, measure, error = question(parameters, rng)
         began = time.process_time()
-        asked = Ladder(design, result, Quiet())
+        asked = Ladder(design, learnt)
         found = asked.within(measure, error, True)
         took = time.process_time() - began
-        fresh = Ladder(design, result, Quiet())
+        fresh = Ladder(design, learnt)
         began = time.process_time()
         try:
             true = fresh.find(3, REFERENCE)

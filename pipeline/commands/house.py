@@ -180,7 +180,7 @@ def writable(what: str, folder: Path) -> Finding:
 
 def compiled(study: Study) -> Iterator[Finding]:
     """Whether the machine code of stages that compile (those with a module `compiled`) is on disk already."""
-    for module in study.offered("compiled"):
+    for module in {id(each.CODE): each for each in reversed(study.offered("compiled"))}.values():
         code, stage = module.CODE, module.__name__.split(".")[1]
         if code.refusal:
             text = f"none: {code.refusal}, so every process compiles stage {stage} anew; NUMBA_CACHE_DIR names another"

@@ -6,19 +6,22 @@ bias, and its solver's error checked; where that is too large, a tighter toleran
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 
 from scipy.stats import norm
 
-from stages.biped.question import Asking
+from stages.analytic.model.walker import Vector
+from stages.biped.processes import Progress, ignore
 from stages.model_error.designs import NUMBERS, kind, numbers
 from stages.model_error.measures import NAMES
 from stages.model_error.miss import COVERED, Learnt, Miss
 from stages.model_error.parameters import Parameters
-from stages.model_error.result import PENALTY, SHARED, TWIN, Result
+from stages.model_error.result import PENALTY, SHARED, TWIN
 from stages.model_error.run import design_of
 from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung
 
@@ -30,6 +33,7 @@ EVEN = 1.0 / math.sqrt(3.0)
 #: A probability of so little more stays as it is: a dearer rung would not change what is decided.
 DECIDED = 1e-3
 CLOSER = 10.0
+NOTHING: Mapping[str, Vector] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -67,11 +71,12 @@ class Stability:
 class Ladder:
     """The rungs of one design; each is walked once at a tolerance, for all measures."""
 
-    def __init__(self, parameters: Parameters, result: Result, asking: Asking) -> None:
-        self.parameters, self.asking = parameters, asking
-        self.design = design_of(parameters)
+    def __init__(
+        self, parameters: Parameters, learnt: Learnt, progress: Progress = ignore, near: Mapping[str, Vector] = NOTHING
+    ) -> None:
+        self.parameters, self.learnt, self.progress = parameters, learnt, progress
+        self.design = dataclasses.replace(design_of(parameters), near=near)
         self.numbers = numbers(self.design)
-        self.learnt, self.kind = Learnt(result), result.kind
         self.walked: dict[tuple[int, float], Found | NoRung] = {}
 
     def outside(self) -> list[str]:
@@ -82,7 +87,7 @@ class Ladder:
     def unlike(self) -> str:
         """What the design is and the drawn ones were, if it is of another kind, so that no miss of it is known."""
         own = kind(self.design)
-        return "" if own == self.kind else f"{own}; drawn were {self.kind}"
+        return "" if own == self.learnt.kind else f"{own}; drawn were {self.learnt.kind}"
 
     def miss(self, rung: int, measure: int) -> Miss:
         """What a rung misses of the twin; infinite where nothing is known of designs of this kind."""
@@ -94,7 +99,7 @@ class Ladder:
         """What a rung finds. Raises NoRung."""
         key = rung, tolerance
         if key not in self.walked:
-            self.asking.progress(rung / len(RUNGS), f"{RUNGS[rung].name} at tolerance {tolerance:g}")
+            self.progress(rung / len(RUNGS), f"{RUNGS[rung].name} at tolerance {tolerance:g}")
             try:
                 self.walked[key] = RUNGS[rung].find(self.design, tolerance)
             except NoRung as reason:
@@ -140,7 +145,7 @@ class Ladder:
         """Rung, tolerance, corrected value, solver's and model's error, the cheapest first; why others are `passed`."""
         shares = share or not SHARED[measure]
         for rung, one in enumerate(RUNGS):
-            floor = self.miss(rung, measure).error
+            floor = self.miss(rung, measure).error + (one.differences if measure == MULTIPLIER else 0.0)
             if not math.isfinite(floor) or (shares and floor >= error):
                 passed.append(self.too_large(rung, measure, floor))
                 continue
@@ -164,7 +169,8 @@ class Ladder:
     def closer(self, measure: int, wanted: float) -> str:
         """What an error ten times smaller would take."""
         for rung, one in enumerate(RUNGS):
-            if self.miss(rung, measure).error < wanted / CLOSER:
+            least = one.differences if measure == MULTIPLIER else 0.0
+            if self.miss(rung, measure).error + least < wanted / CLOSER:
                 return f"ten times closer would cost about {one.price:g} s, with the {one.name}"
         return "no model has an error ten times smaller"
 

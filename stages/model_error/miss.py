@@ -35,22 +35,20 @@ class Miss:
 
 @dataclass(frozen=True)
 class Ridge:
-    """A linear fit with slopes that a prior keeps small; `rms` of what leaving each draw out leaves."""
+    """A linear fit with slopes that a prior keeps small, and the error at the mean of the draws."""
 
     coefficients: np.ndarray
     inverse: np.ndarray
-    rms: float
-    freedom: float
+    error: float
 
     def at(self, terms: np.ndarray) -> Miss:
         """Bias and error at terms (p,)."""
         wider = float(np.sqrt(1.0 + terms @ self.inverse @ terms))
-        factor = float(student.ppf(0.5 + 0.5 * COVERED, max(self.freedom, 1.0)))
-        return Miss(float(terms @ self.coefficients), factor * wider * self.rms)
+        return Miss(float(terms @ self.coefficients), wider * self.error)
 
 
 def ridge(terms: np.ndarray, misses: np.ndarray) -> Ridge:
-    """The fit of misses (n,) by terms (n, p), the first of them constant, with the prior that leaves least."""
+    """The fit of misses (n,) by terms (n, p), the first of them constant, with the prior that leaves least open."""
     found = []
     for prior in PRIORS:
         penalty = np.full(terms.shape[1], 1.0 / prior**2 if prior else np.inf)
@@ -62,15 +60,16 @@ def ridge(terms: np.ndarray, misses: np.ndarray) -> Ridge:
         coefficients = inverse @ terms.T @ misses
         leverage = np.einsum("ij,jk,ik->i", terms, inverse, terms)
         left = (misses - terms @ coefficients) / (1.0 - leverage)
-        found.append(Ridge(coefficients, inverse, float(np.sqrt(np.mean(left**2))), len(misses) - leverage.sum()))
-    return min(found, key=lambda one: one.rms)
+        factor = student.ppf(0.5 + 0.5 * COVERED, max(len(misses) - leverage.sum(), 1.0))
+        found.append(Ridge(coefficients, inverse, float(factor * np.sqrt(np.mean(left**2)))))
+    return min(found, key=lambda one: np.mean([one.at(each).error for each in terms]))
 
 
 class Learnt:
     """The misses of all rungs, from the draws of a result."""
 
     def __init__(self, result: Result) -> None:
-        self.numbers = result.numbers
+        self.kind, self.numbers = result.kind, result.numbers
         low, high = self.numbers.min(axis=0), self.numbers.max(axis=0)
         self.middle, self.half = 0.5 * (low + high), 0.5 * (high - low)
         alike = self.half <= 1e-9 * np.abs(self.middle)

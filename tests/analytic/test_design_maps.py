@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+from types import SimpleNamespace
 
 import h5py
 import matplotlib.pyplot as plt
@@ -32,14 +33,14 @@ from stages.analytic.maps.answers import (
     in_parts,
     numbers_of,
 )
-from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.questions import map as design_map
+from stages.analytic.parameters import Settings
 from stages.biped.question import WrongOption
-from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait, gait_beside
+from stages.model_error.questions import map as design_map
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait, gait_beside
 
 TOLERANCE = 1e-8
 BASE = DesignPoint(TABLE_1, SLOPE)
-PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, Settings(TOLERANCE, 1, 100.0))
+PARAMETERS = SimpleNamespace(biped=TABLE_1, slope=SLOPE, friction=FRICTION, analytic=Settings(TOLERANCE, 1, 100.0))
 GRID = {"kind": "grid", "vary": {"biped.stiffness": {"low": 1000, "high": 4000, "steps": 2, "scale": "log"},
                                  "ground.slope_deg": {"low": 1.5, "high": 3.0, "steps": 3}}}  # fmt: skip
 CLOUD = {"count": 12, "seed": 3, "vary": {"biped.foot_com": {"low": 0.09, "high": 0.11},

@@ -9,9 +9,9 @@ import pytest
 
 from stages.biped.question import WrongOption
 from stages.model_error.choice import Ladder
-from stages.model_error.measures import NAMES
-from stages.model_error.questions import ask as asked
-from stages.model_error.questions.ask import Options, ask, errors
+from stages.model_error.measures import NAMES, Allowed, errors
+from stages.model_error.miss import Learnt
+from stages.model_error.questions.ask import Options, ask
 from stages.model_error.result import MODELS, PENALTY, TWIN
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS
@@ -34,7 +34,7 @@ class Asking:
 
 @pytest.fixture(scope="module")
 def ladder(parameters, small):
-    return Ladder(parameters, small, Asking(small))
+    return Ladder(parameters, Learnt(small))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -70,9 +70,9 @@ def test_what_no_rung_has_is_refused_with_every_rungs_reason(parameters, small):
 def test_digits_leave_what_the_printed_values_leave(parameters, small):
     exact = dataclasses.replace(parameters, design_digits=type(parameters.design_digits)(),
                                 slope_digits=type(parameters.slope_digits)())  # fmt: skip
-    assert Ladder(exact, small, Asking(small)).inputs("period", 0.5) == 0.0
+    assert Ladder(exact, Learnt(small)).inputs("period", 0.5) == 0.0
     half = dataclasses.replace(exact, design_digits=type(parameters.design_digits)({"leg_length": 1e-4}))
-    found = Ladder(half, small, Asking(small)).inputs("period", 0.5)
+    found = Ladder(half, Learnt(small)).inputs("period", 0.5)
     other = dataclasses.replace(half.biped, leg_length=half.biped.leg_length + 1e-5)
     pair = half, dataclasses.replace(half, biped=other)
     one, longer = (RUNGS[0].find(design_of(each), 1e-8).values[0] for each in pair)
@@ -84,7 +84,7 @@ def test_stable_is_a_probability_that_falls_where_the_gait_loses_stability(param
     told = []
     for slope in (2.0, 2.5, 3.0):
         ground = dataclasses.replace(parameters.slope, slope_deg=slope)
-        told.append(Ladder(dataclasses.replace(parameters, slope=ground), small, Asking(small)).stable())
+        told.append(Ladder(dataclasses.replace(parameters, slope=ground), Learnt(small)).stable())
     assert told[0].probability > 0.99 and all(0.0 <= one.probability <= 1.0 for one in told)
     assert [one.multiplier for one in told] == sorted(one.multiplier for one in told)
     assert told[-1].probability < told[0].probability
@@ -92,7 +92,7 @@ def test_stable_is_a_probability_that_falls_where_the_gait_loses_stability(param
 
 def test_a_robot_unlike_the_drawn_ones_is_said_to_be_and_its_error_widened(parameters, small, ladder):
     softer = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, stiffness=500.0))
-    other = Ladder(softer, small, Asking(small))
+    other = Ladder(softer, Learnt(small))
     assert other.outside() and not ladder.outside()
     assert other.learnt.at(1, 0, other.numbers).error > 2.0 * ladder.learnt.at(1, 0, ladder.numbers).error
     assert other.learnt.at(PENALTY, 0, other.numbers).error > ladder.learnt.at(PENALTY, 0, ladder.numbers).error
@@ -122,7 +122,7 @@ def test_without_what_was_learnt_the_command_that_learns_is_named(parameters):
 
 def test_one_error_serves_all_measures_but_those_with_their_own():
     found = errors(("1%", "speed=0.02"))
-    assert found[""] == asked.Allowed(0.01, True) and found["speed"] == asked.Allowed(0.02, False)
+    assert found[""] == Allowed(0.01, True) and found["speed"] == Allowed(0.02, False)
     assert Options(("period",), ("1%", "speed=0.02")).allowed("period").share
 
 
@@ -141,7 +141,7 @@ def test_designs_of_another_kind_are_the_twins_alone_and_it_is_said(parameters, 
 def test_where_no_miss_is_known_the_twin_tells_what_is_stable(parameters, small):
     nothing = dataclasses.replace(small, values=np.where(np.arange(len(MODELS))[:, None, None] == TWIN, np.nan,
                                                          small.values))  # fmt: skip
-    found = Ladder(parameters, nothing, Asking(nothing)).stable()
+    found = Ladder(parameters, Learnt(nothing)).stable()
     assert found.rung == MODELS[TWIN] and found.probability > 0.99
 
 

@@ -58,10 +58,15 @@ class Box:
 
     def values(self, first: int, end: int) -> np.ndarray:
         """Values of the designs from number `first` to before `end`, (n, axes)."""
+        return self.at(self.shares(first, end))
+
+    def shares(self, first: int, end: int) -> np.ndarray:
+        """Where these designs lie, as shares of the ranges, (n, axes)."""
         if self.seed is None:
             places = np.array(np.unravel_index(np.arange(first, end), self.shape)).reshape(len(self.axes), -1).T
-            return self.at(places / (np.array(self.shape) - 1))
-        return self.at(evenly(len(self.axes), self.seed, first, end))
+            shares: np.ndarray = places / (np.array(self.shape) - 1)
+            return shares
+        return evenly(len(self.axes), self.seed, first, end)
 
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Values at shares (n, axes) of the ranges."""

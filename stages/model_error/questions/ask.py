@@ -3,47 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stages.biped.question import Answer, Asking, Question, WrongOption, option, refuse
-from stages.model_error.measures import MEASURES, NAMES
+from stages.biped.question import Answer, Asking, Question, WrongOption, option
+from stages.model_error.measures import NAMES, NOT_KNOWN, UNITS, Allowed, errors
 
 if TYPE_CHECKING:
     from stages.model_error.choice import Answered, Stability
     from stages.model_error.parameters import Parameters
 
-UNITS = {name: unit for name, unit, _ in MEASURES}
 STABLE = "stable"
-
-
-@dataclass(frozen=True)
-class Allowed:
-    """An error asked for: a number, and whether it is a share of the measure or in its unit."""
-
-    error: float
-    share: bool
-
-
-def errors(texts: tuple[str, ...], flag: str = "--within") -> Mapping[str, Allowed]:
-    """Errors by measure of texts as "1%" or "speed=0.01"; one for all measures is under "". Raises WrongOption."""
-    found: dict[str, Allowed] = {}
-    for text in texts:
-        name, _, number = text.rpartition("=")
-        share = number.endswith("%")
-        try:
-            error = float(number.removesuffix("%")) * (0.01 if share else 1.0)
-        except ValueError:
-            error = math.nan
-        refuse(
-            (bool(name) and name not in NAMES, f"{flag} {text}: {name} is no measure; known are {', '.join(NAMES)}"),
-            (not 0.0 < error < math.inf, f"{flag} {text}: not a positive error, as 1% or, in a measure's unit, 0.01"),
-            (share and name == "multiplier", f"{flag} {text}: a multiplier can be 0: its error is a number, as 0.01"),
-            (name in found, f"{flag} {text}: there is an error for {name or 'all measures'} already"),
-        )
-        found[name] = Allowed(error, share)
-    return found
 
 
 @dataclass(frozen=True)
@@ -72,10 +42,11 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     allowed = {name: options.allowed(name) for name in dict.fromkeys(options.what) if name != STABLE}
     result, where = asking.result()
     if result is None:
-        raise WrongOption(f"what the models miss is not known: {where}; bipedstudy run model_error learns it")
+        raise WrongOption(NOT_KNOWN.format(where))
     from stages.model_error.choice import Ladder
+    from stages.model_error.miss import Learnt
 
-    ladder = Ladder(parameters, result, asking)
+    ladder = Ladder(parameters, Learnt(result), asking.progress)
     found = [ladder.within(name, one.error, one.share) for name, one in allowed.items()]
     stable = ladder.stable() if STABLE in options.what else None
     lines = [line for one in found for line in told(one)] + (told_stable(stable) if stable else [])

@@ -1,21 +1,23 @@
-"""`map`: the gaits of up to millions of designs."""
+"""`map`: the gaits of up to millions of designs, by the constraint model or within an error of the twin's."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Column, Question, option
+from stages.biped.question import Answer, Asking, Column, Question, WrongOption, option, refuse
+from stages.model_error.measures import NOT_KNOWN, errors
 
 if TYPE_CHECKING:
     import numpy as np
 
     from stages.analytic.maps.answers import Counts, Task
     from stages.analytic.maps.box import Box
-    from stages.analytic.parameters import Parameters
+    from stages.model_error.parameters import Parameters
 
 #: Designs that are answered, and anchors that are searched, at once.
 BLOCK, ANCHOR_BLOCK = 500, 5
@@ -35,10 +37,15 @@ class Options:
     search: str = option(
         "-", "Designs that no neighbour answers: complete search, without families followed from other slopes and "
         "springs, or none", default="complete", choices=("complete", "limited", "none"))  # fmt: skip
+    within: tuple[str, ...] = option(
+        "-", "Measure and its error, as step_frequency=1%: tell it as the twin has it, by the cheapest model that does",
+        default=(), metavar="MEASURE=ERROR")
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Answer every design of the map. Raises WrongOption."""
+    if options.within:
+        return ask_within(parameters, options, asking)
     from stages.analytic.maps.answers import COLUMNS, NAMES, Counts
 
     asked_of = task(parameters, options.file, options.search)
@@ -60,14 +67,53 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     return Answer(list(lines(counts, options.search)), counts.as_plain(), draw=drawing(box, columns))
 
 
+def ask_within(parameters: Parameters, options: Options, asking: Asking) -> Answer:
+    """Tell some measures of every design within their errors. Raises WrongOption."""
+    allowed = errors(options.within)
+    refuse(("" in allowed, "--within: a map names the measure of each error, as step_frequency=1%"))
+    result, where = asking.result()
+    if result is None:
+        raise WrongOption(NOT_KNOWN.format(where))
+    from stages.model_error import over
+
+    box = task(parameters, options.file, options.search).box
+    shared = options.file, list(options.within), [result.kind, result.numbers.tolist(), result.values.tolist()]
+    asked, counts = spans(box.size, BLOCK // 2), {name: Counter[str]() for name in allowed}
+    axes, told = [Column(axis.name, axis.unit, "varied") for axis in box.axes], over.columns(allowed)
+    about = {"map": box.in_words(), "within": ", ".join(options.within)}
+    with asking.new_table(options.out, [*axes, *told], box.size, about) as table:
+        for number, rows in asking.each(answers_within, asked, *shared):
+            first = asked[number][0]
+            columns = [*zip(*box.values(first, first + len(rows)).tolist(), strict=True), *zip(*rows, strict=True)]
+            table.write(first, {column.name: values for column, values in zip([*axes, *told], columns, strict=True)})
+            for place, name in enumerate(allowed, start=1):
+                counts[name].update(over.WAYS[int(row[3 * place - 1])] for row in rows)
+    return Answer([f"{box.size} designs", *(
+        f"{name} within {text.rpartition('=')[2]} of the twin's: " + ", ".join(
+            f"{counts[name][way]} by {way}" for way in over.WAYS if counts[name][way])
+        for name, text in zip(allowed, options.within, strict=True))],
+        {"designs": box.size, "answered_by": {name: dict(count) for name, count in counts.items()}})  # fmt: skip
+
+
+def answers_within(
+    parameters: Parameters, file: Mapping[str, Any], within: Sequence[str], learnt: Sequence[Any],
+    span: tuple[int, int]
+) -> list[list[float]]:  # fmt: skip
+    """The rows of a block within errors, for `Asking.each`."""
+    from stages.model_error import over
+
+    of_map = task(parameters, file, "none")
+    return over.block(parameters, of_map.box, of_map.base, errors(within), over.learnt_of(learnt), *span)
+
+
 def task(parameters: Parameters, file: Mapping[str, Any], search: str, known: Sequence[Any] = ()) -> Task:
     """What is asked of each block of the map that `file` describes. Raises WrongOption."""
     from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.maps import box
     from stages.analytic.maps.answers import Task
 
-    base = DesignPoint(parameters.biped, parameters.slope, parameters.limited_friction)
-    return Task(box.read(file, base), base, parameters.settings.tolerance, search, known)
+    base = DesignPoint(parameters.biped, parameters.slope, parameters.analytic.limited(parameters.friction))
+    return Task(box.read(file, base), base, parameters.analytic.tolerance, search, known)
 
 
 def spans(size: int, each: int) -> list[tuple[int, int]]:
@@ -126,11 +172,13 @@ QUESTION = Question(
     method, in parts where that is too far; what is left is searched. For each design: outcome, period, step length,
     speed, leading multipliers, friction needed in single stance, residual, and how it was answered. As in `gait` that
     is the most stable gait, of the family that leads there. Stopped and asked again, it goes on where it was.
-    The figure shows two axes as a map, more as pairs.
+    The figure shows two axes as a map, more as pairs. With --within the map has the measures that are named, as the
+    twin has them: each by the cheapest model whose error is small enough, as in `ask`, and with that error.
     """,
     Options,
     ask,
-    examples=("bipedstudy map box.yaml --out map.h5",),
+    examples=("bipedstudy map box.yaml --out map.h5",
+              "bipedstudy map box.yaml --within step_frequency=0.5% --out map.h5"),
     draws=True,
     pool=True,
 )
