@@ -43,24 +43,39 @@ def offered(study: Study, taken: frozenset[str]) -> tuple[dict[str, tuple[str, c
     `taken` are names of other commands.
     """
     found: dict[str, tuple[str, click.Command]] = {}
-    broken = []
+    asked, broken = questions(study)
+    for stage, path, question in asked:
+        try:
+            asking = _command(stage, question)
+            if question.name in {*taken, *found}:
+                raise ValueError(f'there is a command "{question.name}" already')
+            found[question.name] = stage, asking
+        except Exception as error:  # whatever a file of somebody's own does, the other commands go on
+            broken.append(_unusable(study, stage, path, error))
+    return found, broken
+
+
+def questions(study: Study) -> tuple[list[tuple[str, Path, Question]], list[str]]:
+    """Stage, file and declaration of each question, and a sentence for each file that cannot be used."""
+    found, broken = [], []
     importable(study.package, study.code_root)
     for stage in study.graph.stages:
         for path in sorted((study.code_root / study.package / stage / "questions").glob("[!_]*.py")):
             try:
-                question = stage_module(study.package, stage, f"questions.{path.stem}").QUESTION
-                asking = _command(stage, question)
-                if question.name in {*taken, *found}:
-                    raise ValueError(f'there is a command "{question.name}" already')
-                found[question.name] = stage, asking
-            except Exception as error:  # whatever a file of somebody's own does, the other commands go on
-                broken.append(f"stage {stage}: {path.relative_to(study.code_root)} cannot be used: {error}")
+                found.append((stage, path, stage_module(study.package, stage, f"questions.{path.stem}").QUESTION))
+            except Exception as error:
+                broken.append(_unusable(study, stage, path, error))
     return found, broken
+
+
+def _unusable(study: Study, stage: str, path: Path, error: Exception) -> str:
+    """Why a file of questions is passed over."""
+    return f"stage {stage}: {path.relative_to(study.code_root)} cannot be used: {error}"
 
 
 def _command(stage: str, question: Question) -> click.Command:
     """The command that asks this question of its stage; it ends the process with 3 if the answer is no."""
-    given = [_Option(name, *pair) for name, pair in declared(question.options).items()]
+    given = [Option(name, *pair) for name, pair in declared(question.options).items()]
 
     def asked(study: Study, form: options.Form, figure: Path | None = None, jobs: int | None = None,
               cluster: cluster_options.Cluster = cluster_options.HERE, into: Path | None = None, **texts: Any
@@ -146,7 +161,7 @@ class Described(dict[str, Any]):
         return f"{self._where}:{node.line}" + (f": {named}" if named else "")
 
 
-class _Option:
+class Option:
     """A field of a question's options: how it is given, and its checked value."""
 
     def __init__(self, name: str, field: Field[Any], kind: Any) -> None:
@@ -156,6 +171,11 @@ class _Option:
         about = field.metadata
         self.flag = name.upper() if about["positional"] else "--" + (about["name"] or name.replace("_", "-"))
 
+    @property
+    def repeated(self) -> bool:
+        """Whether it takes several words."""
+        return bool(self.kind == _REPEATED)
+
     def declared(self) -> Callable[[Command], Command]:
         """The decorator that gives a command this option."""
         about, default, kind = self.field.metadata, self.field.default, self.kind
@@ -163,7 +183,7 @@ class _Option:
             named = kind is Path or typing.get_origin(kind) is Mapping or about["metavar"] == "FILE"
             complete = completion.files if named else completion.for_option(about)
             return click.argument(self.name, required=default is MISSING, shell_complete=complete,
-                                  nargs=-1 if kind == _REPEATED else 1)  # fmt: skip
+                                  nargs=-1 if self.repeated else 1)  # fmt: skip
         said = about["description"] + ("" if about["unit"] in ("1", "-") else f" [{about['unit']}]") + "."
         if kind is bool:
             return click.option(self.flag, self.name, is_flag=True, help=said)
@@ -178,7 +198,7 @@ class _Option:
             type=_PATH if kind is Path else str,
             shell_complete=completion.files if typing.get_origin(kind) is Mapping else completion.for_option(about),
             required=default is MISSING,
-            multiple=kind == _REPEATED,
+            multiple=self.repeated,
             show_default=given,
             metavar=about["metavar"] or _METAVARS.get(kind, "FILE"),
             help=said,
@@ -195,7 +215,23 @@ class _Option:
             if not isinstance(node.value, dict):
                 raise StudyError(f"{shown(Path(text))}: expected lines of the form key: value")
             return Described(node, shown(Path(text)))
-        plain = yaml_text.scalar(text) if self.kind in (int, float) else list(text) if self.kind == _REPEATED else text
+        plain = yaml_text.scalar(text) if self.kind in (int, float) else list(text) if self.repeated else text
+        return self._checked(plain)
+
+    def taken(self, given: Any) -> Any:
+        """The value of what Python gives: a text as it is typed, a number, a mapping, or words. Raises as `value`."""
+        if typing.get_origin(self.kind) is Mapping and isinstance(given, Mapping):
+            return Described(Node.of(dict(given)), self.name)
+        if self.kind is Path and given is not None:
+            return Path(given)
+        if self.field.metadata["read"] and isinstance(given, tuple | list):
+            return self.value(":".join(map(str, given)))
+        if self.repeated:
+            return self._checked([given] if isinstance(given, str) else [str(each) for each in given])
+        return self._checked(given) if isinstance(given, int | float) and self.kind is not bool else self.value(given)
+
+    def _checked(self, plain: Any) -> Any:
+        """A plain value, inside its bounds."""
         try:
             return checked(Node.of(plain), self.field, self.kind)
         except Refused as refused:

@@ -35,7 +35,7 @@ def test_the_docstrings_show_what_is_so():
 
 def test_every_name_that_is_offered_is_there():
     assert all(callable(getattr(bipedstudy, name)) for name in bipedstudy.__all__)
-    assert dir(bipedstudy) == bipedstudy.__all__
+    assert {*dir(bipedstudy)} > {*bipedstudy.__all__} and "ask" in dir(bipedstudy)
     with pytest.raises(AttributeError, match="it has Array, StudyError"):
         bipedstudy.gaits  # noqa: B018
 

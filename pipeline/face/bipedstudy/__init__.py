@@ -2,12 +2,13 @@
 
     import bipedstudy as bs
 
-    bs.gait("biped.hip_mass=0.4").gait.period_s           # another design's gait [s]
+    bs.gait(hip_mass=0.4).gait.period_s                   # another design's gait [s]
     walk = bs.walk("ground.slope_deg=3", steps=6)         # a walk of the constraint model
     bs.array(walk, "hip_position")                        # its values with name, unit, symbol, dimensions
     bs.plot(walk, "hip_position", "leg_angle")            # a Matplotlib figure, axes labelled
     bs.dataset(walk)                                      # the same for xarray, where it is installed
     bs.load("twin").settling.step_frequency_hz            # a stage's stored result [Hz]
+    bs.ask("step_frequency", within="1%", hip_mass=0.4)   # every question of the command line: map, design, ...
 
 The study is the one around the working folder, else the one this package brings. Import this before NumPy: it then
 computes with the kernels and the one thread of the stored results, and gives the same bits.
@@ -57,10 +58,15 @@ processor.take()
 
 
 def __getattr__(name: str) -> Any:
-    if name not in __all__:
-        raise AttributeError(f"module 'bipedstudy' has no attribute {name!r}; it has {', '.join(__all__)}")
-    return getattr(importlib.import_module("bipedstudy.results"), name)
+    if name in __all__:
+        return getattr(importlib.import_module("bipedstudy.results"), name)
+    if not name.startswith("_"):
+        try:
+            return importlib.import_module("bipedstudy.questions").named(name)
+        except KeyError:
+            pass
+    raise AttributeError(f"module 'bipedstudy' has no attribute {name!r}; it has {', '.join(__dir__())}")
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted({*__all__, *importlib.import_module("bipedstudy.questions").names()})

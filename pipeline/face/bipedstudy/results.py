@@ -13,6 +13,7 @@ import numpy as np
 from pipeline.cache.hdf5 import names
 from pipeline.commands import status
 from pipeline.errors import StudyError, nearest
+from pipeline.parameters.value import declared
 from pipeline.study import Study, locate
 
 if TYPE_CHECKING:
@@ -50,41 +51,42 @@ def load(stage: str, study: str | Path | None = None) -> Any:
 
 def parameters(stage: str, *settings: Setting, study: str | Path | None = None) -> Any:
     """The checked parameters of a stage; `settings` are texts as `--set` takes them, "biped.hip_mass=0.4", or mappings
-    of values, {"biped.hip_mass": 0.4}.
+    of values, {"biped.hip_mass": 0.4}; of a key that one file has alone, {"hip_mass": 0.4}.
 
     Raises `StudyError` with a sentence for each value that is not allowed.
     """
-    return _located(study, *(text for each in settings for text in _texts(each))).parameters((stage,))[stage]
+    found = _located(study)
+    return dataclasses.replace(found, settings=resolved(found, stage, *settings)).parameters((stage,))[stage]
 
 
-def gait(*settings: Setting, study: str | Path | None = None) -> GaitReport:
+def gait(*settings: Setting, study: str | Path | None = None, **values: Any) -> GaitReport:
     """The most stable gait of a design: its measures, energy audit and what it asks of the ground, in SI units.
 
         >>> import bipedstudy as bs
         >>> round(bs.gait("biped.hip_mass=0.4").gait.step_frequency_hz, 4)
         1.9997
 
-    `settings` are changes of parameters as `--set` takes them, or {"biped.hip_mass": 0.4}. Raises `StudyError` for a
-    value that is not allowed, `NoGait` if the design has none.
+    `settings` are changes of parameters as `--set` takes them, or {"biped.hip_mass": 0.4}; `values` are parameters by
+    name, hip_mass=0.4. Raises `StudyError` for a value that is not allowed, `NoGait` if the design has none.
     """
     from stages.analytic.gait.gait_report import report_gait
 
-    own, walker, point = _found(settings, study)
+    own, walker, point = _found((*settings, values), study)
     return report_gait(walker, point, own.settings.tolerance, own.friction.static_friction)
 
 
-def walk(*settings: Setting, steps: int | None = None, study: str | Path | None = None) -> Walk:
+def walk(*settings: Setting, steps: int | None = None, study: str | Path | None = None, **values: Any) -> Walk:
     """A walk of a design in its most stable gait, from mid-stance: hip, legs, ground reaction, sensors over time.
 
         >>> import bipedstudy as bs
         >>> bs.walk(steps=2).hip_position.shape[1]
         2
 
-    `settings` as for `gait`; `steps` (default: analytic.steps) is how many steps are walked.
+    `settings` and `values` as for `gait`; `steps` (default: analytic.steps) is how many steps are walked.
     """
     from stages.analytic.walk.sampling import walk_from_mid_stance
 
-    own, walker, point = _found((*settings, *([] if steps is None else [f"analytic.steps={steps}"])), study)
+    own, walker, point = _found((*settings, values, {} if steps is None else {"analytic.steps": steps}), study)
     about = own.settings
     return walk_from_mid_stance(walker, point.z, about.steps, about.tolerance, about.sampling_rate_hz)[0]
 
@@ -97,6 +99,24 @@ def _found(settings: Sequence[Setting], study: str | Path | None) -> tuple[Any, 
     return own, *find_gait(own.biped, own.slope, own.settings.tolerance, own.limited_friction)
 
 
+def resolved(study: Study, stage: str, *settings: Setting) -> tuple[str, ...]:
+    """Settings of a stage as `--set` takes them, "file.key=value". Raises `StudyError` for a key in several files."""
+    files: dict[str, list[str]] = {}
+    for _, section in declared(study.parameters_classes()[study.graph.stage(stage).name]).values():
+        for key in declared(section) if hasattr(section, "FILE") else ():
+            files.setdefault(key, []).append(f"{section.FILE}.{key}")
+    texts = []
+    for text in (text for each in settings for text in _texts(each)):
+        key, _, value = text.partition("=")
+        if "." not in key and key not in files:
+            raise StudyError(f'there is no parameter "{key}" of stage {stage}{nearest(key, files)}')
+        known = files.get(key, [key])
+        if len(set(known)) > 1:
+            raise StudyError(f"{key} is a key of several files; name one: {', '.join(known)}")
+        texts.append(f"{known[0]}={value}")
+    return tuple(texts)
+
+
 def _texts(setting: Setting) -> list[str]:
     """Settings as `--set` takes them; of NumPy's numbers and arrays the values."""
     if isinstance(setting, str):
@@ -107,8 +127,8 @@ def _texts(setting: Setting) -> list[str]:
             for key, value in setting.items()]  # fmt: skip
 
 
-def _located(study: str | Path | None, *settings: str) -> Study:
-    return locate(settings=settings, start=Path(study) if study is not None else None)
+def _located(study: str | Path | None) -> Study:
+    return locate(start=Path(study) if study is not None else None)
 
 
 @dataclasses.dataclass(frozen=True)
