@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stages.biped.quantity import quantity
@@ -12,7 +11,7 @@ from stages.comparison.claims.verdict import VERDICTS
 from stages.comparison.determinants import TITLE, Determinants, Digits
 from stages.comparison.ingest_score import IngestScore
 from stages.comparison.measurement import MeasurementAgreement
-from stages.comparison.tables import Table, prices, side_by_side
+from stages.comparison.tables import Table, side_by_side
 
 
 @dataclass(frozen=True)
@@ -67,21 +66,18 @@ class Result:
 
     def tables(self) -> list[Table]:
         """This biped, its determinants, and how well the ingest reads what is known: (title, columns, rows)."""
-        own = tables_of(self.biped, self.determinants, self.digits, self.level, self.claims)
+        own = tables_of(self.biped, self.determinants, self.digits)
         return [*own, self.ingest.table(), self.ingest.leg_table()] if self.ingest is not None else own
 
 
 def tables_of(
-    biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits], level: str,
-    claims: Sequence[Claim],
+    biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits]
 ) -> list[Table]:  # fmt: skip
-    """What stands beside the claims; prices with their errors where these are of this robot and ground."""
-    measured = any(math.isfinite(number.error) for claim in claims for number in claim.numbers)
+    """What stands beside the claims."""
     return [
         side_by_side("This biped", {"value": biped}),
         side_by_side("Determinants of gait, from the walks", determinants),
         side_by_side(TITLE, digits),
-        *([prices(level)] if measured else []),
     ]
 
 

@@ -71,7 +71,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
     digits = digits_of(e.results.analytic.uncertainties, models_alone)
     claims = judge(e, Evidence(parameters, inputs.looser) if inputs.looser else None)
-    tables = tables_of(biped, determined, digits, level, claims)
+    tables = tables_of(biped, determined, digits)
     files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, claims), level)}
     return Result(models, twin, measured, score, determined, digits, biped, claims, level, files)
 

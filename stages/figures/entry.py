@@ -16,6 +16,7 @@ from stages.error_budget.result import Result as ErrorBudget
 from stages.extremes.result import Result as Extremes
 from stages.figures.parameters import Parameters
 from stages.imu.result import Result as Ingested
+from stages.model_error.result import Result as ModelError
 from stages.multibody.result import Result as Multibody
 from stages.stability.result import Result as Stability
 from stages.tradeoff.result import Result as Tradeoff
@@ -35,6 +36,7 @@ class Inputs:
     error_budget: ErrorBudget
     twin: Twin
     twin_ladder: TwinLadder
+    model_error: ModelError
     twin_pushes: TwinPushes
     tradeoff: Tradeoff
     extremes: Extremes

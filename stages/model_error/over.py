@@ -41,7 +41,7 @@ def columns(allowed: Mapping[str, Allowed]) -> list[Column]:
 def learnt_of(plain: Sequence[Any]) -> Learnt:
     """What was learnt, from kind, numbers and values of the stage's result, as JSON gives them back."""
     kind, numbers, values = plain
-    return Learnt(Result(0, kind, np.array(numbers), np.array(values), np.zeros_like(values), ()))
+    return Learnt(Result(0, kind, np.array(numbers), np.array(values), np.zeros_like(values), np.zeros(0), ()))
 
 
 def block(

@@ -15,6 +15,9 @@ SHARED = np.array([share for _, _, share in MEASURES])
 #: Names of the rungs, the cheapest first.
 MODELS = ("constraint model", "constraint model in detail", "penalty walker", "twin")
 PENALTY, TWIN = 2, 3
+#: Processor time [s] of a gait by each at its first tolerance, the median of drawn designs on one machine. They order
+#: the rungs, and are told.
+PRICES = 0.05, 0.06, 0.2, 1.5
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,10 @@ class Result:
     solver_errors: np.ndarray = quantity(
         "-", "what the solver's error leaves of them, from a second search at ten times the tolerance",
         dimensions=("rung", "design", "measure"))
+    at_the_design: np.ndarray = quantity(
+        "-", "errors of the measures at the study's own design: what the solver leaves, the median of the draws, and "
+        "what the model misses beside its bias; shares, but of multipliers",
+        dimensions=("rung", "measure", "part"))
     without_gait: tuple[str, ...] = quantity("-", "designs of which a rung has no gait, and why")
 
     def misses(self, rung: int) -> np.ndarray:
@@ -64,5 +71,9 @@ class Result:
         return [
             ("What each model misses of the next better one", ("model", "of", "measure", "unit", "mean", "spread",
                                                                "designs"), rows),
+            ("What solver and model leave of a measure at the study's own design",
+             ("model", *(f"{name} [{'of it' if share else '1'}]" for name, _, share in MEASURES)),
+             [[name, *(float(shown(float(whole))[0]) for whole in self.at_the_design[rung].sum(axis=1))]
+              for rung, name in enumerate(MODELS)]),
             ("Designs without a gait", ("why",), [[why] for why in self.without_gait]),
         ]  # fmt: skip

@@ -6,13 +6,17 @@ follows from these (`stages.model_error.miss`).
 
 from __future__ import annotations
 
+import dataclasses
+import warnings
+
 import numpy as np
 
 from stages.biped.processes import Progress, ignore
 from stages.model_error.designs import draws, kind, numbers
 from stages.model_error.measures import MEASURES
+from stages.model_error.miss import Learnt
 from stages.model_error.parameters import Parameters
-from stages.model_error.result import PENALTY, TWIN, Result
+from stages.model_error.result import PENALTY, SHARED, TWIN, Result
 from stages.model_error.rungs import RUNGS, Design, NoRung
 
 #: The second run for the errors of a stage's numbers is made here gait by gait.
@@ -50,4 +54,16 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
             values[place, number], errors[place, number] = found.values, found.errors
             twins += place == TWIN
     known = np.array([numbers(design) for design in drawn])
-    return Result(settings.seed, kind(base), known, values, errors, tuple(without))
+    nothing = np.full((len(RUNGS), len(MEASURES), 2), np.nan)
+    result = Result(settings.seed, kind(base), known, values, errors, nothing, tuple(without))
+    return dataclasses.replace(result, at_the_design=left_at(result, numbers(base)))
+
+
+def left_at(result: Result, own: np.ndarray) -> np.ndarray:
+    """What the solver (the median of the draws) and the model leave of each measure at a design of these numbers."""
+    learnt = Learnt(result)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of a rung without any gait
+        solver = np.nanmedian(np.where(SHARED, result.solver_errors / result.values, result.solver_errors), axis=1)
+    model = [[learnt.at(rung, measure, own).error for measure in range(len(MEASURES))] for rung in range(len(RUNGS))]
+    return np.stack([solver, np.array(model)], axis=-1)

@@ -28,7 +28,7 @@ from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.model_error.measures import NAMES
-from stages.model_error.result import MODELS
+from stages.model_error.result import MODELS, PRICES
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import corrected, floquet_multipliers, gait_near
@@ -214,8 +214,7 @@ def by_twin(design: Design, tolerance: float) -> Found:
 class Rung:
     """A model: its name, the tolerances at which it is walked, the loosest first, and its price.
 
-    The price is the processor time [s] of a gait at the first tolerance, the median of drawn designs on one machine; it
-    orders the rungs, and is told. No tolerance makes the error of its multiplier less than `differences`.
+    No tolerance makes the error of its multiplier less than `differences`.
     """
 
     name: str
@@ -233,8 +232,8 @@ class Rung:
 
 
 RUNGS = (
-    Rung(MODELS[0], by_constraint, (CONSTRAINT,), 0.05),
-    Rung(MODELS[1], by_detail, (CONSTRAINT,), 0.06),
-    Rung(MODELS[2], by_penalty, (1e-6, 1e-7, 1e-8), 0.2),
-    Rung(MODELS[3], by_twin, (1e-6, 1e-7, 1e-8), 1.5, DIFFERENCE),
+    Rung(MODELS[0], by_constraint, (CONSTRAINT,), PRICES[0]),
+    Rung(MODELS[1], by_detail, (CONSTRAINT,), PRICES[1]),
+    Rung(MODELS[2], by_penalty, (1e-6, 1e-7, 1e-8), PRICES[2]),
+    Rung(MODELS[3], by_twin, (1e-6, 1e-7, 1e-8), PRICES[3], DIFFERENCE),
 )

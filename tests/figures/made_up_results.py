@@ -19,6 +19,7 @@ from stages.drawing import style
 from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
+from stages.model_error.result import Result as ModelError
 from stages.studies.result import COMPLETED
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
@@ -107,6 +108,13 @@ def ways():
     rows = (row("fine", "default", 1e-9, 400.0), *fine, row("coarse", "paper", 1e-5, 900.0), *coarse,
             row("coarse", "", nan, nan, "fell"))  # fmt: skip
     return Tradeoff(4, (reference,), rows)
+
+
+def misses():
+    """Made-up errors of four models: the dearer, the smaller; the last one's is its solver's alone."""
+    none = np.zeros((4, 12, 5))
+    left = np.array([[[1e-8, 0.04], [1e-8, 0.003], [2e-7, 5e-6], [1e-7, 0.0]]]).repeat(5, axis=0).swapaxes(0, 1)
+    return ModelError(1, "made up", np.ones((12, 3)), none, none, left, ())
 
 
 def extreme_points():
@@ -245,7 +253,7 @@ def usual():
         "analytic": analytic, "multibody": multibody, "contact_study": make_study, "error_budget": make_budget,
         "twin": twin, "twin_ladder": ladder, "twin_pushes": pushes, "tradeoff": ways, "extremes": extreme_points,
         "imu": imu, "comparison": comparison, "calibration": calibration, "calibrated_twin": calibrated_twin,
-        "stability": stability,
+        "stability": stability, "model_error": misses,
     }  # fmt: skip
     return {name: make() for name, make in made_up.items()}
 

@@ -22,7 +22,7 @@ def made(spread: float, seed: int = 3) -> tuple[Result, np.ndarray]:
     miss = 0.01 + 0.02 * (numbers[:, 0] - 1.0) / 0.1 + spread * rng.standard_normal(COUNT)
     values[1] = np.where(SHARED, true * np.exp(-miss[:, None]), true - miss[:, None])
     values[TWIN, 4:] = np.nan
-    return Result(0, "", numbers, values, 0.0 * values, ()), numbers
+    return Result(0, "", numbers, values, 0.0 * values, np.zeros(0), ()), numbers
 
 
 def test_a_bias_that_follows_a_number_is_found():
@@ -61,11 +61,11 @@ def test_outside_of_the_draws_the_error_grows_and_it_is_said(place):
 
 def test_without_enough_draws_nothing_is_known():
     result, _ = made(1e-3)
-    few = Result(0, "", result.numbers[:3], result.values[:, :3], result.solver_errors[:, :3], ())
+    few = Result(0, "", result.numbers[:3], result.values[:, :3], result.solver_errors[:, :3], np.zeros(0), ())
     assert Learnt(few).at(0, 0, np.array([1.0, 1.0, 0.25])).error == np.inf
     nothing = result.values.copy()
     nothing[TWIN] = np.nan
-    untold = Learnt(Result(0, "", result.numbers, nothing, 0.0 * nothing, ()))
+    untold = Learnt(Result(0, "", result.numbers, nothing, 0.0 * nothing, np.zeros(0), ()))
     assert untold.at(PENALTY, 0, np.array([1.0, 1.0, 0.25])).error == np.inf
     assert untold.at(TWIN, 0, np.array([1.0, 1.0, 0.25])).error == 0.0
 

@@ -1,7 +1,6 @@
 """An accuracy asked for: settings the kept table proposes, what is refused, how a run checks and refines them."""
 
 import dataclasses
-import json
 import shutil
 from functools import cache
 from pathlib import Path
@@ -128,7 +127,7 @@ def test_tolerances_tighten_and_runs_grow_from_level_to_level():
 
 
 def test_an_error_brings_the_least_accurate_level_that_has_it():
-    errors = json.loads(choice.LEVEL_ERRORS.read_text())["errors"]
+    errors = choice.LEVEL_ERRORS
     assert list(errors) == list(LEVELS)
     for key in choice.KEYS:
         assert errors["draft"][key] >= errors["paper"][key] >= errors["reference"][key] > 0

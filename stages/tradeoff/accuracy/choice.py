@@ -19,10 +19,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from stages.biped.accuracy.tolerances import CUSTOM, LEVELS, REFERENCE, errors_asked
+from stages.biped.accuracy.tolerances import CUSTOM, LEVEL_ERRORS, LEVELS, REFERENCE, errors_asked
 
 TABLE = Path(__file__).with_name("table.json")
-LEVEL_ERRORS = Path(__file__).with_name("levels.json")
 #: Parameter files whose settings an accuracy decides; each is its stage's name.
 FILES = ("analytic", "multibody", "twin")
 #: What may be asked for: key -> (error in the table, whether it grows with the steps walked).
@@ -87,15 +86,11 @@ def decide(stage: str, settings: Any) -> Choice | None:
 
 
 def level(asked: str | Mapping[str, float]) -> str:
-    """The level of the study that is requested, or the least accurate one at which the walks shown have errors no
-    larger than requested, else the last.
-
-    The levels' errors were measured by benchmarks/levels.py on the study's own design.
-    """
+    """The level of the study that is requested, or the least accurate one that is for such errors, else the last."""
     if isinstance(asked, str):
         return asked
-    errors = json.loads(LEVEL_ERRORS.read_text(encoding="utf-8"))["errors"]
-    return next((name for name in LEVELS if all(errors[name][key] <= error for key, error in asked.items())), REFERENCE)
+    return next((name for name in LEVELS if all(LEVEL_ERRORS[name][key] <= error for key, error in asked.items())),
+                REFERENCE)  # fmt: skip
 
 
 def decided(stage: str, values: Mapping[str, Any]) -> tuple[str, ...]:
