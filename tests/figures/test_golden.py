@@ -30,9 +30,10 @@ same_version = pytest.mark.skipif(
 
 #: All but the fragments of pages.
 PICTURES = [name for name in NAMES if figure(name).draw.__annotations__["return"] == "Figure"]
-#: Drawings of the robot: a thousandth more in every number is the same drawing at another scale, a tenth is not.
-DRAWINGS = tuple(f"figure_{name}" for name in (
-    "03_simple_model", "09_section", "12_ramp", "13_steps", "14_data_way", "15_sensors"))  # fmt: skip
+#: Drawings of the robot, and errors over nine decades: a thousandth more in every number is not seen, a tenth is.
+DRAWINGS = (*(f"figure_{name}" for name in (
+    "03_simple_model", "09_section", "12_ramp", "13_steps", "14_data_way", "15_sensors")),
+    "price_and_error")  # fmt: skip
 #: Two figures that are drawn quickly, and a drawing; the others are drawn again by the slow tests.
 QUICK = ("figure_03_simple_model", "twin_ladder", "extremes")
 DRAWN_AGAIN = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in PICTURES]
