@@ -12,9 +12,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
+import numpy as np
 from scipy.stats import norm
 
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.processes import Progress, ignore
 from stages.model_error.designs import NUMBERS, kind, numbers
@@ -25,11 +29,16 @@ from stages.model_error.result import PENALTY, SHARED, TWIN
 from stages.model_error.run import design_of
 from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung
 
+if TYPE_CHECKING:
+    from stages.analytic.derivatives.gait import GaitTangents
+
 MULTIPLIER = NAMES.index("multiplier")
 #: A half width that covers so much of a normal distribution is so many of its standard deviations.
 WIDTH = float(norm.ppf(0.5 + 0.5 * COVERED))
 #: The digits of a parameter leave it anywhere between its edges: standard deviation over half width.
 EVEN = 1.0 / math.sqrt(3.0)
+#: Names of the measures that the constraint model's derivatives have.
+DERIVED = {"period": "period_s", "step_frequency": "period_s", "step_length": "step_length_m", "speed": "speed_m_s"}
 #: A probability of so little more stays as it is: a dearer rung would not change what is decided.
 DECIDED = 1e-3
 CLOSER = 10.0
@@ -196,40 +205,39 @@ class Ladder:
         raise reason
 
     def inputs(self, name: str, value: float) -> float:
-        """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known."""
-        found = self.left_by_digits.get(name)
-        if found is None:
-            return math.nan if self.left_by_digits else 0.0
-        share, size = found
-        return share if SHARED[NAMES.index(name)] else size
+        """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
+
+        By the constraint model's exact derivatives; a value lies anywhere between the edges of its last digit. The
+        multiplier is followed over the slopes that may be, of which it is no linear function.
+        """
+        inexact = [each for each, width in self.parameters.half_widths.items() if width]
+        if not inexact:
+            return 0.0
+        if self.derivatives is None:
+            return math.nan
+        if name == "multiplier":
+            from stages.analytic.derivatives.uncertainty import uncertainties_of
+
+            every = uncertainties_of(self.design_point, self.derivatives, self.parameters.half_widths)
+            found = next(each for each in every if each.name == "multiplier_1")
+            return EVEN * WIDTH * math.hypot(found.independent, 0.5 * (found.slope_most - found.slope_least))
+        gait = self.derivatives.only(inexact)
+        widths = np.array([self.parameters.half_widths[each] for each in gait.changes.names]) / gait.changes.scales
+        return EVEN * WIDTH * float(np.linalg.norm(gait.elasticities()[DERIVED[name]] * widths))
 
     @cached_property
-    def left_by_digits(self) -> dict[str, tuple[float, float]]:
-        """Half widths of each measure, as a share and by itself, by the constraint model's exact derivatives.
+    def design_point(self) -> DesignPoint:
+        """The design as the constraint model has it."""
+        return DesignPoint(self.parameters.biped, self.parameters.slope, self.design.friction)
 
-        Empty if every value is exact; without the measures whose derivatives are not known.
-        """
+    @cached_property
+    def derivatives(self) -> GaitTangents | None:
+        """The constraint model's gait with its derivatives by all parameters; None without one."""
         from stages.analytic.derivatives.gait import gait_derivatives
         from stages.analytic.derivatives.numbers import sensitive_names
-        from stages.analytic.derivatives.uncertainty import uncertainties_of
-        from stages.analytic.errors import NoGait, StepFailed
-        from stages.analytic.gait.design_point import DesignPoint
 
-        widths = self.parameters.half_widths
-        design = DesignPoint(self.parameters.biped, self.parameters.slope, self.design.friction)
-        inexact = tuple(each for each in sensitive_names(design) if widths.get(each))
-        if not inexact:
-            return {}
+        names = sensitive_names(self.design_point)
         try:
-            point = self.design.as_it_stands[1]
-            open_to = uncertainties_of(design, gait_derivatives(design, point, inexact, CONSTRAINT), widths)
-        except (NoGait, StepFailed):
-            return {"": (math.nan, math.nan)}
-        found = {}
-        for each in open_to:
-            name = next((one for one in NAMES if each.name.startswith(one)), "")
-            if name and each.name != "multiplier_2":
-                of_slope = 0.5 * (each.slope_most - each.slope_least)
-                half = EVEN * WIDTH * math.hypot(each.independent, of_slope)
-                found[name] = half / abs(each.value), half
-        return found
+            return gait_derivatives(self.design_point, self.design.as_it_stands[1], names, CONSTRAINT)
+        except (NoGait, StepFailed, np.linalg.LinAlgError):
+            return None
