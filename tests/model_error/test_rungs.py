@@ -24,6 +24,8 @@ DETAILS = {
     "friction at the hip": {"hip_friction": 0.002},
     "counterweight": {"hip_gravity_mass": 0.4},
 }
+#: Details that the quick tests try in Exudyn.
+QUICK = "unequal legs", "spring at the hip"
 
 
 def changed(parameters, **details):
@@ -48,7 +50,9 @@ def test_a_detail_changes_the_machine_by_itself(parameters, details):
     assert found.frame_mass * found.frame_com == pytest.approx(moment, abs=1e-12)
 
 
-@pytest.mark.parametrize("details", [{}, *DETAILS.values()], ids=["none", *DETAILS])
+@pytest.mark.parametrize("details", [
+    pytest.param(details, id=name, marks=() if name in QUICK else pytest.mark.slow)
+    for name, details in {"none": {}, **DETAILS}.items()])  # fmt: skip
 def test_exudyns_twin_walks_as_the_penalty_walker_of_the_same_machine(parameters, details):
     """Exudyn's bodies, springs and friction in space against our own equations in the plane."""
     one = design_of(changed(parameters, **details))
