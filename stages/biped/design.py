@@ -231,7 +231,7 @@ GIVEN_OR_ZERO = tuple(sorted(DETAILS - {*GIVEN_OR_NONE}))
 
 
 #: The models of a detailed design, as a refusal names them.
-KNOWING = "the planar models"
+KNOWING = "the planar models and stage twin"
 
 
 class BeyondModel(ValueError):

@@ -136,7 +136,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     if parameters.measured.database is not None:
         empty = database_bytes(devices, ())
         return Result(NOT_NEEDED, (), (), (), {WITH_OUTSOLE: empty, WITHOUT: empty})
-    require_plain(parameters.biped, "the twin, which walks the synthetic runs,")
+    require_plain(parameters.biped, "the campaign of synthetic runs")
     if "twin" in inputs.missing:
         raise NoWalk(inputs.missing["twin"])
     state, normal_force = first_state(inputs.twin.walk)

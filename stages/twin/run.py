@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +11,12 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.estimate import finer_explicit, to_accuracy, walk_differences
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.between_steps import refined_times
+from stages.biped.design import require_own_strikes
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.twin.machine.bill import sums
-from stages.twin.machine.machine import build
+from stages.twin.machine.detailed import PLAIN, machine_of
 from stages.twin.machine.parts import Part, solid
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Parameters, Settings
@@ -37,16 +39,19 @@ class Inputs:
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Build, walk, measure. The analytic gait gives the mid-stance state, the normal force of its first sample and the
+    """Build, walk, measure; what a design in detail adds to its plain one is added to the machine, not to its bill.
+
+    The analytic gait gives the mid-stance state, the normal force of its first sample and the
     step length for which the ramp's blocks are laid.
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises ValueError if the
-    parts do not add up to the design, BlocksDoNotFit if the ramp has no room for its blocks, NotMet if an accuracy is
-    asked for that the walk does not keep with the finest settings.
+    parts do not add up to the design, BeyondModel for feet that are put down at a time, BlocksDoNotFit if the ramp has
+    no room for its blocks, NotMet if an accuracy is asked for that the walk does not keep with the finest settings.
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
     analytic = inputs.analytic
-    machine = build(biped, settings)
+    require_own_strikes(biped, "the twin")
+    machine, plain = machine_of(biped, settings), dataclasses.replace(biped, **PLAIN)
     start = rolling_start(machine, contact, analytic.mid_stance, analytic.walk.standing_force)
     ramp = lay_blocks(settings, analytic.gait.step_length_m) if settings.scene == "ramp" else None
     progress(0.0, f"walking {settings.steps} steps in space")
@@ -66,7 +71,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     progress(0.8, "measuring the walk")
     strikes = signals.walk.heel_strike_time
     last_step = tuple(strikes[-2:]) if len(strikes) > 1 else ()
-    bill = settings.bill(biped)
+    bill = settings.bill(plain)
     closed = energy_balance(record, *last_step) if last_step else EnergyBalance(*[np.nan] * 6)
     return Result(
         outcome=record.outcome,
@@ -77,8 +82,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         energy=closed,
         snapshots=snapshots(record, pose_times(signals.walk)),
         parts=tuple(part_row(part) for part in bill),
-        sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(bill, biped)) if bill else (),
-        bill=settings.bill_rule(biped),
+        sums=tuple(SumRow(what, found, wanted) for what, found, wanted in sums(bill, plain)) if bill else (),
+        bill=settings.bill_rule(plain),
         errors=errors,
         solver_steps=len(record.time) - 1,
         inventory=take_inventory(tree.mbs, len(tree.feet), bytes_of(signals)),

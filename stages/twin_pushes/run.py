@@ -11,7 +11,8 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.between_steps import uniform_times
 from stages.biped.processes import Progress, ignore
 from stages.twin.machine.contact import ROLL, YAW, Z
-from stages.twin.machine.machine import Machine, build
+from stages.twin.machine.detailed import machine_of
+from stages.twin.machine.machine import Machine
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.measures import largest_roll
 from stages.twin.walking.record import Record, find_events
@@ -30,10 +31,11 @@ class Inputs:
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Push and walk on. The analytic gait gives the mid-stance state and the normal force of its first sample.
 
-    A fall is a walk that ends early. Raises ValueError if the twin's parts do not add up to the design.
+    A fall is a walk that ends early. Raises ValueError if the twin's parts do not add up to the design, BeyondModel for
+    feet that are put down at a time.
     """
     analytic, settings = inputs.analytic, parameters.settings
-    machine = build(parameters.biped, parameters.twin)
+    machine = machine_of(parameters.biped, parameters.twin)
     tree = SpatialTree(machine, parameters.slope, parameters.contact)
     solver = parameters.twin.with_tolerance(settings.tolerance)
     force = analytic.walk.standing_force

@@ -127,7 +127,7 @@ def test_numbers_of_parts_stand_beside_one_another(length):
 def test_there_is_no_design_of_a_twin_that_there_is_not():
     known = robot(*ROBOTS[0])
     detailed = SimpleNamespace(biped=dataclasses.replace(known.biped, frame_mass=0.01), twin=known.settings)
-    with pytest.raises(BeyondModel, match="the twin does not know frame_mass"):
+    with pytest.raises(BeyondModel, match="the bill of parts does not know frame_mass"):
         figure("figure_09_section").draw(SimpleNamespace(parameters=detailed))
 
 

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from stages.biped.design import BeyondModel
 from stages.planar.run import FELL, STALLED
 from stages.twin.parameters import SIGNALS
 from stages.twin.run import Inputs, run
@@ -37,6 +38,20 @@ def test_it_walks_and_says_so(result):
     assert "4 steps" in result.summary() and "\n" not in result.summary()
     assert len(result.walk.heel_strike_time) == 4 and len(result.settling.step_period) == 3
     assert result.energy.relative_residual < 1e-4
+
+
+def test_a_design_in_detail_walks_and_its_bill_is_that_of_its_plain_one(parameters, analytic, short):
+    biped = dataclasses.replace(parameters.biped, other_foot_mass=0.34, hip_stiffness=0.02, frame_mass=0.03,
+                                frame_com=0.03)  # fmt: skip
+    found = of_one_step(dataclasses.replace(parameters, biped=biped), analytic, signals=SIGNALS)
+    assert found.outcome == "completed" and found.parts == short.parts and found.sums == short.sums
+    assert abs(found.walk.hip_position[-1] - short.walk.hip_position[-1]).max() > 1e-5
+
+
+def test_feet_that_are_put_down_at_a_time_are_refused(parameters, analytic):
+    timed = dataclasses.replace(parameters.biped, legs="rigid", feet_retract=True, strike_time=0.45)
+    with pytest.raises(BeyondModel, match="strike_time"):
+        of_one_step(dataclasses.replace(parameters, biped=timed), analytic)
 
 
 def test_signals_share_one_grid(result, parameters):

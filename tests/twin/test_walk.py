@@ -14,6 +14,7 @@ from stages.multibody.walking.walk import simulate
 from stages.planar.run import FELL, rolling_state
 from stages.planar.section import section_numbers, section_state
 from stages.twin.machine.contact import ROLL, SLIDE, YAW, Z
+from stages.twin.machine.detailed import machine_of
 from stages.twin.machine.machine import Build, build, join
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
@@ -94,6 +95,20 @@ def test_energy_balances(parameters, walk_from, legs, changes, there):
     balance = energy_balance(record, *find_events(record).heel_strike_time[-2:])
     assert balance.gravity_work > 0.03 and balance.relative_residual < 1e-4
     assert [getattr(balance, loss) > 1e-5 for loss in LOSSES] == [number < there for number in range(3)]
+
+
+def test_energy_balances_with_all_that_a_hip_may_have(parameters, walk_from):
+    """Spring, damper and Coulomb friction between the frames, and a counterweight that gravity pulls at."""
+    hip = {"hip_stiffness": 0.05, "hip_rest_angle": 0.02, "hip_damping": 0.001, "hip_friction": 0.002,
+           "hip_gravity_mass": parameters.biped.hip_mass + 0.1}  # fmt: skip
+    design = dataclasses.replace(parameters.biped, **hip)
+    record = walk_from(machine_of(design, parameters.settings), 2)
+    strikes = find_events(record).heel_strike_time[-2:]
+    balance = energy_balance(record, *strikes)
+    assert balance.gravity_work > 0.03 and balance.bearing_loss > 1e-3 and balance.relative_residual < 1e-4
+    bare = dataclasses.replace(record, machine=dataclasses.replace(
+        record.machine, hip_stiffness=0.0, hip_friction=0.0, hip_weight=0.0))  # fmt: skip
+    assert energy_balance(bare, *strikes).relative_residual > 1e-2
 
 
 def test_events_come_in_turn(three_steps):

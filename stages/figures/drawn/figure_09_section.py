@@ -120,9 +120,9 @@ def numbered(parts: Iterable[Part], below: float) -> list[tuple[Part, np.ndarray
 
 
 def draw(given: Given) -> Figure:
-    """The robot standing, and the section. Raises BeyondModel for a design that the twin does not know."""
+    """The robot standing, and the section. Raises BeyondModel for a design in detail."""
     twin, biped = given.parameters.twin, given.parameters.biped
-    require_plain(biped, "the twin")
+    require_plain(biped, "the bill of parts")
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 3.7))
     places: Any = [["whole", "hip"], ["whole", "key"]]
     panels = figure.subplot_mosaic(places, width_ratios=(0.62, 1.0), height_ratios=(1.0, 0.28))

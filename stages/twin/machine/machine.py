@@ -137,7 +137,7 @@ def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Mach
 
     Raises ValueError if its parts are no design's (`Settings.bill`), BeyondModel if the biped has details.
     """
-    require_plain(biped, "the twin")
+    require_plain(biped, "the bill of parts")
     if settings.inertia == "planar":
         drawn = planar_equivalent(biped, settings)
     else:

@@ -10,9 +10,11 @@ import numpy as np
 
 from stages.biped.between_steps import NODES, largest, quadrature
 from stages.biped.walk import Walk
+from stages.planar.run import hip_creep
 from stages.twin.machine.contact import HINGE, ROLL, SLIDE, along, point_law
 from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import FOOT_BODY, Machine
+from stages.twin.machine.projection import project
 from stages.twin.result import EnergyBalance, Settling
 from stages.twin.walking.record import Record
 
@@ -104,7 +106,9 @@ def energy_balance(record: Record, start: float, end: float) -> EnergyBalance:
     in_play = np.repeat(record.in_play(time[len(NODES) // 2 :: len(NODES)]), len(NODES), axis=0)
     ground = -along(q, v, in_play, machine.feet, point_law(record.contact))[1]
     legs = (machine.damping * v[:, list(SLIDE)] ** 2).sum(axis=1)
-    bearing = machine.bearing_friction * v[:, HINGE] ** 2
+    rubbing = machine.hip_friction * np.abs(v[:, HINGE]) * np.minimum(
+        np.abs(v[:, HINGE]) / hip_creep(project(machine), record.slope), 1.0)
+    bearing = machine.bearing_friction * v[:, HINGE] ** 2 + rubbing
     lost = float(weight @ legs), float(weight @ bearing), float(weight @ ground)
     (before, after), moment = mechanical_energy(machine, *record.at(np.array([start, end])))
     gravity = float((moment[1] - moment[0]) @ np.array([*record.slope.gravity_vector, 0.0]))
@@ -113,11 +117,12 @@ def energy_balance(record: Record, start: float, end: float) -> EnergyBalance:
 
 
 def mechanical_energy(machine: Machine, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Kinetic energy plus that of the legs' springs [J] (n,), and sum of mass times position [kg m] (n, 3)."""
+    """Kinetic energy plus that of all springs [J] (n,), and sum of weighed mass times position [kg m] (n, 3)."""
     energy = 0.5 * (machine.stiffness * q[:, list(SLIDE)] ** 2).sum(axis=1)
-    moment = np.zeros((len(q), 3))
+    energy += 0.5 * machine.hip_stiffness * (q[:, HINGE] + machine.hip_rest_angle) ** 2
     none = np.zeros_like(q)
     axes = [pair_axes(q, v, none, pair) for pair in (0, 1)]
+    moment = machine.hip_weight * point_motion(q, v, none, axes[0], np.zeros(3), None).position
     slides: list[int | None] = [None] * 6
     for slide, foot in zip(SLIDE, FOOT_BODY, strict=True):
         slides[foot] = slide
