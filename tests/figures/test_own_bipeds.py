@@ -63,8 +63,8 @@ def test_each_has_its_report_and_says_what_is_missing(which, tmp_path):
         assert (caption["name"] in drawn) == (not missing and not left_out), caption
         assert not missing or re.fullmatch(
             "Not drawn: (there is no (twin_ladder|measurements.sqlite): )?the (bill of parts|campaign of synthetic "
-            "runs|ladder from the planar model to the twin) does not know frame_mass, frame_com, frame_inertia; only the "
-            "planar models and stage twin do.", caption["text"]), caption
+            "runs|ladder from the planar model to the twin) does not know frame_mass, frame_com, frame_inertia; only "
+            "the planar models and stage twin do.", caption["text"]), caption
         assert not left_out or "dvc.yaml leaves it out" in caption["text"]
         assert f'id="{caption["name"]}"' in page
     assert {path.stem for path in results.glob("*.h5")}.isdisjoint(lacks | OF_PROGRAM)
