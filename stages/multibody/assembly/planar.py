@@ -77,9 +77,10 @@ class Planar(System, ABC):
     ) -> None:
         super().__init__()
         self.biped, self.legs = biped, (biped.leg(0), biped.leg(1))
+        self.foot_radii = biped.foot_radii  # looked at after every step
         self.add_bodies(slope, signals)
         self.laws, self.contacts = add_ground(
-            self.mbs, contact, biped.foot_radii, self.discs, lanes, compiled=compiled)
+            self.mbs, contact, self.foot_radii, self.discs, lanes, compiled=compiled)
         self._add_hip(slope)
         for leg, connector in enumerate(self.contacts if GROUND_REACTION in signals else ()):
             self.keep(f"ground {leg}", items.SensorObject, objectNumber=connector,
@@ -130,7 +131,7 @@ class Planar(System, ABC):
     def look(self) -> Look:
         """Where it is at the current step."""
         x, y, angles, lengths = self.pose()
-        (a, b), (first, other), radii = angles, lengths, self.biped.foot_radii
+        (a, b), (first, other), radii = angles, lengths, self.foot_radii
         first, other = first - radii[0], other - radii[1]
         clearance = y - first * math.cos(a) - radii[0], y - other * math.cos(b) - radii[1]
         place = x + first * math.sin(a), x + other * math.sin(b)
