@@ -23,7 +23,7 @@ from stages.analytic.maps.answers import corrected as corrected_gait
 from stages.analytic.maps.answers import exact
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.walk.recording import crossing_state
-from stages.biped.design import Biped, require_own_strikes
+from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
@@ -106,7 +106,6 @@ class Design:
     @cached_property
     def machine(self) -> Machine:
         """The twin's. Raises BeyondModel."""
-        require_own_strikes(self.biped, "a machine that walks by itself")
         return machine_of(self.biped, self.twin)
 
     @cached_property

@@ -11,7 +11,6 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.estimate import finer_explicit, to_accuracy, walk_differences
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.between_steps import refined_times
-from stages.biped.design import require_own_strikes
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
@@ -50,7 +49,6 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
     analytic = inputs.analytic
-    require_own_strikes(biped, "the twin")
     machine, plain = machine_of(biped, settings), dataclasses.replace(biped, **PLAIN)
     start = rolling_start(machine, contact, analytic.mid_stance, analytic.walk.standing_force)
     ramp = lay_blocks(settings, analytic.gait.step_length_m) if settings.scene == "ramp" else None

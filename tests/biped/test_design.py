@@ -86,7 +86,7 @@ def given(stage, *settings):
     return Study(ROOT, ROOT / "params", ROOT / "results", settings).parameters((stage,))[stage]
 
 
-@pytest.mark.parametrize("stage", ["twin", "twin_pushes", "twin_ladder", "campaign"])
+@pytest.mark.parametrize("stage", ["twin_ladder", "campaign"])
 def test_stages_refuse_details_they_do_not_know_when_they_run(stage):
     """In one sentence, which is an answer: the study's other stages run."""
     parameters = given(stage, "biped.frame_mass=0.05", "biped.other_leg_length=0.34")
@@ -105,7 +105,14 @@ def test_stages_of_one_step_refuse_legs_that_differ_and_timed_strikes(stage, set
         import_module(f"stages.{stage}.run").run(parameters, Anything())
 
 
-@pytest.mark.parametrize("stage", ["analytic", "multibody", "tradeoff", "extremes"])
+@pytest.mark.parametrize("stage", ["twin", "twin_pushes"])
+def test_the_twin_refuses_timed_strikes(stage):
+    timed = given(stage, "biped.legs=rigid", "biped.feet_retract=true", "biped.strike_time=0.5")
+    with pytest.raises(BeyondModel, match="the twin does not know strike_time"):
+        import_module(f"stages.{stage}.run").run(timed, Anything())
+
+
+@pytest.mark.parametrize("stage", ["analytic", "multibody", "twin", "twin_pushes", "tradeoff", "extremes"])
 def test_other_stages_take_them(stage):
     biped = given(stage, "biped.frame_mass=0.05", "biped.other_leg_length=0.34").biped
     assert (biped.frame_mass, biped.leg(1).leg_length) == (0.05, 0.34)

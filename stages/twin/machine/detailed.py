@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from stages.biped.design import DETAILS, Biped, Leg
+from stages.biped.design import DETAILS, Biped, Leg, require_own_strikes
 from stages.twin.machine.machine import Machine, build
 from stages.twin.machine.projection import project, with_numbers_of
 from stages.twin.parameters import Settings
@@ -20,7 +20,8 @@ FRAME = ("frame_mass", "frame_com", "frame_offset", "frame_inertia")
 
 
 def machine_of(biped: Biped, settings: Settings) -> Machine:
-    """The machine of any design whose feet land by themselves. Raises ValueError as `build` does."""
+    """The machine of any design whose feet land by themselves. Raises ValueError as `build` does, BeyondModel."""
+    require_own_strikes(biped, "the twin")
     plain = dataclasses.replace(biped, **PLAIN)
     machine = build(plain, settings)
     if not biped.detailed:
