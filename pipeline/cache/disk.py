@@ -242,8 +242,7 @@ def locked(folder: Path, name: str, command: str, wait: bool, waiting: Callable[
         with contextlib.suppress(OSError):
             holder = {"pid": os.getpid(), "command": command, "since": time.strftime("%Y-%m-%d %H:%M:%S")}
             file.truncate(0)
-            file.write(json.dumps(holder).encode())
-            file.flush()
+            os.write(file.fileno(), json.dumps(holder).encode())  # what stays in a buffer fails once more at the end
         try:
             yield
         finally:

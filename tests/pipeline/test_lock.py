@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 
 import pytest
@@ -61,3 +62,12 @@ def test_a_results_folder_that_cannot_be_written_is_one_sentence(tmp_path):
     sentence = r"results: cannot be written \(.*\); choose another folder with --results"
     with pytest.raises(StudyError, match=sentence), hold(tmp_path / "results"):
         pass
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits the size of files")
+def test_where_nothing_is_to_be_written_a_full_disk_is_no_failure(ran):
+    full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)); "
+    for command in ("status", "run fall", "run-all", "run-all --json", "clean --dry-run", "clean"):
+        code, out, errors = ran.command(*command.split(), before=full)
+        assert (code, errors) == (0, "") and out, command
+    assert ran.command("run", "side", "--force", before=full)[0] == 1, "as no byte can be written there"
