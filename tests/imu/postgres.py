@@ -1,4 +1,4 @@
-"""A PostgreSQL server of the test's own: Debian's programs, a folder of its own, a socket in it, no network."""
+"""A PostgreSQL server of the test's own: Debian's programs, a folder of its own, a socket in it, a free port."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import contextlib
 import os
 import pwd
 import shutil
+import socket
 import subprocess
 import tempfile
 import time
@@ -13,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+CERTIFICATE = ("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=lab.invalid")
 USER, PASSWORD = "lab", "hunter2-secret"
 
 
@@ -21,9 +23,19 @@ class Server:
     """Where the server listens."""
 
     folder: Path
+    port: int
 
     def url(self, database: str = "postgres", user: str = USER, password: str = PASSWORD) -> str:
-        return f"postgresql://{user}:{password}@/{database}?host={self.folder}"
+        return f"postgresql://{user}:{password}@/{database}?host={self.folder}&port={self.port}"
+
+    def by_network(self, *options: str, password: str = PASSWORD, port: int | None = None) -> str:
+        """The same server by its port, or another one at `port`."""
+        return f"postgresql://{USER}:{password}@127.0.0.1:{port or self.port}/postgres?{'&'.join(options)}"
+
+    @property
+    def certificate(self) -> Path:
+        """Its own certificate's file, where it offers TLS; the certificate says another host name."""
+        return self.folder / "server.crt"
 
 
 def missing() -> str:
@@ -38,8 +50,8 @@ def missing() -> str:
 
 
 @contextlib.contextmanager
-def running() -> Iterator[Server]:
-    """A fresh server, stopped and removed at the end."""
+def running(tls: bool = False) -> Iterator[Server]:
+    """A fresh server, stopped and removed at the end; with `tls` it offers that, with a certificate of its own."""
     account = _unprivileged() if os.geteuid() == 0 else None
     folder = Path(tempfile.mkdtemp(prefix="bipedstudy-pg-"))
     (folder / "password").write_text(PASSWORD)
@@ -49,12 +61,22 @@ def running() -> Iterator[Server]:
     how = {"cwd": folder, "user": account, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     initdb = [_program("initdb"), "-D", folder / "base", "-U", USER, "-A", "scram-sha-256", "-E", "UTF8"]
     server = None
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
     try:
         subprocess.run([*initdb, f"--pwfile={folder / 'password'}", "--no-sync"], check=True, timeout=600, **how)
-        command = [_program("postgres"), "-D", folder / "base", "-k", folder, "-c", "listen_addresses=", "-F"]
+        command = [_program("postgres"), "-D", folder / "base", "-k", folder, "-p", str(port), "-F"]
+        command += ["-c", "listen_addresses=127.0.0.1"]
+        if tls:
+            subprocess.run([*CERTIFICATE, "-keyout", folder / "server.key", "-out", folder / "server.crt"], check=True,
+                           **how)  # fmt: skip
+            (folder / "server.key").chmod(0o600)
+            command += ["-c", "ssl=on"]
+            command += ["-c", f"ssl_cert_file={folder}/server.crt", "-c", f"ssl_key_file={folder}/server.key"]
         server = subprocess.Popen(command, **how)
-        _wait_for(folder / ".s.PGSQL.5432", server)
-        yield Server(folder)
+        _wait_for(folder / f".s.PGSQL.{port}", server)
+        yield Server(folder, port)
     finally:
         if server is not None:
             server.terminate()

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import signal
+import socket
 import sqlite3
+import subprocess
 import time
 from collections.abc import Iterator
 from importlib.util import find_spec
@@ -13,9 +17,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stages.imu.sources import databases
 from stages.imu.sources.databases import SqliteSource, SqlSource, TableSource
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import TABLES, create_statements
+from tests import commands
 from tests.imu import postgres
 from tests.imu.stand_in import make_database, make_run
 
@@ -110,6 +116,11 @@ def test_nothing_of_the_connection_is_told(server: postgres.Server, filled: Path
         server.url(password="swordfish-secret"): "user and password",
         server.url(user="nobody-secret"): "user and password",
         server.url(database="nothing-secret"): "no database of that name",
+        server.url(password="pass@word-secret"): "an @ in the password; write it %40",
+        server.by_network(password="pass@word-secret"): "an @ in the password; write it %40",
+        server.by_network("sslmode=require"): "does not offer TLS",
+        server.by_network("sslmode=always-secret"): "does not know an option",
+        server.by_network("ssl_secret=1"): "does not know an option",
         f"postgresql://lab:hunter2-secret@/postgres?host={tmp_path}/nowhere-secret": "cannot be reached",
         "postgresql://lab:hunter2-secret@host-secret.invalid/postgres": "cannot be reached",
         "postgresql://lab:hunter2-secret@127.0.0.1:9/postgres": "cannot be reached",
@@ -124,6 +135,98 @@ def test_nothing_of_the_connection_is_told(server: postgres.Server, filled: Path
         parts = ("secret", "lab", "guest", str(server.folder), "127.0.0.1", "invalid")
         assert not [part for part in parts if part in told], told
         assert refused.value.__suppress_context__ or refused.value.__context__ is None
+
+
+def test_a_server_whose_certificate_is_not_trusted(tmp_path: Path) -> None:
+    """Each reason is a sentence of its own; with the right authority, and no host name asked for, it is read."""
+    stranger = tmp_path / "stranger.crt"
+    subprocess.run([*postgres.CERTIFICATE, "-keyout", tmp_path / "key", "-out", stranger], check=True,
+                   stderr=subprocess.DEVNULL)  # fmt: skip
+    with postgres.running(tls=True) as server:
+        own, hba = f"sslrootcert={server.certificate}", server.folder / "base/pg_hba.conf"
+        wrong = {
+            server.by_network("sslmode=verify-full", f"sslrootcert={tmp_path}/none"): "is missing",
+            server.by_network("sslmode=verify-full", f"sslrootcert={stranger}"): "authority is not known",
+            server.by_network("sslmode=verify-full", own): "another host name",
+            server.by_network("sslmode=require", password="wrong"): "refuses this user and password",
+        }
+        for url, words in wrong.items():
+            with pytest.raises(SourceRefused, match=words) as refused:
+                SqlSource(url)
+            assert str(tmp_path) not in str(refused.value)
+        with writer(server, *create_statements()):
+            ways = ("sslmode=verify-ca", "sslmode=require", "sslmode=disable")
+            seen = []
+            for url in (*(server.by_network(way, own) for way in ways), server.url()):
+                with SqlSource(url) as source:
+                    seen.append(source.in_the_open)
+            assert seen == [False, False, True, False], "a socket of this machine is no network"
+        hba.write_text(hba.read_text().replace("host ", "hostssl "))
+        with writer(server, "SELECT pg_reload_conf()"):
+            time.sleep(1)
+        with pytest.raises(SourceRefused, match=r"lets in nobody with this .* encryption"):
+            SqlSource(server.by_network("sslmode=disable"))
+
+
+def test_a_silent_server_is_left(server: postgres.Server, filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that takes the call and says nothing, and one whose process stops while it is read."""
+    began = time.monotonic()
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        silent.listen()
+        for scheme in ("postgresql", "mysql") if find_spec("pymysql") else ("postgresql",):
+            with pytest.raises(SourceRefused, match="did not answer in time"):
+                SqlSource(server.by_network(port=silent.getsockname()[1]).replace("postgresql", scheme))
+    monkeypatch.setattr(databases, "GRACE_S", 1.0)
+    with SqlSource(server.url(), statement_s=1.0) as source:
+        ((process,),) = source.query("SELECT pg_backend_pid()")
+        os.kill(process, signal.SIGSTOP)
+        try:
+            with pytest.raises(SourceRefused, match="did not answer in time"):
+                list(source.runs())
+        finally:
+            os.kill(process, signal.SIGCONT)
+    assert time.monotonic() - began < 60
+
+
+def test_a_schema_of_its_own_is_named(server: postgres.Server, filled: Path) -> None:
+    views = [f"CREATE VIEW gait_lab.{table} AS SELECT * FROM public.{table}" for table in TABLES]
+    empty = ("CREATE SCHEMA nothing_here", "CREATE SCHEMA gait_lab")
+    with writer(server, *empty, *views):
+        looked = server.url() + "&options=-csearch_path%3D"
+        with pytest.raises(SourceRefused, match=r"'gait_lab' has all of them: .* \?options=-csearch_path%3D"):
+            SqlSource(looked + "nothing_here")
+        assert len(columns_of(SqlSource(looked + "gait_lab"))) == 4
+
+
+def test_a_copy_has_each_row_in_its_place(
+    server: postgres.Server, filled: Path, repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a server and of that copy: identities with gaps, the sensors' rows mixed, times as a database has them."""
+    shown = {name: name for name, _, _ in TABLES["sample"]}
+    shown |= {"sample_id": "10 * sample_id", "phone_stamp": "to_timestamp(phone_stamp)"}
+    shown |= {"packet": "packet::numeric", "experiment_id": "md5(experiment_id::text)::uuid"}
+    columns = ", ".join(f"{value} AS {name}" for name, value in shown.items())
+    with writer(server, "CREATE SCHEMA apart", "CREATE VIEW apart.device AS SELECT * FROM public.device",
+                "CREATE VIEW apart.experiment AS SELECT md5(experiment_id::text)::uuid AS experiment_id, name, origin, "
+                "slope_deg FROM public.experiment", f"CREATE VIEW apart.sample AS SELECT {columns} FROM public.sample"):
+        copies = tmp_path / "one.sqlite", tmp_path / "two.sqlite"
+        monkeypatch.setenv("LAB", server.url() + "&options=-csearch_path%3Dapart")
+        told = [commands.run("ingest", source, "--store", copy, cwd=repository)
+                for source, copy in (("env:LAB", copies[0]), (copies[0], copies[1]))]  # fmt: skip
+    assert [one.returncode for one in told] == [3, 3], "runs too short to be used are kept as well"
+    assert told[0].stdout == told[1].stdout and copies[0].read_bytes() == copies[1].read_bytes()
+    names = list(shown)
+    rows, kept = (sqlite3.connect(path).execute("SELECT * FROM sample ORDER BY rowid").fetchall()
+                  for path in (filled, copies[0]))  # fmt: skip
+    sensors = [row[names.index("device_id")] for row in rows]
+    assert len(kept) == len(rows) > 1000 and sensors != sorted(sensors)
+    for row, same in zip(rows, kept):
+        before, after = dict(zip(names, row)), dict(zip(names, same))
+        assert after["phone_stamp"] == pytest.approx(before["phone_stamp"], abs=1e-6)
+        assert len(after["experiment_id"]) == 36 and after["sample_id"] == 10 * before["sample_id"]
+        others = set(names) - {"phone_stamp", "experiment_id", "sample_id"}
+        assert all(after[name] == before[name] for name in others)
 
 
 def test_a_locked_table_and_an_endless_view_end(server: postgres.Server, filled: Path) -> None:

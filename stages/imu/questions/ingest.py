@@ -15,10 +15,12 @@ from stages.imu.sources.opening import SourceRefused
 if TYPE_CHECKING:
     from stages.imu.parameters import Parameters
     from stages.imu.result import RunReport, SensorReport
+    from stages.imu.sources.databases import TableSource
     from stages.imu.sources.schema import DatabaseWriter
     from stages.imu.trial.trial import Trial
 
 VARIABLE = "env:"
+OPEN = "read without TLS, so others on the way can read it too; docs/measurements.md says how to demand TLS"
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.imu.export import picture
     from stages.imu.result import origin_of, tables
     from stages.imu.run import trials
+    from stages.imu.sources.databases import TableSource
     from stages.imu.sources.schema import DatabaseWriter
 
     sensors: list[SensorReport] = []
@@ -49,10 +52,14 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     taken: list[Trial] = []
     try:
         with ExitStack() as open_until_read:
-            read = open_until_read.enter_context(opened(options)).runs()
+            source = open_until_read.enter_context(opened(options))
+            read, tabled = source.runs(), isinstance(source, TableSource)
+            if tabled and source.in_the_open:
+                asking.note(f"{source.name}: {OPEN}")
             if options.store is not None:
                 file = open_until_read.enter_context(asking.new_file(options.store))
-                read = stored(read, open_until_read.enter_context(DatabaseWriter(file)))
+                writer = open_until_read.enter_context(DatabaseWriter(file, keys=not tabled))
+                read = copied(source, writer) if tabled else stored(read, writer)
             for trial in trials(read, parameters.read, asking.progress):
                 sensors.extend(trial.reports)
                 runs.append(trial.report())
@@ -126,6 +133,15 @@ def stored(runs: Iterator[Any], writer: DatabaseWriter) -> Iterator[Any]:
     for experiment, recordings in runs:
         writer.recordings(experiment, recordings)
         yield experiment, recordings
+
+
+def copied(source: TableSource, writer: DatabaseWriter) -> Iterator[Any]:
+    """Pass runs on, then keep the tables that they are from: each row as it is, in its place."""
+    from stages.imu.sources.schema import TABLES
+
+    yield from source.runs()
+    for table in TABLES:
+        writer.copy(table, source.raw(table))
 
 
 QUESTION = Question(

@@ -63,6 +63,14 @@ def number_or_moment(cell: Any) -> float:
     return found if found == found or cell is None else moment(cell)
 
 
+def as_stored(cell: Any) -> Any:
+    """The cell as SQLite keeps it: a date and time in seconds since 1970, another number as float, the rest as text."""
+    if cell is None or isinstance(cell, (float, str, bytes)) or (isinstance(cell, int) and abs(cell) < 2**63):
+        return cell
+    value = number_or_moment(cell)
+    return value if value == value else str(cell)
+
+
 def unit_of(stamp: np.ndarray, rate_hz: float) -> str | None:
     """The unit in which stamps (n,) advance at about the nominal rate; None where that is no unit, or too few."""
     known = stamp[np.isfinite(stamp)]

@@ -1,25 +1,37 @@
 """Measurements from databases in the schema of `stages.imu.sources.schema`: SQLite, PostgreSQL, MySQL.
 
 An SQLite file is opened so that nothing in it or beside it can change. A server is asked through SQLAlchemy (extra
-`sql`) in a read-only transaction. What a server says when it cannot be reached quotes users, hosts and databases. None
-of that is passed on: every error becomes a sentence of our own, and the connection string is kept nowhere.
+`sql`) in a read-only transaction, and left where it does not answer. What it says when it cannot be reached quotes
+users, hosts and databases. None of that is passed on: every error becomes a sentence of our own, and the connection
+string is kept nowhere.
 """
 
 from __future__ import annotations
 
 import sqlite3
+import threading
 from abc import abstractmethod
-from collections.abc import Iterator
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, suppress
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from stages.imu.sources.cells import device_from_row, experiment_from_row, number, numbers, recording_from_columns
+from stages.imu.sources.cells import (
+    AT_ONCE,
+    as_stored,
+    device_from_row,
+    experiment_from_row,
+    number,
+    numbers,
+    recording_from_columns,
+)
 from stages.imu.sources.opening import SourceRefused, check, printable, refuse_if
 from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
 
+T = TypeVar("T")
 Extent = tuple[Any, Any, Any]
 MAGIC = b"SQLite format 3\x00"
 WRITE_AHEAD = 2  # in byte 18 or 19 of a database in write-ahead mode
@@ -29,6 +41,7 @@ TITLES = {"postgresql+psycopg": "PostgreSQL database", "mysql+pymysql": "MySQL d
 CONNECT_S = 5
 LOCK_S = 2
 STATEMENT_S = 600  # an endless view must end
+GRACE_S = 10  # after the server should have ended a statement by itself, or refused a connection
 
 FORM = "postgresql://user:password@host/database"
 LOGIN, MISSING = "refuses this user and password", "has no database of that name"
@@ -37,6 +50,12 @@ LOCKED_FILE, BROKEN = (
     "is locked by a program that writes to it; try again when it is done", "is a broken SQLite database"
 )
 SLOW, UNREACHABLE = "did not answer in time", "cannot be reached"
+NO_TLS = "does not offer TLS, which sslmode in the connection string demands"
+AUTHORITY = "shows a certificate whose authority is not known here (sslrootcert names its file)"
+ROOT = "cannot be verified, as the file of its authority's certificate is missing or holds none (sslrootcert names it)"
+OTHER_HOST = "shows a certificate of another host name than the connection string's (sslmode=verify-full asks for it)"
+NOT_LET_IN = "lets in nobody with this user, database, address and encryption (pg_hba.conf decides; sslmode may help)"
+OPTION = "does not know an option in its connection string, or the option's value (see docs/measurements.md)"
 
 #: Words by which an engine's sentence is recognised, all of them needed, and what is said in its place.
 Reasons = tuple[tuple[tuple[str, ...], str], ...]
@@ -48,6 +67,14 @@ SQLITE_REASONS: Reasons = (
     (("unable to open",), "cannot be opened read-only (a writer may have left its log behind)"),
 )
 SERVER_REASONS: Reasons = (
+    (("does not support ssl",), NO_TLS),
+    (("doesn't support ssl",), NO_TLS),  # pymysql
+    (("certificate verify failed",), AUTHORITY),
+    (("root certificate",), ROOT),
+    (("does not match host name",), OTHER_HOST),
+    (("pg_hba.conf",), NOT_LET_IN),
+    (("invalid sslmode",), OPTION),
+    (("invalid connection option",), OPTION),
     (("authentication failed",), LOGIN),
     (("access denied",), LOGIN),
     (("no password supplied",), LOGIN),
@@ -59,7 +86,8 @@ SERVER_REASONS: Reasons = (
     (("lock timeout",), LOCKED),
     (("lock wait timeout",), LOCKED),
     (("statement timeout",), SLOW),
-    (("timeout expired",), UNREACHABLE),
+    (("timeout expired",), SLOW),
+    (("timed out",), SLOW),
     (("connect",), UNREACHABLE),
     (("resolve host",), UNREACHABLE),
     (("host name",), UNREACHABLE),
@@ -77,6 +105,8 @@ class TableSource(AbstractContextManager["TableSource"]):
 
     #: Column whose order is that of arrival.
     order = "sample_id"
+    #: Whether the rows come over a network that could read them.
+    in_the_open = False
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -91,6 +121,10 @@ class TableSource(AbstractContextManager["TableSource"]):
     @abstractmethod
     def present(self) -> dict[str, set[str]]:
         """Tables that can be read, each with its columns."""
+
+    def elsewhere(self) -> str:
+        """Words on where the tables are, if not where they were looked for."""
+        return ""
 
     @abstractmethod
     def extents(self) -> list[Extent]:
@@ -125,6 +159,13 @@ class TableSource(AbstractContextManager["TableSource"]):
             table = numbers(list(rows), len(SAMPLE_VALUES) + 1)
             yield experiment, tuple(self._recordings(experiment, table))
 
+    def raw(self, table: str) -> Iterator[tuple[Any, ...]]:
+        """Every row of a table as it stands there, in the order of arrival; see `as_stored`."""
+        names = [name for name, _, _ in TABLES[table]]
+        order = self.order if self.order == "rowid" else names[0]
+        for row in self.query(f"SELECT {', '.join(names)} FROM {table} ORDER BY {order}"):
+            yield tuple(map(as_stored, row))
+
     def _recordings(self, experiment: Experiment, table: np.ndarray) -> Iterator[Recording]:
         for device_id in np.unique(table[:, 0]):
             device = self.devices.get(device_id)
@@ -144,7 +185,8 @@ class TableSource(AbstractContextManager["TableSource"]):
         present = self.present()
         for table, columns in TABLES.items():
             found = ", ".join(printable(name) for name in list(present)[:5]) or "no tables"
-            refuse_if(table not in present, f"{self.name}: needs a table named {table}; found {found}")
+            if table not in present:
+                raise SourceRefused(f"{self.name}: needs a table named {table}; found {found}{self.elsewhere()}")
             missing = [name for name, _, _ in columns if name not in present[table]]
             refuse_if(bool(missing), f"{self.name}: table {table} lacks {', '.join(missing)}")
 
@@ -221,13 +263,15 @@ class SqlSource(TableSource):
     """The database behind a connection string such as postgresql://user:password@host/database.
 
     Its tables may be views. All is read in one transaction that sees one state and cannot write. Raises SourceRefused,
-    in one sentence without any part of the connection string.
+    in one sentence without any part of the connection string, also for a server that is silent for longer than a
+    statement may take.
     """
 
     def __init__(self, connection_string: str, statement_s: float = STATEMENT_S) -> None:
         super().__init__("SQL database")
         self._engine: Any = None
         self._connection: Any = None
+        self._limit_s = statement_s + GRACE_S
         try:
             self._open(connection_string, statement_s)
         except ImportError:
@@ -247,9 +291,10 @@ class SqlSource(TableSource):
         except Exception:
             raise SourceRefused(f"{self.name}: its connection string is not of the form {FORM}") from None
         driver = DRIVERS.get(url.drivername.partition("+")[0])
-        refuse_if(driver is None, f"{self.name}: its connection string must begin with postgresql:// or mysql://")
-        assert driver is not None
+        if driver is None:
+            raise SourceRefused(f"{self.name}: its connection string must begin with postgresql:// or mysql://")
         self.name = TITLES[driver]
+        refuse_if("@" in (url.host or ""), f"{self.name}: its connection string has an @ in the password; write it %40")
         arguments: dict[str, Any] = {"connect_timeout": CONNECT_S}
         options: dict[str, Any] = {"isolation_level": "REPEATABLE READ"}
         if driver == DRIVERS["mysql"]:
@@ -261,33 +306,57 @@ class SqlSource(TableSource):
         self._engine = sqlalchemy.create_engine(
             url.set(drivername=driver), poolclass=sqlalchemy.NullPool, connect_args=arguments, hide_parameters=True
         )
-        self._connection = self._engine.connect().execution_options(**options)
+        self._connection = _within(CONNECT_S + GRACE_S, self._engine.connect).execution_options(**options)
         for limit in limits:
-            self._connection.exec_driver_sql(limit)
+            _within(self._limit_s, partial(self._connection.exec_driver_sql, limit))
+        if driver == DRIVERS["mysql"]:
+            ((_, cipher),) = self.query("SHOW SESSION STATUS LIKE 'Ssl_cipher'")
+            self.in_the_open = not cipher and "unix_socket" not in url.query
+        else:
+            session = self._connection.connection.driver_connection
+            self.in_the_open = not session.pgconn.ssl_in_use and not session.info.host.startswith("/")
 
     def query(self, sql: str, **values: Any) -> Iterator[tuple[Any, ...]]:
         """Rows of a SELECT."""
         import sqlalchemy
 
         try:
-            for row in self._connection.execute(sqlalchemy.text(sql), values):
-                yield tuple(row)
+            how = {"stream_results": True}
+            ask = partial(self._connection.execute, sqlalchemy.text(sql), values, execution_options=how)
+            result = _within(self._limit_s, ask)
+            while rows := _within(self._limit_s, partial(result.fetchmany, AT_ONCE)):
+                yield from map(tuple, rows)
         except Exception as error:
             raise SourceRefused(f"{self.name}: {_reason(error, SERVER_REASONS)}") from None
 
     def present(self) -> dict[str, set[str]]:
         """Tables and views with their columns."""
-        import sqlalchemy
-
         try:
-            look = sqlalchemy.inspect(self._connection)
-            names = [*look.get_table_names(), *look.get_view_names()]
-            return {
-                name: {column["name"] for column in look.get_columns(name)} if name in TABLES else set()
-                for name in names
-            }
+            return _within(self._limit_s, self._present)
         except Exception as error:
             raise SourceRefused(f"{self.name}: {_reason(error, SERVER_REASONS)}") from None
+
+    def _present(self) -> dict[str, set[str]]:
+        import sqlalchemy
+
+        look = sqlalchemy.inspect(self._connection)
+        names = [*look.get_table_names(), *look.get_view_names()]
+        return {
+            name: {column["name"] for column in look.get_columns(name)} if name in TABLES else set() for name in names
+        }
+
+    def elsewhere(self) -> str:
+        """The first schema of PostgreSQL that has all the tables, and how to name it."""
+        if self.name != TITLES[DRIVERS["postgresql"]]:
+            return ""
+        names = ", ".join(f"'{table}'" for table in TABLES)
+        for (schema,) in self.query(
+            f"SELECT table_schema FROM information_schema.tables WHERE table_name IN ({names}) "
+            f"GROUP BY table_schema HAVING count(*) = {len(TABLES)} ORDER BY table_schema"
+        ):
+            return (f"; schema {printable(schema)} has all of them: end the connection string with "
+                    "?options=-csearch_path%3D and its name")  # fmt: skip
+        return ""
 
     def extents(self) -> list[Extent]:
         """Where each run lies, found by the server."""
@@ -300,9 +369,31 @@ class SqlSource(TableSource):
     def close(self) -> None:
         """End the transaction and the connection."""
         if self._connection is not None:
-            self._connection.close()
+            with suppress(Exception):  # nothing was written
+                _within(LOCK_S, self._connection.close)
         if self._engine is not None:
             self._engine.dispose()
+
+
+def _within(seconds: float, work: Callable[[], T]) -> T:
+    """What `work` gives. Raises TimeoutError where it takes longer; its thread is then left behind."""
+    found: list[T] = []
+    failed: list[BaseException] = []
+
+    def answer() -> None:
+        try:
+            found.append(work())
+        except BaseException as error:
+            failed.append(error)
+
+    thread = threading.Thread(target=answer, daemon=True)
+    thread.start()
+    thread.join(seconds)
+    if failed:
+        raise failed[0]
+    if not found:
+        raise TimeoutError("timed out")
+    return found[0]
 
 
 def _reason(error: Exception, reasons: Reasons) -> str:

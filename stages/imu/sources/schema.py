@@ -18,6 +18,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 
@@ -126,22 +127,27 @@ class Recording:
         return replace(self, **{name: getattr(self, name)[keep] for name in columns})
 
 
-def create_statements() -> tuple[str, ...]:
-    """SQL that creates the tables and the index the ingest reads by."""
+def create_statements(keys: bool = True) -> tuple[str, ...]:
+    """SQL that creates the tables and the index the ingest reads by; without `keys` an identity may occur twice."""
     tables = [
         f"CREATE TABLE {table} ({', '.join(f'{name} {kind}' for name, kind, _ in columns)})"
         for table, columns in TABLES.items()
     ]
+    if not keys:
+        tables = [table.replace(" PRIMARY KEY", "") for table in tables]
     return (*tables, "CREATE INDEX sample_of_run ON sample (experiment_id, device_id)")
 
 
 class DatabaseWriter:
-    """A new database file; use as a context manager. The same calls give the same bytes, for one version of SQLite."""
+    """A new database file; use as a context manager. The same calls give the same bytes, for one version of SQLite.
 
-    def __init__(self, path: Path) -> None:
+    `keys` as in `create_statements`: a copy of a lab's tables has none, and so takes all that these hold.
+    """
+
+    def __init__(self, path: Path, keys: bool = True) -> None:
         self._connection = sqlite3.connect(path)
         self._connection.execute("PRAGMA journal_mode = OFF")
-        for statement in create_statements():
+        for statement in create_statements(keys):
             self._connection.execute(statement)
         self._identity: dict[Device, int] = {}
         self._experiments = 0
@@ -155,6 +161,11 @@ class DatabaseWriter:
         if kind is None:
             self._connection.commit()
         self._connection.close()
+
+    def copy(self, table: str, rows: Iterable[tuple[Any, ...]]) -> None:
+        """Store rows of a table as they are, in their order."""
+        marks = ", ".join("?" for _ in TABLES[table])
+        self._connection.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)
 
     def device(self, device: Device) -> int:
         """The identity of a device, which is stored when it is first named."""
@@ -184,6 +195,4 @@ class DatabaseWriter:
 
     def _insert(self, table: str, identity: int, value: Device | Experiment) -> None:
         fields = dataclasses.asdict(value)
-        marks = ", ".join("?" for _ in TABLES[table])
-        row = (identity, *(fields[name] for name, _, _ in TABLES[table][1:]))
-        self._connection.execute(f"INSERT INTO {table} VALUES ({marks})", row)
+        self.copy(table, [(identity, *(fields[name] for name, _, _ in TABLES[table][1:]))])
