@@ -146,9 +146,9 @@ def load(path: Path, cls: type[T]) -> T:
     return decode(content, cls, str(path))
 
 
-def provenance(content: bytes, name: str) -> dict[str, str]:
-    """What the artefact says of its making: stage, key, parameters, versions, inputs."""
-    with opened(content, name) as file:
+def provenance(content: bytes, name: str, older: bool = False) -> dict[str, str]:
+    """What the artefact says of its making: stage, key, parameters, versions, inputs. `older` as in `tree`."""
+    with opened(content, name, older) as file:
         return {key: str(value) for key, value in file[PROVENANCE].attrs.items()}
 
 
@@ -173,12 +173,12 @@ class Field:
     error: float | None = None
 
 
-def tree(content: bytes, name: str) -> list[Field]:
+def tree(content: bytes, name: str, older: bool = False) -> list[Field]:
     """Every field of an artefact, groups included (their shape is None), in the order of declaration.
 
-    Raises `ArtefactError` for text that cannot be read.
+    With `older` that of an earlier form is read as well. Raises `ArtefactError` for text that cannot be read.
     """
-    with opened(content, name) as file:
+    with opened(content, name, older) as file:
         try:
             return [field for key in hdf5.members_of(file) if key not in (PROVENANCE, LOOSER)
                     for field in _branch(file[key], key)]  # fmt: skip
@@ -187,7 +187,8 @@ def tree(content: bytes, name: str) -> list[Field]:
 
 
 def _branch(item: Any, path: str) -> Iterator[Field]:
-    unit, description, symbol = (str(item.attrs.get(key, "")) for key in hdf5.ATTRIBUTES)
+    unit, description, symbol = (str(item.attrs.get(key, item.attrs.get(first, "")))
+                                 for key, first in hdf5.ATTRIBUTES.items())  # fmt: skip
     if isinstance(item, h5py.Group):
         yield Field(path, unit, symbol, description, None, None)
         for key in hdf5.members_of(item):
@@ -199,17 +200,25 @@ def _branch(item: Any, path: str) -> Iterator[Field]:
         yield Field(path, unit, symbol, description, item.shape or (), value, error)
 
 
-def opened(content: bytes, name: str) -> Any:
+def is_older(content: bytes, name: str) -> bool:
+    """Whether an artefact has an earlier form. Raises `ArtefactError` if it is none."""
+    with opened(content, name, older=True) as file:
+        return str(file.attrs["format"]) != FORMAT
+
+
+def opened(content: bytes, name: str, older: bool = False) -> Any:
+    """The file in an artefact's bytes; `older` takes those of earlier forms. Raises `ArtefactError`."""
     try:
         file = h5py.File(io.BytesIO(content), "r")
     except OSError:
         what = "is empty" if not content else "is truncated or not an HDF5 file"
         raise ArtefactError(f"{name}: {what}; it cannot be read as an artefact of this study") from None
     form, _, number = str(file.attrs.get("format", "")).rpartition(" ")
-    if form == _FORM and number == str(_NUMBER):
+    known = form == _FORM and number.isdecimal() and int(number) > 0
+    if known and (int(number) == _NUMBER or (older and int(number) < _NUMBER)):
         return file
     file.close()
-    if form == _FORM and number.isdecimal() and int(number) > 0:
+    if known:
         how = "a newer" if int(number) > _NUMBER else "an earlier"
         raise ArtefactError(
             f"{name}: made by {how} version of this program (format {number}); this one reads format {_NUMBER}"

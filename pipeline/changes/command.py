@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -13,9 +14,10 @@ import click
 
 from pipeline import layout
 from pipeline.cache import disk
-from pipeline.commands import claims, options
+from pipeline.commands import options
 from pipeline.errors import ANSWER, ArtefactError, StudyError
 from pipeline.graph import CLAIMS, FIGURES
+from pipeline.parameters import yaml_text
 from pipeline.report.figures import differing, rms
 from pipeline.report.page import address, template
 from pipeline.study import Study, shown
@@ -28,6 +30,10 @@ _RESULTS = "results/"
 _TEMPLATE = Path(__file__).with_name("page.html")
 #: Numbers that are printed (all are in --csv), and on the page; smaller ones, in their units, are round-off as a rule.
 _PRINTED, _MOST, _ROUND_OFF = 12, 300, 1e-9
+_NAMED = 5
+#: Verdicts of 0.1.0, which had no words for them, and the number of a row in a path of its files.
+_FIRST = {True: "holds", False: "does not hold", None: "open"}
+_ROW = re.compile(r"/\d+/")
 
 
 @click.command("compare", epilog=options.examples("compare"))
@@ -41,8 +47,9 @@ _PRINTED, _MOST, _ROUND_OFF = 12, 300, 1e-9
 def compare(study: Study, other: Path, tolerance: float, page: Path | None, form: options.Form) -> None:
     """Say what changed from the results in OTHER to those of the study: parameters, verdicts, numbers, figures.
 
-    OTHER is a results folder or a study. Ends with 0 if nothing changed and with 3 if something did, or could not be
-    compared. --csv prints the numbers.
+    OTHER is a results folder or a study, also of an earlier version: then every number that both have is listed, and
+    what cannot be compared is said. OTHER stays as it is. Ends with 0 if nothing changed and with 3 if something did,
+    or could not be compared. --csv prints the numbers.
     """
     found = between(study, other, tolerance)
     if page is not None:
@@ -84,7 +91,9 @@ def _numbers(rows: list[Row], small: int) -> Iterator[str]:
               and max(abs(row["before"]), abs(row["after"])) > _ROUND_OFF]  # fmt: skip
     what = "single ones that changed most:" if listed else "all of them in arrays, words or round-off"
     counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
-    title = f"Numbers: {len(rows)} changed ({counted}), {small} by less; {what}"
+    same = sum(row["relative"] == 0.0 for row in rows)
+    title = (f"Numbers that both have: {len(rows)} ({counted}), {same} of them the same; {what}" if same
+             else f"Numbers: {len(rows)} changed ({counted}), {small} by less; {what}")
     yield from ("", *layout.folded(title, 0))
     for row in listed[:_PRINTED]:
         yield f"  {row['stage']} {row['path']}"
@@ -133,6 +142,7 @@ def between(study: Study, other: Path, tolerance: float) -> Row:
     every: list[Row] = []
     unread: list[str] = []
     missing: dict[Path, list[str]] = {}
+    older = False
     for stage in study.graph.stages.values():
         name = stage.artefact.removeprefix(_RESULTS)
         lacking = [folder for folder in (before, after) if not (folder / name).exists()]
@@ -141,17 +151,21 @@ def between(study: Study, other: Path, tolerance: float) -> Row:
         if lacking:
             continue
         try:
-            _compare(stage.name, before / name, after / name, by_key, every)
+            older |= _compare(stage.name, before / name, after / name, by_key, every, unread)
         except ArtefactError as error:
             unread.append(f"stage {stage.name}: {'; '.join(error.sentences)}")
     unread += [f"not compared, as {shown(folder)} has no result of: {', '.join(names)}"
                for folder, names in missing.items()]  # fmt: skip
-    large = [row for row in every if row["relative"] is None or abs(row["relative"]) > tolerance]
+    known = {Path(stage.artefact).name for stage in study.graph.stages.values()}
+    if gone := sorted(path.stem for path in before.glob("*.h5") if path.name not in known):
+        unread.append(f"not compared, as this study has no such stage: {', '.join(gone)}")
+    judged = _claims(before, after, unread)
+    large = [row for row in every if older or row["relative"] is None or abs(row["relative"]) > tolerance]
     found = {
         "before": shown(before), "after": shown(after),
         "parameters": [{"key": key, "before": was, "after": now, "stages": stages}
                        for (key, was, now), stages in by_key.items()],
-        "claims": _claims(before, after),
+        "claims": judged,
         "numbers": sorted(large, key=lambda row: -abs(row["relative"] or 0.0)), "smaller": len(every) - len(large),
         "figures": _figures(before, after), "unread": unread,
     }  # fmt: skip
@@ -159,20 +173,33 @@ def between(study: Study, other: Path, tolerance: float) -> Row:
 
 
 def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str | None, str | None], list[str]],
-             every: list[Row]) -> None:  # fmt: skip
-    """Add what differs between two artefacts of a stage. Raises `StudyError`, `ArtefactError` if one is unreadable."""
+             every: list[Row], unread: list[str]) -> bool:  # fmt: skip
+    """Add what differs between two artefacts of a stage; of one of an earlier form, which is told, all that both have.
+
+    Raises `StudyError`, `ArtefactError` if one is unreadable.
+    """
     from pipeline.cache import artefact
 
     names = shown(before), shown(after)
     old, new = disk.content(before, names[0]), disk.content(after, names[1])
+    older = artefact.is_older(old, names[0])
     if old == new:
-        return
-    for change in parameters(artefact.provenance(old, names[0]), artefact.provenance(new, names[1])):
+        return older
+    for change in parameters(artefact.provenance(old, names[0], older), artefact.provenance(new, names[1])):
         by_key.setdefault(change, []).append(stage)
-    every += changes(stage, old, new, names)
+    rows = list(changes(stage, old, new, names, older))
+    if older:
+        for side, where in (("before", names[0]), ("after", names[1])):
+            alone = [row["path"] for row in rows if row["alone"] == side]
+            some = ", ".join(alone[:_NAMED]) + (f" and {len(alone) - _NAMED} more" if len(alone) > _NAMED else "")
+            if alone:
+                unread.append(f"not compared, as in {where} alone or in another unit: {some}")
+        rows = [row for row in rows if not row["alone"]]
+    every += ({name: value for name, value in row.items() if name != "alone"} for row in rows)
+    return older
 
 
-def _claims(before: Path, after: Path) -> list[Row]:
+def _claims(before: Path, after: Path, unread: list[str]) -> list[Row]:
     """Claims whose verdict or measured words changed, those with another verdict first.
 
     None where one side has judged none: that its stage has no result there is told by itself.
@@ -180,8 +207,11 @@ def _claims(before: Path, after: Path) -> list[Row]:
     paths = [folder / CLAIMS.removeprefix(_RESULTS) for folder in (before, after)]
     if not all(path.exists() for path in paths):
         return []
-    one, other = ({claim.id: (claim.full_verdict, claim.measured) for claim in claims.read_file(path).claims}
-                  for path in paths)  # fmt: skip
+    try:
+        one, other = map(_judged, paths)
+    except StudyError as error:
+        unread.append(str(error))
+        return []
     found = []
     for key in dict.fromkeys((*other, *one)):
         (was, words), (now, new_words) = one.get(key, (None, "")), other.get(key, (None, ""))
@@ -189,6 +219,21 @@ def _claims(before: Path, after: Path) -> list[Row]:
             found.append({"id": key, "before": was, "after": now, "measured_before": words,
                           "measured_after": new_words})  # fmt: skip
     return sorted(found, key=lambda row: row["before"] == row["after"])
+
+
+def _judged(path: Path) -> dict[str, tuple[str, str]]:
+    """Verdict and measured words of each claim in a file of this version or an earlier one. Raises `StudyError`."""
+    plain = yaml_text.read(path, shown(path)).plain()
+    found = {}
+    try:
+        for claim in plain["claims"] if isinstance(plain, dict) else plain:
+            verdict = claim["verdict"] if "verdict" in claim else _FIRST[claim["holds"]]
+            beside = claim.get("beside") and f"({claim['beside']})"
+            words = " ".join(filter(None, (verdict, claim.get("condition"), beside)))
+            found[claim["id"]] = words, claim.get("measured", claim.get("found", ""))
+    except (TypeError, KeyError, AttributeError):
+        raise StudyError(f"{shown(path)}: its claims are not of a form that can be compared") from None
+    return found
 
 
 def _figures(before: Path, after: Path) -> list[Row]:
@@ -223,22 +268,44 @@ def parameters(before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[
             yield key, one.get(key), other.get(key)
 
 
-def changes(stage: str, before: bytes, after: bytes, names: tuple[str, str]) -> Iterator[Row]:
-    """Every field that differs between two artefacts' bytes. Raises `ArtefactError`; `names` are those of the files."""
+def changes(stage: str, before: bytes, after: bytes, names: tuple[str, str], older: bool = False) -> Iterator[Row]:
+    """Every field that differs between two artefacts' bytes; if the first is `older`, every field.
+
+    `alone` is the side that alone has it, or has it in this unit. Raises `ArtefactError`; `names` are the files'.
+    """
+    one, other = _fields(before, names[0], older), _fields(after, names[1], False)
+    for path in dict.fromkeys((*one, *other)):
+        (was, unit), (now, new_unit) = one.get(path, (None, "")), other.get(path, (None, ""))
+        alone = "" if path in one and path in other and unit == new_unit else "before" if path in one else "after"
+        change = _change(was, now)
+        if change is None and older:
+            change = _shown(was), _shown(now), 0.0
+        if change is not None:
+            yield {"stage": stage, "path": path.replace("/", "."), "unit": new_unit or unit, "alone": alone,
+                   **dict(zip(("before", "after", "relative"), change))}  # fmt: skip
+
+
+def _fields(content: bytes, name: str, older: bool) -> dict[str, tuple[Any, str]]:
+    """Value and unit of each field by its path; the numbered rows of the first form's tables become columns."""
     import h5py
+    import numpy as np
 
     from pipeline.cache import artefact
 
-    one, other = ({field.path: field for field in artefact.tree(content, name) if field.shape is not None}
-                  for content, name in zip((before, after), names))  # fmt: skip
-    with h5py.File(io.BytesIO(before), "r") as old, h5py.File(io.BytesIO(after), "r") as new:
-        for path in dict.fromkeys((*one, *other)):
-            unit = (other.get(path) or one[path]).unit
-            change = _change(*(_value(file[path]) if path in known else None
-                               for file, known in ((old, one), (new, other))))  # fmt: skip
-            if change is not None:
-                yield {"stage": stage, "path": path.replace("/", "."), "unit": "" if unit in ("1", "-") else unit,
-                       **dict(zip(("before", "after", "relative"), change))}  # fmt: skip
+    with h5py.File(io.BytesIO(content), "r") as file:
+        found = {field.path: (_value(file[field.path]), "" if field.unit in ("1", "-") else field.unit)
+                 for field in artefact.tree(content, name, older) if field.shape is not None}  # fmt: skip
+    columns: dict[str, list[str]] = {}
+    for path in found if older else ():
+        if _ROW.search(path):
+            columns.setdefault(_ROW.sub("/", path), []).append(path)
+    for column, rows in columns.items():
+        cells = [np.asarray(np.nan) if found[row][0] is None else found[row][0] for row in rows]
+        if len({cell.shape for cell in cells}) == 1:
+            found[column] = np.stack(cells), found[rows[0]][1]
+            for row in rows:
+                del found[row]
+    return found
 
 
 def _value(item: Any) -> Any:

@@ -164,17 +164,6 @@ def read(study: Study) -> Claims:
     path = study.store.place(CLAIMS)
     if not path.exists():
         raise StudyError(f"{shown(path)} is not there yet; make it with: bipedstudy run comparison")
-    found, captions = read_file(path), study.store.place(CAPTIONS)
-    figures = yaml_text.read(captions, shown(captions)).plain() if captions.exists() else {}
-    for figure in figures.get("figures", ()) if isinstance(figures, dict) else ():
-        for claim in found.claims:
-            if claim.id in figure.get("claims", ()):
-                claim.figures.append(figure["name"])
-    return found
-
-
-def read_file(path: Path) -> Claims:
-    """The claims in a file that is there. Raises `StudyError`."""
     plain = yaml_text.read(path, shown(path)).plain()
     try:
         found = Claims([Claim(**claim) for claim in plain["claims"]], plain["headlines"], plain["tables"],
@@ -185,4 +174,10 @@ def read_file(path: Path) -> Claims:
     for claim in found.claims:
         if claim.verdict not in VERDICTS:
             raise StudyError(f"{shown(path)}: claim {claim.id}: the verdict must be one of {', '.join(VERDICTS)}")
+    captions = study.store.place(CAPTIONS)
+    figures = yaml_text.read(captions, shown(captions)).plain() if captions.exists() else {}
+    for figure in figures.get("figures", ()) if isinstance(figures, dict) else ():
+        for claim in found.claims:
+            if claim.id in figure.get("claims", ()):
+                claim.figures.append(figure["name"])
     return found

@@ -6,11 +6,25 @@ import csv
 import io
 import json
 import shutil
+from dataclasses import dataclass, field
 
+import h5py
 import numpy as np
 import pytest
 
-from pipeline.changes.command import _change, share
+from pipeline.cache import artefact, hdf5
+from pipeline.changes.command import _change, changes, share
+
+
+@dataclass(frozen=True)
+class Row:
+    width: float = field(metadata={"unit": "m"})
+    name: str = field(metadata={"unit": "-"})
+
+
+@dataclass(frozen=True)
+class Whole:
+    table: tuple[Row, ...]
 
 
 @pytest.fixture
@@ -77,6 +91,69 @@ def test_results_of_some_stages_are_compared_without_a_row_for_all_that_is_missi
     told = json.loads(before.command("compare", "before", "--json")[1])
     assert (told["claims"], told["figures"]) == ([], []) and told["numbers"]
     assert "before has no result of: picture" in told["unread"][0]
+
+
+def in_first_form(content: bytes, *gone: str, **units: str) -> bytes:
+    """An artefact as 0.1.0 wrote it: other words, a group for each row, no looser result; without the fields `gone`."""
+
+    def copy(group, into):
+        for name in (name for name in hdf5.members_of(group) if name not in ("looser", "row")):
+            item = group[name]
+            if name in gone:
+                continue
+            if "rows" in item.attrs:
+                rows = into.create_group(name, track_order=True)
+                for row in range(item.attrs["rows"]):
+                    cells = rows.create_group(str(row), track_order=True)
+                    for column in (each for each in hdf5.members_of(item) if each != "row"):
+                        cells.create_dataset(column, data=hdf5.read(item[column])[row]).attrs["unit"] = "m"
+                continue
+            if isinstance(item, h5py.Group):
+                made = into.create_group(name, track_order=True)
+                copy(item, made)
+                made.attrs.update(item.attrs if name == "provenance" else {})
+            else:
+                words = h5py.check_string_dtype(item.dtype)
+                made = into.create_dataset(name, data=item.asstr()[()].encode() if words else item[()])
+            if unit := units.get(name, item.attrs.get("units", "")):
+                made.attrs["unit"] = unit
+
+    with h5py.File(io.BytesIO(content), "r") as file, artefact.in_memory() as old:
+        old.attrs["format"] = "bipedstudy artefact 1"
+        copy(file, old)
+        return artefact.image(old)
+
+
+def test_results_of_the_first_version_are_compared_and_kept(before):
+    """Every number that both have, with its unit; what one alone has, or has in another unit, is named."""
+    folder = before.root / "before"
+    for name, gone, units in (("fall", ("height",), {}), ("bounce", (), {"force": "kgf"}), ("side", (), {})):
+        path = folder / f"{name}.h5"
+        path.write_bytes(in_first_form(path.read_bytes(), *gone, **units))
+    (folder / "ladder.h5").write_bytes(b"of a stage that went")
+    (folder / "claims.yaml").write_text("- {id: force, stated: one newton, found: 3 N, holds: true, why: it is}\n")
+    kept = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    before.command("run", "fall", "--set", "ground.gravity=9.7")
+    code, out, errors = before.command("compare", "before", "--json")
+    told = json.loads(out)
+    assert (code, errors) == (3, "") and {path: path.read_bytes() for path in kept} == kept
+    rows = {(row["stage"], row["path"]): row for row in told["numbers"]}
+    assert rows["side", "number"]["relative"] == 0.0 and rows["fall", "sample.distance"]["unit"] == "m"
+    assert rows["fall", "sample.distance"]["relative"] > 0.0 and ("bounce", "force") not in rows
+    assert "no such stage: ladder" in told["unread"][-1]
+    assert "in results/fall.h5 alone or in another unit: height" in told["unread"][0]
+    assert sum("alone or in another unit: force" in sentence for sentence in told["unread"]) == 1
+    (claim,) = told["claims"]
+    assert (claim["before"], claim["measured_before"], claim["after"]) == ("holds", "3 N", "does not hold")
+    _, out, _ = before.command("compare", "before")
+    assert "Numbers that both have:" in out and "anew" not in out
+
+
+def test_rows_of_the_first_form_are_columns():
+    new = artefact.encode(Whole((Row(1.0, "a"), Row(2.5, "b"))), {})
+    old = in_first_form(artefact.encode(Whole((Row(1.0, "a"), Row(2.0, "b"))), {}))
+    rows = {row["path"]: row for row in changes("stage", old, new, ("old", "new"), older=True)}
+    assert rows["table.width"]["relative"] == pytest.approx(0.2) and rows["table.width"]["unit"] == "m"
 
 
 @pytest.mark.parametrize(
