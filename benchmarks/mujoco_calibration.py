@@ -15,6 +15,7 @@ import argparse
 import os
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.intervals.model_error import judged
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings import Recorded, drawn_design, first_steps, guessed_mid_stance, looked_for
+from stages.calibration.recordings import Recorded, drawn_design, first_steps, looked_for, mid_stance_of
 from stages.calibration.result import HALF_WIDTH, Failed, FittedRun, Result
 from stages.calibration.run import fitted_run
 from stages.campaign.virtual_sensor import low_pass
@@ -144,7 +145,7 @@ class Fits:
         mass = there.biped.total_mass * (1 + SCALE * rng.normal())
         known = (Known(TOTAL_MASS, mass, SCALE * mass, "weighed"),)
         run = measured(walked, robots.ground.step, self.parameters,
-                       guessed_mid_stance(self.design, self.model.layout), rng)
+                       partial(mid_stance_of, self.design, self.model.layout), rng)
         begun = time.process_time()
         fit = fitted_run(self.design, Recorded("lab", first_steps(run, self.parameters.settings.fitted_steps), known),
                          self.model)  # fmt: skip

@@ -39,7 +39,7 @@ from stages.calibration.estimation.run_fit import fit_run
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import Discrepancy, structure
 from stages.calibration.parameters import Parameters as CalibrationParameters
-from stages.calibration.recordings import drawn_design, guess, guessed_mid_stance, run_of, table_value
+from stages.calibration.recordings import drawn_design, guess, run_of, table_value
 from stages.calibration.result import HALF_WIDTH
 from stages.campaign.parameters import Parameters as CampaignParameters
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, generator, walk_twin
@@ -109,7 +109,7 @@ def fitted(
     mass = "hip_mass" if kind == PLAIN else "frame_mass"
     names = tuple(f"biped.{name}" for name in (mass, *COMMON))
     model = first_model(design, (*names, "biped.other_leg_length"), calibration)
-    run = run_of(trial, guessed_mid_stance(design, model.layout), calibration.settings, calibration.limits.lever_arm)
+    run = run_of(trial, design, model.layout, calibration.settings, calibration.limits.lever_arm)
     if isinstance(run, str):
         return {"why": run}
     machine = project(build(campaign.biped, campaign.twin, walked.variation.build))

@@ -23,7 +23,7 @@ from stages.calibration.information.identifiability import SLOPE, first_model, f
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, layout_of, usable
 from stages.calibration.observation.prediction import predict
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings import guessed_mid_stance
+from stages.calibration.recordings import mid_stance_of
 from stages.calibration.result import HALF_WIDTH
 from stages.imu.trial.sensor import filter_delay
 
@@ -102,7 +102,7 @@ def _run(
     walked = predict(there, (), unknowns, layout, Sampling(end, end, late, sensor.bandwidth_hz, first_leg), FINER)
     later = walked.strikes[walked.strikes[:, 0] < end, 0]
     seen = np.concatenate([[0.0], later + late_by * rng.normal(size=len(later))])
-    begun = guessed_mid_stance(drawing, layout)(seen, first_leg) + settings.settling_s
+    begun = mid_stance_of(drawing, layout, seen, first_leg) + settings.settling_s
     times = np.arange(begun, float(end[0]), 1.0 / sensor.rate_hz)
     sampling = Sampling(times, times + shift, late, sensor.bandwidth_hz, first_leg)
     found = predict(there, (), unknowns, layout, sampling, FINER)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -44,8 +44,6 @@ FROM = 1
 #: Where the low pass of a sensor cuts off that does not say it, in its rates, before a fit looks for it.
 USUAL_BANDWIDTH = 0.4
 FEWEST_STRIKES = 4
-#: When mid-stance is [s] after the first of heel strikes (s,) [s] that a leg begins with.
-MidStanceOf = Callable[[Vector, int], float]
 
 
 def as_mounted(parameters: Given) -> Given:
@@ -142,20 +140,19 @@ def read_runs(
     source: Path, design: DesignPoint, model: Model, parameters: Parameters, progress: Progress = ignore
 ) -> Iterator[MeasuredRun | str]:
     """Runs of a database, one at a time, or why one cannot be used. Raises SourceRefused."""
-    mid_stance_of = guessed_mid_stance(design, model.layout)
     with SqliteSource(source) as opened:
         for trial in trials(opened.runs(), parameters.ingest.read, progress):
-            yield run_of(trial, mid_stance_of, parameters.settings, parameters.ingest.read.limits.lever_arm)
+            yield run_of(trial, design, model.layout, parameters.settings, parameters.ingest.read.limits.lever_arm)
 
 
-def guessed_mid_stance(design: DesignPoint, layout: Layout) -> MidStanceOf:
-    """Mid-stance as `first_guess` has it."""
-    place = layout.place("mid_stance")
-    return lambda strikes, first_leg: float(first_guess(design, strikes, first_leg, layout)[place])
+def mid_stance_of(design: DesignPoint, layout: Layout, strikes: Vector, first_leg: int) -> float:
+    """When mid-stance is [s] after the first of heel strikes (s,) [s] that a leg begins with, as `first_guess` has it.
+    """
+    return float(first_guess(design, strikes, first_leg, layout)[layout.place("mid_stance")])
 
 
 def run_of(
-    trial: Trial, mid_stance_of: MidStanceOf, settings: Settings, below_hip: float | None = None
+    trial: Trial, design: DesignPoint, layout: Layout, settings: Settings, below_hip: float | None = None
 ) -> MeasuredRun | str:
     """A run of the ingest from its first mid-stance on; or why it cannot be used.
 
@@ -172,7 +169,7 @@ def run_of(
         return f"{name}: has {len(trial.strikes.time)} heel strikes, {FEWEST_STRIKES + FROM} are needed"
     begin, end = float(strikes[0]), float(strikes[-1])
     first_leg = int(trial.strikes.leg[FROM])
-    first = mid_stance_of(strikes - begin, first_leg) + settings.settling_s
+    first = mid_stance_of(design, layout, strikes - begin, first_leg) + settings.settling_s
     times, samples, used = {}, {}, {}
     for side in SIDES:
         sensor = trial.sensors[side]

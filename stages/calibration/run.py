@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -69,7 +69,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     model = first_model(design, looked_for(design), parameters)
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     found: list[FittedRun | HeldOut | Failed] = []
-    missed: list[FittedRun] = []
+    missed: tuple[FittedRun, ...] = ()
     robots = [(kind, recorded(source, kind, design, model, parameters, weights)) for kind, source, weights in sources(
         inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database)]
     for number, (kind, runs) in enumerate(robots):
@@ -82,14 +82,13 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
                   for one in islice(runs, settings.held_out_runs if fits else 0)]  # fmt: skip
         if number == 0:  # the runs of the other robots are of the same machines
             more = [one for one in islice(runs, settings.discrepancy_runs) if one.run.name in truths]
-            others = dict(each_in_a_process(partial(fitted_run, drawn, model=model), more))
-            missed = [_judged(fit, truths, model.shared) for _, fit in sorted(others.items())
-                      if isinstance(fit, FittedRun) and fit.converged]
+            others = sorted(each_in_a_process(partial(fitted_run, drawn, model=model), more))
+            missed = _judged([fit for _, fit in others], truths, model.shared)
     return Result(
         settings.planned_runs, told, not_seen, model.shared, tuple(design.unit(name) for name in model.shared),
         np.array([design.value(name) for name in model.shared]), model.own, model.layout.names,
-        tuple(_judged(one, truths, model.shared) for one in found if isinstance(one, FittedRun)),
-        tuple(one for one in found if isinstance(one, HeldOut)), _misses_of(missed, design, model),
+        _judged(found, truths, model.shared), tuple(one for one in found if isinstance(one, HeldOut)),
+        _misses_of(missed, design, model),
         tuple(one for one in found if isinstance(one, Failed)))
 
 
@@ -132,28 +131,30 @@ def held_out(
     shared, own = (np.mean(rows, axis=0) for rows in ([fit.design for fit in fits], [fit.own for fit in fits]))
     robot = model.robot(design, shared, own).with_value(SLOPE, design.value(SLOPE))
     try:
-        tell = explained(robot, one.run, model, begun)
+        return explained(robot, one.run, model, begun, one.kind)
     except StepFailed as reason:
         return Failed(one.run.name, one.kind, str(reason))
-    hip, foot = (trace(one.run, tell.ahead or tell.own.equations, model, side) for side in SIDES)
-    return HeldOut(one.run.name, one.kind, begun, tell.sigmas, *tell.fit, *tell.foretold, model.noise[0],
-                   model.noise[2], tell.own.own, tell.own.unknowns, hip, foot, one.run.strikes)
 
 
-def _misses_of(fits: Sequence[FittedRun], design: DesignPoint, model: Model) -> Misses:
-    """By how much fits miss the truth that stands beside them, in shares of a design's values."""
+def _misses_of(found: Sequence[FittedRun], design: DesignPoint, model: Model) -> Misses:
+    """By how much fits that rest miss the truth that stands beside them, in shares of a design's values."""
+    fits = [fit for fit in found if fit.converged]
     drawn = np.array([design.value(name) for name in model.shared])
     shares = [(fit.design - fit.truth) / drawn for fit in fits]
     pulls = [model.layout.pull(fit.unknowns) for fit in fits]
     return Misses(tuple(fit.name for fit in fits), np.array(shares).reshape(-1, len(drawn)), np.array(pulls))
 
 
-def _judged(fit: FittedRun, truths: Mapping[str, RunTruth], names: Sequence[str]) -> FittedRun:
-    """The fit with the robot's true numbers beside it, where they are known: that of both legs on average, the length
-    of the first."""
-    if fit.name not in truths:
-        return fit
-    robot = truths[fit.name].robot
-    own = {"biped.leg_length": robot.leg(0).leg_length, "biped.hip_mass": robot.hip_mass}
-    values = [own[name] if name in own else table_value(robot, name) for name in names]
-    return dataclasses.replace(fit, truth=np.array(values))
+def _judged(
+    found: Iterable[object], truths: Mapping[str, RunTruth], names: Sequence[str]
+) -> tuple[FittedRun, ...]:
+    """The fits among what was `found`, with the robots' true numbers beside them, where they are known: those of both
+    legs on average, the length of the first."""
+    fits = [fit for fit in found if isinstance(fit, FittedRun)]
+    for place, fit in enumerate(fits):
+        if fit.name in truths:
+            robot = truths[fit.name].robot
+            own = {"biped.leg_length": robot.leg(0).leg_length, "biped.hip_mass": robot.hip_mass}
+            values = [own[name] if name in own else table_value(robot, name) for name in names]
+            fits[place] = dataclasses.replace(fit, truth=np.array(values))
+    return tuple(fits)

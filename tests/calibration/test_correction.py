@@ -102,8 +102,8 @@ def test_a_run_of_the_model_is_explained_to_its_noise_and_foretold(given, drawn)
     _, run, model, _ = given
     tell = explained(drawn.design, run, model, 0.15)
     force, rate = model.noise[0], model.noise[2]
-    assert tell.fit[0] < 1.2 * force and tell.fit[1] < 1.2 * rate and tell.sigmas < 1.2
-    assert force < tell.foretold[0] < 1.0 and rate < tell.foretold[1] < 0.5
+    assert tell.fit_force < 1.2 * force and tell.fit_rate < 1.2 * rate and tell.sigmas < 1.2
+    assert force < tell.foretold_force < 1.0 and rate < tell.foretold_rate < 0.5
 
 
 def test_errors_count_what_counts_after_a_time(given):

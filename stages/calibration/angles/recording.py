@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stages.analytic.model.walker import Vector
-from stages.biped.question import WrongOption
+from stages.biped.question import WrongOption, refuse
 from stages.imu.sources.opening import SourceRefused, library
 
 if TYPE_CHECKING:
@@ -99,13 +99,11 @@ def read_steps(
         rows = slice(first + left_out, last - left_out)
         if last - first - 2 * left_out < FEWEST:
             continue
-        leg = 0 if stands[first] else 1
-        turn = 1.0 if leg == 0 else -1.0
+        leg, turn = (0, 1.0) if stands[first] else (1, -1.0)
         (stance, first_odd), (between, odd) = (bridged(table[what][rows]) for what in ("stance", "between"))
         steps.append(DrivenStep(number, leg, interval, -stance, -turn * between, -turn * table["signal"][rows],
                                 first_odd + odd))
-    if not steps:
-        raise WrongOption(f"{path}: no step is longer than the {2 * left_out} samples that are left out")
+    refuse((not steps, f"{path}: no step is longer than the {2 * left_out} samples that are left out"))
     return tuple(steps)
 
 
@@ -145,13 +143,11 @@ def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
     except (OSError, UnicodeDecodeError) as error:
         raise WrongOption(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     table = dict(zip(columns, np.array(rows).reshape(-1, len(columns)).T, strict=True))
-    if len(rows) < 8 or not np.isfinite(rows).all():
-        raise WrongOption(f"{path}: needs at least 8 rows of finite numbers")
-    for what, largest in LARGEST.items():
-        if (usual := float(np.quantile(np.abs(table[what]), 0.9))) > largest:
-            raise WrongOption(f"{path}: column {columns[what]} reaches {usual:.3g}: angles are in rad, and this one "
-                              f"stays below {largest:.3g} rad in a walk; it looks like degrees, so multiply it by "
-                              "pi / 180")
+    refuse((len(rows) < 8 or not np.isfinite(rows).all(), f"{path}: needs at least 8 rows of finite numbers"))
+    usual = {what: float(np.quantile(np.abs(table[what]), 0.9)) for what in LARGEST}
+    refuse(*((usual[what] > largest, f"{path}: column {columns[what]} reaches {usual[what]:.3g}: angles are in rad, "
+              f"and this one stays below {largest:.3g} rad in a walk; it looks like degrees, so multiply it by "
+              "pi / 180") for what, largest in LARGEST.items()))  # fmt: skip
     return table
 
 
@@ -159,9 +155,8 @@ def _numbers(file: Any, path: Path, columns: Mapping[str, str]) -> Iterator[list
     """The rows of a CSV file, in the order of `columns`. Raises WrongOption with line and column."""
     rows = csv.reader(file)
     head = next(rows, [])
-    for what, name in columns.items():
-        if name not in head:
-            raise WrongOption(f"{path}:1: no column {name} for {what}; there are {', '.join(head)}")
+    refuse(*((name not in head, f"{path}:1: no column {name} for {what}; there are {', '.join(head)}")
+             for what, name in columns.items()))  # fmt: skip
     places = [head.index(name) for name in columns.values()]
     for line, row in enumerate(rows, 2):
         found = []
@@ -181,23 +176,20 @@ def captured(path: Path, markers: Mapping[str, str]) -> dict[str, Vector]:
     is slower along the ground stands. Without a channel of the signal there is none. Raises WrongOption.
     """
     named = {**MARKERS, **markers}
-    for axis in ("forward", "up"):
-        if named[axis] not in AXES:
-            raise WrongOption(f"{path}: {axis} is {named[axis]}, must be one of {', '.join(AXES)}")
+    refuse(*((named[axis] not in AXES, f"{path}: {axis} is {named[axis]}, must be one of {', '.join(AXES)}")
+             for axis in ("forward", "up")))  # fmt: skip
     rate, labels, points, channels, analog = _read(path)
-    places = {}
-    for marker in ("hip", "leg_0", "leg_1"):
-        if named[marker] not in labels:
-            raise WrongOption(f"{path}: no marker {named[marker]} for {marker}; there are {', '.join(labels)}")
-        places[marker] = _seen(points[:, labels.index(named[marker])], path, named[marker])
+    labelled = {marker: named[marker] for marker in ("hip", "leg_0", "leg_1")}
+    refuse(*((label not in labels, f"{path}: no marker {label} for {marker}; there are {', '.join(labels)}")
+             for marker, label in labelled.items()))  # fmt: skip
+    places = {marker: _seen(points[:, labels.index(label)], path, label) for marker, label in labelled.items()}
     forward, up = ({name: _along(place, named[axis]) for name, place in places.items()} for axis in ("forward", "up"))
     angles = [np.arctan2(forward[leg] - forward["hip"], up["hip"] - up[leg]) for leg in ("leg_0", "leg_1")]
     speeds = [np.abs(np.gradient(forward[leg])) for leg in ("leg_0", "leg_1")]
     stands = speeds[0] < speeds[1]
     count = len(angles[0])
     signal = analog[:, channels.index(named["signal"])] if named["signal"] in channels else np.zeros(count)
-    if count < 8:
-        raise WrongOption(f"{path}: has {count} frames, at least 8 are needed")
+    refuse((count < 8, f"{path}: has {count} frames, at least 8 are needed"))
     return {"time": np.arange(count) / rate, "stance": np.where(stands, angles[0], angles[1]),
             "between": angles[1] - angles[0], "signal": signal, "stands": stands.astype(float)}  # fmt: skip
 
@@ -220,8 +212,7 @@ def _read(path: Path) -> tuple[float, list[str], np.ndarray, list[str], np.ndarr
         raise WrongOption(f"{path}: cannot be read: {error.strerror}") from None
     except Exception as error:  # a library's own: it raises assertions, struct errors and warnings of many kinds
         raise WrongOption(f"{path}: is no C3D file that can be read: {str(error) or type(error).__name__}") from None
-    if not frames or not rate > 0:
-        raise WrongOption(f"{path}: has no frames")
+    refuse((not frames or not rate > 0, f"{path}: has no frames"))
     return rate, labels, np.array([one for one, _ in frames]), channels, np.array([one for _, one in frames])
 
 
@@ -229,8 +220,8 @@ def _seen(track: np.ndarray, path: Path, label: str) -> np.ndarray:
     """Places (n, 3) of a marker, with short gaps bridged. Raises WrongOption where it is hidden for longer."""
     hidden = (track[:, 3] < 0) | ~np.isfinite(track).all(axis=1)
     longest = max((len(run) for run in "".join("x" if one else " " for one in hidden).split()), default=0)
-    if longest > MOST_HIDDEN:
-        raise WrongOption(f"{path}: marker {label} is hidden for {longest} frames in a row, at most {MOST_HIDDEN}")
+    refuse((longest > MOST_HIDDEN,
+            f"{path}: marker {label} is hidden for {longest} frames in a row, at most {MOST_HIDDEN}"))
     rows = np.arange(len(track))
     return np.column_stack([np.interp(rows, rows[~hidden], track[~hidden, axis]) for axis in range(3)])
 

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.analytic.model.walker import Vector
 from stages.analytic.walk.driven_stance import driven_stance
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
-from stages.biped.question import WrongOption
+from stages.biped.question import refuse
 from stages.calibration.angles.recording import COLUMNS, MARKERS, DrivenStep
 from stages.calibration.estimation.least_squares import Known, NotIdentified
-from stages.calibration.estimation.request import Place, known_value, number, only
+from stages.calibration.estimation.request import Place, full_name, known_value, number, only, value_of
 from stages.ground.slope import Slope
 
 #: Beside the design's: motor torque per signal, torque at no signal (in the recording's sign), by how much the torque
@@ -183,27 +183,31 @@ def setup_of(about: Mapping[str, Any] | None, biped: Biped, slope: Slope) -> Ang
     only(about, KEYS, place, wrong="there is no such entry for angles; known are")
     given = _design(about.get("design") or {}, biped, place)
     biped = dataclasses.replace(biped, **given)
-    for broken in faults(biped):
-        raise WrongOption(f"{place('design', broken.key)}: {getattr(biped, broken.key)}, must be {broken.allowed}")
+    refuse(*((True, f"{place('design', one.key)}: {getattr(biped, one.key)}, must be {one.allowed}")
+             for one in faults(biped)))  # fmt: skip
     said = only(about.get("robot") or {}, OF_ROBOT, place, "robot", wrong="no such number; known are")
     numbers = dict.fromkeys(OF_ROBOT, 0.0)
-    numbers |= {name: _value(entry, OF_ROBOT[name], place, "robot", name) for name, entry in said.items()}
+    numbers |= {name: value_of(entry, OF_ROBOT[name], place, "robot", name) for name, entry in said.items()}
     robot = Robot(DesignPoint(biped, dataclasses.replace(slope, slope_deg=0.0)), numbers)
-    free = tuple(_full(name, robot, place, "free", row) for row, name in enumerate(about.get("free") or USUAL))
-    names = {name: _full(name, robot, place, "known", name) for name in about.get("known") or {}}
-    known = [known_value(full, about["known"][name], robot.unit(full), place, name) for name, full in names.items()]
-    known += [Known(name, numbers[name], FARTHEST_ZERO / 3.0) for name in said
-              if name in ZEROS and name not in names.values()]  # fmt: skip
-    columns, markers, left_out, begun = _recording(about.get("recording") or {}, place)
-    held_out = _held_out(about.get("held_out", EVERY_OTHER_PAIR), place)
-    return AngleSetup(robot, free, tuple(known), columns, markers, left_out, begun, held_out, given)
+    told = about.get("known") or {}
+    free, names = (
+        tuple(full_name(name, (*OF_ROBOT, *parameter_names()), place(key, name if key == "known" else row),
+                        f"{name} is no number of the robot", f"{', '.join(OF_ROBOT)} and the keys of biped.yaml")
+              for row, name in enumerate(asked))
+        for key, asked in (("free", about.get("free") or USUAL), ("known", told)))
+    known = [known_value(full, entry, place, key, OF_ROBOT)
+             for full, (key, entry) in zip(names, told.items(), strict=True)]  # fmt: skip
+    known += [Known(name, numbers[name], FARTHEST_ZERO / 3.0) for name in said if name in ZEROS and name not in names]
+    return AngleSetup(robot, free, tuple(known), *_recording(about.get("recording") or {}, place),
+                      _held_out(about.get("held_out", EVERY_OTHER_PAIR), place), given)
 
 
 def _held_out(given: Any, place: Place) -> str | tuple[int, ...]:
     """Which steps are held out."""
-    if given != EVERY_OTHER_PAIR and not (isinstance(given, list) and all(isinstance(one, int) for one in given)):
-        raise WrongOption(f'{place("held_out")}: {given}, must be "{EVERY_OTHER_PAIR}" or a list of numbers of steps')
-    return given if isinstance(given, str) else tuple(given)
+    is_list = isinstance(given, list) and all(isinstance(one, int) for one in given)
+    refuse((given != EVERY_OTHER_PAIR and not is_list,
+            f'{place("held_out")}: {given}, must be "{EVERY_OTHER_PAIR}" or a list of numbers of steps'))
+    return tuple(given) if is_list else EVERY_OTHER_PAIR
 
 
 def _recording(
@@ -221,31 +225,8 @@ def _recording(
 def _design(entries: Mapping[str, Any], biped: Biped, place: Place) -> dict[str, Any]:
     """The design's keys that the file gives."""
     fields = {field.name: field for field in dataclasses.fields(biped)}
-    given: dict[str, Any] = {}
-    for key, entry in entries.items():
-        only([key], fields, place, "design", wrong="no such key of biped.yaml; it has")
-        if key == "legs" and entry != "rigid":
-            raise WrongOption(f"{place('design', key)}: {entry}, must be rigid: the angles are read of such legs")
-        given[key] = entry if key == "legs" else _value(entry, fields[key].metadata["unit"], place, "design", key)
-    return given
-
-
-def _value(entry: Any, unit: str, place: Place, *keys: str) -> float:
-    """The value of {value, unit, source}."""
-    if not isinstance(entry, Mapping) or not {"value", "unit"} <= set(entry):
-        raise WrongOption(f"{place(*keys)}: expected {{value, unit, source}}")
-    if entry["unit"] != unit:
-        raise WrongOption(f"{place(*keys, 'unit')}: {entry['unit']}, must be {unit}")
-    return number(entry["value"], place(*keys, "value"), -1e6, 1e6)
-
-
-def _full(name: Any, robot: Robot, place: Place, key: str, row: Any) -> str:
-    """The full name of a number of the robot."""
-    for full in (str(name), f"biped.{name}", f"ground.{name}"):
-        try:
-            robot.value(full)
-        except KeyError:
-            continue
-        return full
-    raise WrongOption(f"{place(key, row)}: {name} is no number of the robot; known are {', '.join(OF_ROBOT)} and the "
-                      "keys of biped.yaml")  # fmt: skip
+    only(entries, fields, place, "design", wrong="no such key of biped.yaml; it has")
+    legs = entries.get("legs", "rigid")
+    refuse((legs != "rigid", f"{place('design', 'legs')}: {legs}, must be rigid: the angles are read of such legs"))
+    return {key: entry if key == "legs" else value_of(entry, fields[key].metadata["unit"], place, "design", key)
+            for key, entry in entries.items()}  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,7 @@ from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Equations, Model, RunFit, fit_near, fit_run, run_equations
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
-from stages.calibration.result import Trace
+from stages.calibration.result import HeldOut, Trace
 
 #: The run that a robot with a design, with a run's unknowns, makes when it is sampled like another. Raises StepFailed.
 Simulator = Callable[[DesignPoint, Vector, MeasuredRun], MeasuredRun]
@@ -54,40 +55,26 @@ def trace(run: MeasuredRun, equations: Equations, model: Model, side: str) -> Tr
 FORCE, RATE = slice(0, 2), slice(2, 3)
 
 
-@dataclass(frozen=True)
-class Explained:
-    """Root mean square errors of the specific force [m/s^2] and of the rate [rad/s] of both sensors: `fit` with the
-    run's own start and sensors fitted on all of it, `foretold` with them from its first `begun` seconds and errors over
-    the rest, as the equations `ahead` have it; NaN where the robot does not walk so far. `sigmas`: of the fit, in
-    sensors' noises."""
-
-    fit: tuple[float, float]
-    foretold: tuple[float, float]
-    sigmas: float
-    begun: float
-    own: RunFit
-    ahead: Equations | None
-
-
-def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float) -> Explained:
-    """Errors on a run; `design` is kept, also what other runs had for themselves, but for the ramp.
+def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float, kind: str = "") -> HeldOut:
+    """Errors on a run of that `kind` of robot; `design` is kept, also what other runs had for themselves, but for the
+    ramp. It is foretold with the start and the sensors of its first `begun` seconds.
 
     Raises StepFailed where it does not walk the run at all.
     """
     alone = replace(model, shared=(), own=(SLOPE,))
     begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
     whole = fit_run(design, run, alone, (), begin)
-    first = min(float(run.sampling.of(side)[0]) for side in SIDES)
-    ahead: Equations | None
-    try:
-        start = fit_run(design, run.upto(first + begun), alone, (), begin)
-        ahead = run_equations(design, start.own, start.unknowns, run, alone)
-        foretold = rms_of(ahead.residuals, run, model, first + begun)
-    except StepFailed:
-        ahead, foretold = None, (np.nan, np.nan)
-    return Explained(rms_of(whole.equations.residuals, run, model), foretold,
-                     float(np.sqrt(whole.equations.chi2 / whole.equations.count)), begun, whole,
-                     ahead)
+    shown, foretold = whole.equations, (np.nan, np.nan)
+    since = min(float(run.sampling.of(side)[0]) for side in SIDES) + begun
+    with contextlib.suppress(StepFailed):
+        start = fit_run(design, run.upto(since), alone, (), begin)
+        shown = run_equations(design, start.own, start.unknowns, run, alone)
+        foretold = rms_of(shown.residuals, run, model, since)
+    hip, foot = (trace(run, shown, model, side) for side in SIDES)
+    return HeldOut(
+        run.name, kind, begun, float(np.sqrt(whole.equations.chi2 / whole.equations.count)),
+        *rms_of(whole.equations.residuals, run, model), *foretold, model.noise[0], model.noise[2], whole.own,
+        whole.unknowns, hip, foot, run.strikes)
 
 
 def rms_of(

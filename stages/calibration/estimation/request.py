@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound
-from stages.biped.question import WrongOption
+from stages.biped.question import refuse
 from stages.calibration.estimation.least_squares import SUMS, TOTAL_MASS, Known
 from stages.calibration.information.identifiability import short
 from stages.ground.slope import Slope
@@ -48,17 +49,15 @@ class Request:
     def check(self, names: tuple[str, ...], design: DesignPoint) -> None:
         """Raise WrongOption where nothing, or what the `design` does not have, is looked for (`names` is what is), and
         for a known value that no fit which begins with the design gets to."""
-        for name in self.free:
-            if name not in (*names, *self.fixed):
-                raise WrongOption(f"free: {short(name)} is not looked for, as the design has none: give it a value in "
-                                  f"{name.partition('.')[0]}.yaml")  # fmt: skip
-        if not names:
-            raise WrongOption("free, fixed: nothing is left that is looked for")
-        for one in self.known:
-            drawn = one.of(design)
-            if drawn and not 1.0 / FAR <= one.value / drawn <= FAR:
-                raise WrongOption(f"known.{short(one.name)}: {one.value:g}, where the design that the fit begins with "
-                                  f"has {drawn:g}: allowed is up to {FAR:g} times as much or as little; correct either")
+        absent = [name for name in self.free if name not in (*names, *self.fixed)]
+        drawn = {one: one.of(design) for one in self.known}
+        refuse(
+            *((True, f"free: {short(name)} is not looked for, as the design has none: give it a value in "
+                     f"{name.partition('.')[0]}.yaml") for name in absent),
+            (not names, "free, fixed: nothing is left that is looked for"),
+            *((value != 0.0 and not 1.0 / FAR <= one.value / value <= FAR,
+               f"known.{short(one.name)}: {one.value:g}, where the design that the fit begins with has {value:g}: "
+               f"allowed is up to {FAR:g} times as much or as little; correct either") for one, value in drawn.items()))
 
     def looked_for(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Those of `names` that are looked for."""
@@ -71,16 +70,17 @@ def request_of(about: Mapping[str, Any] | None) -> Request:
         return Request()
     place: Place = about.place  # type: ignore[attr-defined]
     only(about, KEYS, place)
-    entries = about.get("known") or {}
-    if not isinstance(entries, dict):
-        raise WrongOption(f"{place('known')}: expected names with {{{', '.join(ENTRY)}}}")
-    known = tuple(_known(name, entry, place) for name, entry in entries.items())
-    free, fixed = (_names(about.get(key), key, place) for key in ("free", "fixed"))
-    held_out, fitted = (_runs(about.get(key) or [], key, place) for key in ("held_out", "fitted"))
-    design = about.get("design") or BIPED
-    if design not in (BIPED, PARTS):
-        raise WrongOption(f"{place('design')}: {design}, must be {BIPED} (biped.yaml as it is) or {PARTS} (the bill of "
-                          "parts in twin.yaml, with its frames)")
+    entries, design = about.get("known") or {}, about.get("design") or BIPED
+    refuse((not isinstance(entries, dict), f"{place('known')}: expected names with {{{', '.join(ENTRY)}}}"),
+           (design not in (BIPED, PARTS), f"{place('design')}: {design}, must be {BIPED} (biped.yaml as it is) or "
+                                          f"{PARTS} (the bill of parts in twin.yaml, with its frames)"))  # fmt: skip
+    known = tuple(
+        known_value(full_name(key, (*SUMS, *parameter_names()), place("known", key), "no such quantity"), entry, place,
+                    key) for key, entry in entries.items())
+    free, fixed = (
+        tuple(full_name(name, parameter_names(), place(key, row), f"{name} is no parameter of the design")
+              for row, name in enumerate(_listed(about, key, "parameters", place))) for key in ("free", "fixed"))
+    held_out, fitted = (tuple(map(str, _listed(about, key, "names of runs", place))) for key in ("held_out", "fitted"))
     return Request(known, free, fixed, held_out, fitted, str(design))
 
 
@@ -88,64 +88,57 @@ def only(
     given: Given, allowed: Collection[str], place: Place, *keys: str, wrong: str = "there is no such entry; known are"
 ) -> Given:
     """What is `given` at some keys. Raises WrongOption where it has entries that are not `allowed`."""
-    for key in given:
-        if key not in allowed:
-            raise WrongOption(f"{place(*keys, key)}: {wrong} {', '.join(allowed)}")
+    refuse(*((key not in allowed, f"{place(*keys, key)}: {wrong} {', '.join(allowed)}") for key in given))
     return given
 
 
-def _runs(given: Any, key: str, place: Place) -> tuple[str, ...]:
-    if not isinstance(given, list) or not all(isinstance(one, (str, int)) for one in given):
-        raise WrongOption(f"{place(key)}: expected a list of names of runs")
-    return tuple(map(str, given))
+def _listed(about: Mapping[str, Any], key: str, what: str, place: Place) -> Sequence[Any]:
+    given = about.get(key) or []
+    is_list = isinstance(given, list) and all(isinstance(one, (str, int)) for one in given)
+    refuse((not is_list, f"{place(key)}: expected a list of {what}"))
+    return list(given)
 
 
-def _full_name(name: str) -> str | None:
-    """The parameter's name with its file; None if there is no such parameter."""
-    return next((one for one in parameter_names() if name in (one, one.partition(".")[2])), None)
+def full_name(name: Any, among: Iterable[str], where: str, wrong: str, known: str = "") -> str:
+    """The one of the names `among` which this is, with or without its file.
+
+    Raises WrongOption where it is none: what is `wrong`, and the names, or in words what is `known`.
+    """
+    every = tuple(among)
+    found = next((one for one in every if name in (one, short(one))), "")
+    refuse((not found, f"{where}: {wrong}; known are {known or ', '.join(every)}"))
+    return found
 
 
-def _names(given: Any, key: str, place: Place) -> tuple[str, ...]:
-    if given is not None and not isinstance(given, list):
-        raise WrongOption(f"{place(key)}: expected a list of parameters")
-    found = []
-    for row, name in enumerate(given or []):
-        whole = _full_name(str(name))
-        if whole is None:
-            raise WrongOption(f"{place(key, row)}: {name} is no parameter of the design; known are "
-                              f"{', '.join(parameter_names())}")  # fmt: skip
-        found.append(whole)
-    return tuple(found)
+def known_value(
+    name: str, entry: Any, place: Place, key: str, units: Mapping[str, str] = MappingProxyType({})
+) -> Known:
+    """A known value from {value, uncertainty, unit, source}, which the file calls `key`; `units` beside the design's.
 
-
-def _known(name: str, entry: Any, place: Place) -> Known:
-    """One known value of the design. Raises WrongOption."""
-    whole = name if name in SUMS else _full_name(name)
-    if whole is None:
-        raise WrongOption(f"{place('known', name)}: no such quantity; known are "
-                          f"{', '.join([*SUMS, *parameter_names()])}")  # fmt: skip
-    return known_value(whole, entry, str(DECLARED[whole]["unit"]), place, name)
-
-
-def known_value(name: str, entry: Any, unit: str, place: Place, key: str) -> Known:
-    """A known value from {value, uncertainty, unit, source}, which the file calls `key`. Raises WrongOption."""
-    if not isinstance(entry, dict) or set(entry) - set(ENTRY) or not {"value", "uncertainty", "unit"} <= set(entry):
-        raise WrongOption(f"{place('known', key)}: expected {{{', '.join(ENTRY)}}} (source may be left out)")
-    if entry["unit"] != unit:
-        raise WrongOption(f"{place('known', key, 'unit')}: {entry['unit']}, must be {unit}")
-    value = number(entry["value"], place("known", key, "value"), -1e9, 1e9)
+    Raises WrongOption.
+    """
+    is_entry = isinstance(entry, dict) and {*ENTRY[:3]} <= set(entry) <= set(ENTRY)
+    refuse((not is_entry, f"{place('known', key)}: expected {{{', '.join(ENTRY)}}} (source may be left out)"))
+    declared = DECLARED.get(name, {"unit": units.get(name), "bound": Bound()})
+    value = value_of(entry, str(declared["unit"]), place, "known", key, most=1e9)
     sd = number(entry["uncertainty"], place("known", key, "uncertainty"), 0.0, 1e9)
-    if sd == 0.0:
-        raise WrongOption(f"{place('known', key, 'uncertainty')}: 0, must be above 0")
-    bound: Bound | None = DECLARED[name]["bound"] if name in DECLARED else None
-    if bound is not None and not bound.holds(value):
-        raise WrongOption(f"{place('known', key, 'value')}: {value:g}, must be {bound}")
+    refuse((sd == 0.0, f"{place('known', key, 'uncertainty')}: 0, must be above 0"),
+           (not declared["bound"].holds(value), f"{place('known', key, 'value')}: {value:g}, must be "
+                                                f"{declared['bound']}"))  # fmt: skip
     return Known(name, value, sd, str(entry.get("source", "")))
+
+
+def value_of(entry: Any, unit: str, place: Place, *keys: str, most: float = 1e6) -> float:
+    """The value of {value, unit, source} at these keys, `most` in size. Raises WrongOption."""
+    is_entry = isinstance(entry, Mapping) and {"value", "unit"} <= set(entry)
+    refuse((not is_entry, f"{place(*keys)}: expected {{value, unit, source}}"))
+    refuse((entry["unit"] != unit, f"{place(*keys, 'unit')}: {entry['unit']}, must be {unit}"))
+    return number(entry["value"], place(*keys, "value"), -most, most)
 
 
 def number(given: Any, where: str, least: float, most: float) -> float:
     """A number within limits. Raises WrongOption that says where it stands."""
     is_number = isinstance(given, (int, float)) and not isinstance(given, bool) and math.isfinite(given)
-    if not is_number or not least <= given <= most:
-        raise WrongOption(f"{where}: {given}, must be a number from {least:g} to {most:g}")
+    refuse((not is_number or not least <= given <= most,
+            f"{where}: {given}, must be a number from {least:g} to {most:g}"))
     return float(given)

@@ -131,20 +131,14 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
         return []
     least = limit(len(names))
     best = [one for one in found if one.sigmas > least][:NAMED]
-    tried = [] if is_lost(fit) else [_fitted(one, design, fit, model, known, False) for one in best]
-    if not any(one.explains and one.sigmas > least for one in tried):
-        for each in best:  # a fit that its cause has led far off does not find back from there
-            tried.append(_fitted(each, design, fit, model, known, True))
-            if tried[-1].explains and tried[-1].sigmas > least:
-                break  # what explains all that was amiss leaves the others nothing
+    tried = [] if fit.chi2 > GOOD * fit.count else [_fitted(one, design, fit, model, known, False) for one in best]
+    for each in best:  # a fit that its cause has led far off does not find back from there
+        if any(one.explains and one.sigmas > least for one in tried):
+            break  # what explains all that was amiss leaves the others nothing
+        tried.append(_fitted(each, design, fit, model, known, True))
     sure = [one for one in tried if one.sigmas > least]  # of these, those that explain the residuals if any do
     there = sorted([one for one in sure if one.explains] or sure, key=attrgetter("sigmas"), reverse=True)
     return [one for one in there if one.drop > there[0].drop - 2.0 * math.log(WORSE)][:NAMED]
-
-
-def is_lost(fit: CampaignFit) -> bool:
-    """Whether the residuals are so large that the fit may be far from where the runs would lead it."""
-    return fit.chi2 > GOOD * fit.count
 
 
 def _fitted(

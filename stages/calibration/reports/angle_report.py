@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -212,7 +213,7 @@ def answered(result: Calibrated) -> Answer:
         parameters={} if result.refuted else {
             **{f"biped.{key}": value for key, value in setup.given.items()},
             **{name: fit.robot.value(name) for name in setup.free if name.startswith("biped.")}},
-        draw=lambda save: _draw(result, save),
+        draw=partial(_draw, result),
         no=result.refuted,
     )  # fmt: skip
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,7 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
                          for words, one in zip(not_seen, plain.unseen, strict=True)],
             "would_help": [_as_plain(one, gain, names) for one, gain in told_of],
         },
-        draw=lambda save: _draw(with_scale, single, tried, save),
+        draw=partial(_draw, with_scale, single, tried),
     )  # fmt: skip
 
 

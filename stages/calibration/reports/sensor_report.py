@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,9 @@ from stages.analytic.derivatives.numbers import changes_of
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.biped.question import Answer, Asking, WrongOption
+from stages.biped.question import Answer, Asking, WrongOption, refuse
 from stages.calibration.estimation.campaign import CampaignFit, as_plain, fit_campaign, fit_of, fitted_alone
-from stages.calibration.estimation.held_out import Explained, explained, trace
+from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
 from stages.calibration.estimation.run_fit import Model
@@ -35,7 +36,7 @@ from stages.calibration.intervals.model_error import Judged, judged, told_struct
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, read_runs
-from stages.calibration.result import HALF_WIDTH
+from stages.calibration.result import HALF_WIDTH, HeldOut
 from stages.imu.sources.opening import SourceRefused
 
 #: What is known of the sensors is said to be wrong beyond so many of its standard errors.
@@ -64,7 +65,7 @@ class Calibrated:
     sigmas: float = 1.0
     wider: float = 1.0
     refused: Sequence[str] = ()
-    held_out: dict[str, Explained | None] = field(default_factory=dict)
+    held_out: dict[str, HeldOut | None] = field(default_factory=dict)
     causes: Sequence[Cause] = ()
     of_parts: bool = False
 
@@ -121,12 +122,10 @@ def _runs(
 def _split(runs: Sequence[MeasuredRun], request: Request) -> tuple[list[MeasuredRun], list[MeasuredRun]]:
     """Runs that are fitted, and those held out: every other one where the file does not say. Raises WrongOption,
     NotIdentified."""
-    for name in (*request.held_out, *request.fitted):
-        if name not in {run.name for run in runs}:
-            usable = ", ".join(run.name for run in runs)
-            raise WrongOption(f"{name}: no run of that name can be used; there are {usable}")
-    for one in set(request.held_out) & set(request.fitted):
-        raise WrongOption(f"{one}: cannot be both fitted and held out")
+    names, both = [run.name for run in runs], set(request.held_out) & set(request.fitted)
+    refuse(*((name not in names, f"{name}: no run of that name can be used; there are {', '.join(names)}")
+             for name in (*request.held_out, *request.fitted)),
+           *((True, f"{one}: cannot be both fitted and held out") for one in both))  # fmt: skip
     out = [run for run in runs if run.name in request.held_out]
     fitted = [run for run in runs if run not in out and (not request.fitted or run.name in request.fitted)]
     if not out and not request.fitted and len(fitted) > 3:
@@ -136,7 +135,7 @@ def _split(runs: Sequence[MeasuredRun], request: Request) -> tuple[list[Measured
     return fitted, out
 
 
-def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float) -> Explained | None:
+def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float) -> HeldOut | None:
     """How well the robot explains and foretells a run held out; None where it does not walk it."""
     try:
         return explained(design, run, model, begun)
@@ -164,7 +163,7 @@ def answered(result: Calibrated) -> Answer:
             "why": fit.why, "slopes_deg": fit.own[:, 0].tolist(), "walks": fit.evaluations,
             "held_out": {name: _plain(one) for name, one in result.held_out.items()},
         },
-        draw=lambda save: _draw(fit, model, save),
+        draw=partial(_draw, fit, model),
         parameters=_left(result) if fit.converged else {},
         no=not fit.converged,
     )  # fmt: skip
@@ -256,14 +255,15 @@ def _robot_table(result: Calibrated, units: Sequence[str]) -> list[tuple[str, li
 
 
 def _held_out_table(
-    held: dict[str, Explained | None], model: Model
+    held: dict[str, HeldOut | None], model: Model
 ) -> list[tuple[str, list[str], list[list[Any]]]]:
     """Errors on runs that were held out."""
     walked = {name: one for name, one in held.items() if one is not None}
     if not walked:
         return []
     rows: list[list[Any]] = [
-        [name, *(text for force, rate in (one.fit, one.foretold) for text in (f"{force:.3f}", f"{1e3 * rate:.2f}"))]
+        [name, f"{one.fit_force:.3f}", f"{1e3 * one.fit_rate:.2f}", f"{one.foretold_force:.3f}",
+         f"{1e3 * one.foretold_rate:.2f}"]
         for name, one in walked.items()
     ]
     begun = next(iter(walked.values())).begun
@@ -272,12 +272,13 @@ def _held_out_table(
     return [(title, ["run", "fit, m/s^2", "fit, mrad/s", "foretold, m/s^2", "foretold, mrad/s"], rows)]
 
 
-def _plain(one: Explained | None) -> dict[str, Any] | None:
+def _plain(one: HeldOut | None) -> dict[str, Any] | None:
     """Errors as JSON knows them; none where the robot does not walk the run."""
     if one is None:
         return None
     fit, foretold = (
-        dict(zip(("force_m_s2", "rate_rad_s"), map(finite, pair), strict=True)) for pair in (one.fit, one.foretold))
+        {"force_m_s2": finite(force), "rate_rad_s": finite(rate)}
+        for force, rate in ((one.fit_force, one.fit_rate), (one.foretold_force, one.foretold_rate)))
     return {"sigmas": one.sigmas, "fit": fit, "foretold": foretold, "begun_s": one.begun}
 
 
