@@ -28,10 +28,6 @@ from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import minimum_filter1d
 
 HUBER_WIDTH = 1.345  # 95 % efficiency for normal errors (Huber 1981)
-#: A point above the chord of its neighbours is no corner. Without all of those at once, others are; each such pass
-#: leaves half of what noise has put there. After so many a scan, one point at a time, has few left.
-PASSES = 30
-Places = np.ndarray | int
 A_WINDOW = 40  # moments of arrival, of which the least late is late by a fortieth of the mean, if exponential
 SHORT_WINDOW = 20
 FEWEST_MOMENTS = 20  # below this two windows say nothing
@@ -66,33 +62,19 @@ def lower_envelope(index: np.ndarray, stamp: np.ndarray) -> Line:
     x, y = index[order].astype(float), stamp[order]
     first = np.append(True, np.diff(x) > 0)
     x, y = x[first], y[first]
-    corner = np.arange(len(x))
-    for _ in range(PASSES):
-        inside = _above(x, y, corner[:-2], corner[1:-1], corner[2:])
+    corner, inside = np.arange(len(x)), np.zeros(len(x), dtype=bool)
+    # A point on or above the chord of its neighbours is no corner. Without all of those at once, others are; each such
+    # pass leaves half of what noise has put there.
+    while len(corner := corner[~inside]) > 2:
+        p, q, r = corner[:-2], corner[1:-1], corner[2:]
+        inside = np.zeros(len(corner), dtype=bool)
+        inside[1:-1] = (y[q] - y[p]) * (x[r] - x[p]) >= (y[r] - y[p]) * (x[q] - x[p])
         if not inside.any():
             break
-        corner = corner[np.concatenate([[True], ~inside, [True]])]
-    else:
-        corner = _scanned(x, y, corner)
     right = int(np.clip(np.searchsorted(x[corner], index.mean()), 1, len(corner) - 1))
     p, q = corner[right - 1], corner[right]
     period = (y[q] - y[p]) / (x[q] - x[p])
     return Line(float(y[p] - period * x[p]), float(period))
-
-
-def _above(x: np.ndarray, y: np.ndarray, p: Places, q: Places, r: Places) -> np.ndarray:
-    """Whether points q lie on or above the chords from p to r."""
-    return np.asarray((y[q] - y[p]) * (x[r] - x[p]) >= (y[r] - y[p]) * (x[q] - x[p]))
-
-
-def _scanned(x: np.ndarray, y: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Those of the points that are corners of the lower hull, from left to right: Andrew's scan."""
-    hull: list[int] = []
-    for point in points.tolist():
-        while len(hull) > 1 and _above(x, y, hull[-2], hull[-1], point):
-            hull.pop()
-        hull.append(point)
-    return np.array(hull)
 
 
 def least_squares_line(index: np.ndarray, stamp: np.ndarray, weight: np.ndarray | None = None) -> Line:

@@ -11,8 +11,8 @@ from __future__ import annotations
 import sqlite3
 import threading
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Callable, Generator, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -64,6 +64,7 @@ SQLITE_REASONS: Reasons = (
     (("busy",), LOCKED_FILE),
     (("not a database",), BROKEN),
     (("malformed",), BROKEN),
+    (("codec can't decode",), BROKEN),
     (("unable to open",), "cannot be opened read-only (a writer may have left its log behind)"),
 )
 SERVER_REASONS: Reasons = (
@@ -205,17 +206,14 @@ class SqliteSource(TableSource):
 
     def __init__(self, path: Path, timeout_s: float = 2.0) -> None:
         super().__init__(path.name)
-        self._connection = _open(path, timeout_s)
+        with _said(self, SQLITE_REASONS):
+            self._connection = _open(path, timeout_s)
         self.open_tables()
 
     def query(self, sql: str, **values: Any) -> Iterator[tuple[Any, ...]]:
         """Rows of a SELECT."""
-        try:
+        with _said(self, SQLITE_REASONS):
             yield from self._connection.execute(sql, values)
-        except UnicodeDecodeError as error:
-            raise SourceRefused(f"{self.name}: {BROKEN}") from error
-        except (sqlite3.Error, OverflowError) as error:
-            raise SourceRefused(f"{self.name}: {_reason(error, SQLITE_REASONS)}") from error
 
     def present(self) -> dict[str, set[str]]:
         """Tables with their columns; no views, which may never end."""
@@ -251,11 +249,8 @@ def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
     log = path.with_name(path.name + "-wal")
     at_rest = WRITE_AHEAD in head[18:20] and not (log.exists() and log.stat().st_size)
     mode = "mode=ro&immutable=1" if at_rest else "mode=ro"
-    try:
-        connection = sqlite3.connect(f"{path.absolute().as_uri()}?{mode}", uri=True, timeout=timeout_s)
-        connection.text_factory = lambda text: text.decode("utf-8", "replace")
-    except sqlite3.Error as error:
-        raise SourceRefused(f"{path.name}: {_reason(error, SQLITE_REASONS)}") from error
+    connection = sqlite3.connect(f"{path.absolute().as_uri()}?{mode}", uri=True, timeout=timeout_s)
+    connection.text_factory = partial(str, encoding="utf-8", errors="replace")
     return connection
 
 
@@ -273,14 +268,11 @@ class SqlSource(TableSource):
         self._connection: Any = None
         self._limit_s = statement_s + GRACE_S
         try:
-            self._open(connection_string, statement_s)
-        except ImportError:
-            raise SourceRefused("a database server needs more packages; install bipedstudy with [sql]") from None
+            with _said(self, SERVER_REASONS):
+                self._open(connection_string, statement_s)
         except SourceRefused:
-            raise
-        except Exception as error:
             self.close()
-            raise SourceRefused(f"{self.name}: {_reason(error, SERVER_REASONS)}") from None
+            raise
         self.open_tables()
 
     def _open(self, connection_string: str, statement_s: float) -> None:
@@ -320,21 +312,17 @@ class SqlSource(TableSource):
         """Rows of a SELECT."""
         import sqlalchemy
 
-        try:
+        with _said(self, SERVER_REASONS):
             how = {"stream_results": True}
             ask = partial(self._connection.execute, sqlalchemy.text(sql), values, execution_options=how)
             result = _within(self._limit_s, ask)
             while rows := _within(self._limit_s, partial(result.fetchmany, AT_ONCE)):
                 yield from map(tuple, rows)
-        except Exception as error:
-            raise SourceRefused(f"{self.name}: {_reason(error, SERVER_REASONS)}") from None
 
     def present(self) -> dict[str, set[str]]:
         """Tables and views with their columns."""
-        try:
+        with _said(self, SERVER_REASONS):
             return _within(self._limit_s, self._present)
-        except Exception as error:
-            raise SourceRefused(f"{self.name}: {_reason(error, SERVER_REASONS)}") from None
 
     def _present(self) -> dict[str, set[str]]:
         import sqlalchemy
@@ -396,11 +384,17 @@ def _within(seconds: float, work: Callable[[], T]) -> T:
     return found[0]
 
 
-def _reason(error: Exception, reasons: Reasons) -> str:
-    """Our own words for an engine's; its words only choose among ours."""
-    text = str(error)
-    for words, reason in reasons:
-        if all(word in text.lower() for word in words):
-            return reason
-    shown = printable(text, 120) if reasons is SQLITE_REASONS else type(error).__name__
-    return f"cannot be read ({shown})"
+@contextmanager
+def _said(source: TableSource, reasons: Reasons) -> Generator[None, None, None]:
+    """Our own words for an engine's; its words only choose among ours. Raises SourceRefused."""
+    try:
+        yield
+    except SourceRefused:
+        raise
+    except ImportError:
+        raise SourceRefused("a database server needs more packages; install bipedstudy with [sql]") from None
+    except Exception as error:
+        text = str(error)
+        shown = printable(text, 120) if reasons is SQLITE_REASONS else type(error).__name__
+        why = next((said for words, said in reasons if all(word in text.lower() for word in words)), "")
+        raise SourceRefused(f"{source.name}: {why or f'cannot be read ({shown})'}") from None
