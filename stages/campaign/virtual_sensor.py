@@ -14,8 +14,8 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 from scipy.spatial.transform import Rotation
 
 from stages.campaign.parameters import RadioSettings, SensorSettings
-from stages.imu.sources.schema import Device
-from stages.imu.trial.frames import mounting
+from stages.imu.sources.schema import Device, Rows
+from stages.imu.trial.body import mounting
 
 STANDARD_GRAVITY = 9.80665  # m/s^2 in one g of a sensor's data sheet
 NOISE_BANDWIDTH = np.pi / (2 * np.sqrt(2))  # of a second-order Butterworth filter over its cut-off
@@ -113,20 +113,9 @@ def read(motion: SensorMotion, errors: SensorErrors, settings: SensorSettings, r
 
 
 @dataclass(frozen=True)
-class Transmitted:
-    """Rows that reached the server, in the order they were stored.
+class Transmitted(Rows):
+    """Rows that reached the server, in the order they were stored; `row` (n,) is the reading a row came from."""
 
-    packet, position (n,); device, phone and server stamps (n,) [s]; counts (n, 3); `row` (n,) is the reading a row
-    came from.
-    """
-
-    packet: np.ndarray
-    position: np.ndarray
-    device_stamp: np.ndarray
-    phone_stamp: np.ndarray
-    server_stamp: np.ndarray
-    acceleration: np.ndarray
-    angular_rate: np.ndarray
     row: np.ndarray
 
 

@@ -17,7 +17,6 @@ from stages.comparison.tables import Table
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run, SensorSignals
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency
-from stages.imu.trial.frames import angle_between
 
 #: For Table 1's robot; others have their own time.
 EDGE_S = 0.1  # left out at both ends of a walk: there the low pass still feels the push or the end
@@ -197,6 +196,8 @@ def shift_of(run: Run, truth: RunTruth) -> float:
 def _score_run(
     run: Run, truth: RunTruth, skipped: int, quick: float
 ) -> tuple[float, float, float, float, float, float, bool, float]:
+    from stages.imu.trial.body import angle_between  # here: who reads a score computes none
+
     sensors = [(run.hip, truth.hip), (run.foot, truth.foot)]
     seen = [(signals, sensor) for signals, sensor in sensors if len(signals.time)]
     errors = [_time_errors(run.start - truth.clock_start, signals, sensor) for signals, sensor in seen]

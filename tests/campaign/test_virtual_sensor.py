@@ -16,7 +16,7 @@ from stages.campaign.virtual_sensor import (
     transmit,
 )
 from stages.imu.sources.schema import Device
-from stages.imu.trial.frames import mounting
+from stages.imu.trial.body import mounting
 
 PERFECT = SensorSettings(100.0, 0.0, 40.0, 4.0, 2000.0, 16, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.1, 0.2, 0.05, 0.25)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency
-from stages.imu.trial.body import FORWARD, LATERAL, UP
-from stages.imu.trial.frames import angle_between
+from stages.imu.trial.body import FORWARD, LATERAL, UP, angle_between
 from stages.imu.trial.sensor import filter_delay
 from stages.imu.trial.trial import Trial
 from tests.imu.made_logs import Log, true_signals

@@ -83,7 +83,7 @@ def made_log(
         stamps = (sent.device_stamp, sent.phone_stamp, sent.server_stamp)
         columns = [column.astype(float) for column in (sent.packet, sent.position, *stamps)]
         values = (sent.acceleration.astype(float), sent.angular_rate.astype(float))
-        recordings.append(TracedRecording(experiment, said, *columns, *values, true_time=readings.time[sent.row]))
+        recordings.append(TracedRecording(*columns, *values, experiment, said, true_time=readings.time[sent.row]))
         rotations[place] = errors.rotation.T
     return Log(
         experiment, tuple(recordings), felt, rotations, walked.heel_strike_time, walked.heel_strike_leg,

@@ -14,7 +14,7 @@ from stages.imu.parameters import Reading
 from stages.imu.sources.column_map import CsvSource
 from stages.imu.sources.schema import Device, Recording
 from stages.imu.sources.units import scale_of
-from stages.imu.trial.frames import mounting
+from stages.imu.trial.body import mounting
 from stages.imu.trial.trial import Trial, read_trial
 from tests.imu.made_logs import Log
 

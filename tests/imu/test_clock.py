@@ -13,6 +13,7 @@ from stages.campaign.virtual_sensor import Transmitted
 from stages.imu.clock.clock import Clock, repair_clock
 from stages.imu.clock.lateness import least_squares_line, lower_envelope, robust_line, straighten
 from stages.imu.clock.packet_index import BY_DEVICE_STAMP, IndexedRecording, index_samples, unwrap_counter
+from stages.imu.result import NOT_OBSERVABLE
 from stages.imu.sources.cells import recording_from_columns
 from stages.imu.sources.schema import Experiment, Recording
 from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, Truth, device, make_run
@@ -116,7 +117,7 @@ def test_losses_are_counted_exactly_and_without_a_counter_not_guessed() -> None:
     whole = recording_of(sent(0))
     some = whole.take(~np.isin(sent(0).row // 3, packet[[20, 21, 60]]))
     found = [index_samples(one).lost_packets for one in (whole, some, without(whole, "packet", "position"))]
-    assert found == [missing, missing + 3, None]
+    assert found == [missing, missing + 3, NOT_OBSERVABLE]
 
 
 @pytest.mark.parametrize(("counter", "segments", "numbers"), [

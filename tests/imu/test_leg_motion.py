@@ -9,7 +9,6 @@ import pytest
 
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun
-from stages.imu.judgement.evidence import Confirmed
 from stages.imu.strikes.step_times import UNKNOWN, HeelStrikes
 from stages.imu.trial.body import leg_angle
 from stages.imu.trial.trial import Trial, read_trial
@@ -82,7 +81,7 @@ def test_a_rolling_wheel_travels_its_arc() -> None:
 
 def test_a_step_over_a_strike_that_was_missed_has_no_length() -> None:
     strikes = HeelStrikes(np.array([0.0, 0.4, 0.9, 1.3, 2.2, 2.7]), np.array([0, 1, 0, 1, 1, 0]))
-    motion = leg_motion(np.linspace(0, 3, 50), np.zeros(50), 0.0, 0.0, Confirmed(0.0, 0.0), strikes, UNKNOWN, DRAWING)
+    motion = leg_motion(np.linspace(0, 3, 50), np.zeros(50), 0.0, 0.0, (0.0, 0.0), strikes, UNKNOWN, DRAWING)
     assert len(motion.stance_start) == 2
 
 

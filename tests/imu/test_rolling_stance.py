@@ -53,7 +53,7 @@ def test_a_leg_that_does_not_turn_tells_nothing() -> None:
 def errors(**found: float) -> tuple[float, float]:
     nothing = Evidence(**{field.name: math.nan for field in dataclasses.fields(Evidence)})
     found = {f"{key}_error": 0.0 for key in ("hip_gain", "foot_gain") if key in found} | found
-    return dataclasses.astuple(confirmed(dataclasses.replace(nothing, **found), PARAMETERS))
+    return confirmed(dataclasses.replace(nothing, **found), PARAMETERS)
 
 
 def test_the_error_of_a_step_follows_from_what_was_confirmed() -> None:

@@ -16,7 +16,7 @@ from stages.imu.judgement.sensor_evidence import flat_tops, wraps
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, swept_angle
 from stages.imu.strikes.heel_strikes import NO_STRIKES
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
-from stages.imu.trial.frames import angle_between, find_frame, gravity_on_body, mounting
+from stages.imu.trial.body import angle_between, find_frame, gravity_on_body, mounting
 from stages.imu.trial.sensor import filter_delay, mask_clipped
 from stages.imu.trial.walk import ensemble_of, register
 from tests.imu.stand_in import device

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from stages.biped.quantity import quantity
 from stages.imu.clock.lateness import (
     Line,
     Straightened,
@@ -26,29 +27,17 @@ from stages.imu.clock.lateness import (
     unevenness,
 )
 from stages.imu.clock.packet_index import BY_ROWS, IndexedRecording, arrival_stamp
+from stages.imu.result import NOT_OBSERVABLE, ClockFit
 
 FASTEST = 100.0  # times the nominal rate: faster, or backwards, the stamps mean nothing
 
 
 @dataclass(frozen=True)
-class Clock:
-    """Repaired time of every sample (n,) [s] and what the fit says about itself.
+class Clock(ClockFit):
+    """Repaired time of every sample, and what the fit says about itself."""
 
-    `jitter_before` is the rms of the stamps about their least-squares line [s]; `error` how uneven the floor of
-    lateness is that is left [s]; `robust_ppm` the rate of the robust fit relative to that of the envelope [ppm]: NaN
-    where the source has no stamps. `settings` (k,) are the steps of the phone's clock that were taken out [s] and
-    `bend` the largest departure of the sensor's clock from a line that was followed [s].
-    """
-
-    time: np.ndarray
-    stamp: str
-    rate_hz: float
-    rate_ppm: float
-    jitter_before: float
-    error: float
-    robust_ppm: float
-    settings: np.ndarray
-    bend: float
+    time: np.ndarray = quantity("s", "time of every sample, shape (n,)")
+    settings: np.ndarray = quantity("s", "settings of the phone's clock that were taken out, shape (k,)")
 
 
 def repair_clock(indexed: IndexedRecording, tolerance: float) -> Clock:
@@ -77,24 +66,24 @@ def repair_clock(indexed: IndexedRecording, tolerance: float) -> Clock:
     # the error of the sensor's own clock.
     if name == "device" or (indexed.numbered_by == BY_ROWS and error <= tolerance):
         error = np.nan
-    if name == "device" and indexed.lost_packets is None:
+    if name == "device" and indexed.lost_packets == NOT_OBSERVABLE:
         time = stamp.copy()
     return Clock(
         time=time,
         stamp=name,
         rate_hz=float(rate),
         rate_ppm=float((rate / nominal - 1) * 1e6),
-        jitter_before=float(np.std(y - least_squares_line(x, y).at(x))),
-        error=error,
+        jitter_before_s=float(np.std(y - least_squares_line(x, y).at(x))),
+        clock_error_s=error,
         robust_ppm=float((found.line.period / robust_line(x, y).period - 1) * 1e6),
         settings=found.steps[:, 1],
-        bend=float(np.ptp(found.bend[:, 1])) if len(found.bend) else 0.0,
+        clock_bend_s=float(np.ptp(found.bend[:, 1])) if len(found.bend) else 0.0,
     )
 
 
 def _unfitted(indexed: IndexedRecording, stamp: str, rate: float, ppm: float, jitter: float) -> Clock:
     time = counted(indexed) / indexed.recording.device.rate_hz
-    return Clock(time, stamp, rate, ppm, jitter, np.nan, np.nan, np.empty(0), 0.0)
+    return Clock(stamp, rate, ppm, 0.0, np.nan, jitter, np.nan, time, np.empty(0))
 
 
 def _error(found: Straightened, others: np.ndarray) -> float:

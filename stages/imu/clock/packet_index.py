@@ -13,6 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.biped.quantity import quantity
+from stages.imu.result import NOT_OBSERVABLE, RowCounts
 from stages.imu.sources.schema import Recording
 
 FEW_FALLS = 5  # stamps that fall in the order of storage: a clock that was set, not rows in any order
@@ -23,26 +25,15 @@ BACK_S = 0.5  # a sensor's own stamp that falls by more has restarted
 
 
 @dataclass(frozen=True)
-class IndexedRecording:
+class IndexedRecording(RowCounts):
     """Rows in the order they were sampled, each with its place on the sensor's own clock.
 
-    `index` (n,) counts sampling periods from the start of its `segment` (n,). `lost_packets` is None where there is
-    no counter: then `index` is the rank of the row and losses cannot be observed.
+    Without a counter `index` is the rank of the row and losses cannot be observed.
     """
 
-    recording: Recording
-    segment: np.ndarray
-    index: np.ndarray
-    batch_size: int
-    exact_duplicates: int
-    key_duplicates: int
-    out_of_order: int
-    unusable_rows: int
-    lost_packets: int | None
-    gaps: int
-    resets: int
-    numbered_by: str
-    sent_again: int
+    recording: Recording = quantity("-", "the rows")
+    segment: np.ndarray = quantity("1", "restarts of the sensor before each, shape (n,)")
+    index: np.ndarray = quantity("1", "sampling periods from the start of its segment, shape (n,)")
 
 
 def arrival_stamp(recording: Recording) -> tuple[str, np.ndarray]:
@@ -100,7 +91,7 @@ def _restarted(upcoming: np.ndarray, raw: int, newest: int, seen: set[int], wrap
 def index_samples(recording: Recording) -> IndexedRecording:
     """Remove duplicates, put the rows in order, split at restarts and count the losses."""
     stored = recording.rows
-    recording = recording.take(first_of_each(row_bytes(recording)))
+    recording = recording.take(np.sort(np.unique(as_bytes(recording.table()), return_index=True)[1]))
     exact = stored - recording.rows
     if np.isfinite(recording.packet).sum() < recording.rows / 2:
         return index_without_counter(recording, exact)
@@ -130,7 +121,7 @@ def _numbered(
     order, segment, index = order[new], segment[new], index[new]
     index = index - index[np.searchsorted(segment, segment)] // batch * batch
     same = np.diff(segment) == 0
-    lost = int(np.maximum(np.diff(index // batch)[same] - 1, 0).sum()) if by == BY_COUNTER else None
+    lost = int(np.maximum(np.diff(index // batch)[same] - 1, 0).sum()) if by == BY_COUNTER else NOT_OBSERVABLE
     return IndexedRecording(
         recording=recording.take(order),
         segment=segment,
@@ -174,22 +165,10 @@ def first_arrivals(recording: Recording, stamp: np.ndarray) -> np.ndarray:
     return np.flatnonzero(keep)
 
 
-def row_bytes(recording: Recording) -> np.ndarray:
-    """Each row as one opaque value, so that equal rows compare equal, NaN included."""
-    key = (recording.packet, recording.position)
-    stamps = (recording.device_stamp, recording.phone_stamp, recording.server_stamp)
-    return as_bytes(*key, *stamps, recording.acceleration, recording.angular_rate)
-
-
 def as_bytes(*columns: np.ndarray) -> np.ndarray:
-    """Rows of these columns, (n,) or (n, k) each, as one opaque value (n,) a row."""
+    """Rows of these columns, (n,) or (n, k) each, as one opaque value (n,) a row: equal ones compare equal, NaN too."""
     table = np.ascontiguousarray(np.column_stack(columns) + 0.0)
     return table.view(np.dtype((np.void, table.shape[1] * 8))).ravel()
-
-
-def first_of_each(values: np.ndarray) -> np.ndarray:
-    """Indices of the first occurrence of each value, in the order they stand."""
-    return np.sort(np.unique(values, return_index=True)[1])
 
 
 def _positions(recording: Recording) -> tuple[int, np.ndarray]:

@@ -20,7 +20,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -30,8 +29,7 @@ from stages.imu.parameters import Drawing, Reading
 from stages.imu.result import Evidence
 from stages.imu.strikes.heel_strikes import PULSE_S, SHIFTS_S, filled, in_hole, lowest_between
 from stages.imu.strikes.step_times import INNER, HeelStrikes, stances_of
-from stages.imu.trial.body import FORWARD, LATERAL, PLACES, BodySensor, GridSignals
-from stages.imu.trial.frames import swing_axis
+from stages.imu.trial.body import FORWARD, LATERAL, PLACES, BodySensor, GridSignals, swing_axis
 
 #: For Table 1's robot; others have their own time. Low passes of both sides: above, a derivative of the rate is noise.
 LEVER_LOW_PASS_HZ, STANCE_LOW_PASS_HZ = 12.0, 30.0
@@ -267,14 +265,6 @@ def swept(
     return float(1 / share[0]), error / share[0], float(share[1] / share[0]), float(np.abs(share[2:]).max())
 
 
-@dataclass(frozen=True)
-class Confirmed:
-    """Standard errors (1) of the gyroscopes' gain and of the leg's length, both taken as they are declared."""
-
-    gain_error: float
-    length_error: float
-
-
 def mean_gain(evidence: Evidence, drawing: Drawing) -> tuple[float, float]:
     """What the gyroscopes read in the mean over what gravity turns by (1), and its standard error.
 
@@ -291,8 +281,10 @@ def mean_gain(evidence: Evidence, drawing: Drawing) -> tuple[float, float]:
     return (sum(mean * one for mean, one in told) / weight, weight**-0.5) if told else (NAN, NAN)
 
 
-def confirmed(evidence: Evidence, parameters: Reading) -> Confirmed:
-    """How far what is declared of gain and length is confirmed by what was found, with a standard error of its own.
+def confirmed(evidence: Evidence, parameters: Reading) -> tuple[float, float]:
+    """Standard errors (1) of the gyroscopes' gain and of the leg's length, both taken as they are declared.
+
+    They say how far what is declared is confirmed by what was found, with a standard error of its own.
 
     A gain found within two of its errors of 1 is confirmed to one; further off, and of a length, the square of the
     distance is that of what is declared wrong and of the error together. Two gyroscopes that differ are half as far off
@@ -307,4 +299,4 @@ def confirmed(evidence: Evidence, parameters: Reading) -> Confirmed:
     apart = 0.0 if math.isnan(evidence.rate_ratio) else 0.5 * abs(evidence.rate_ratio - 1)
     arm = next((one for one in (evidence.hip_arm, evidence.foot_arm) if not math.isnan(one)), 1.0)
     drawn = (arm - 1) ** 2 - drawing.swept_error**2 - drawing.gain_error**2
-    return Confirmed(max(off, apart), math.sqrt(max(drawing.leg_length_error**2, drawn)))
+    return max(off, apart), math.sqrt(max(drawing.leg_length_error**2, drawn))

@@ -46,8 +46,7 @@ from stages.imu.judgement.verdict import (
 from stages.imu.parameters import Limits, Reading, Settings
 from stages.imu.result import Evidence, SensorReport
 from stages.imu.sources.units import agrees_with_gravity
-from stages.imu.trial.body import BodySensor
-from stages.imu.trial.frames import is_mounting_declared
+from stages.imu.trial.body import BodySensor, is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace
 from stages.imu.trial.two_clocks import have_own_clocks
 
@@ -177,7 +176,8 @@ def _on_a_clock(place: str, sensor: BodySensor) -> tuple[Rule, ...]:
             f"the clock behind the {place}'s stamps was set by {by} ms, which is taken out", CLOCK,
         ),
         remark(
-            clock.bend > 0, f"the {place}'s clock wandered by {clock.bend * 1e3:.0f} ms, which is followed", CLOCK
+            clock.clock_bend_s > 0,
+            f"the {place}'s clock wandered by {clock.clock_bend_s * 1e3:.0f} ms, which is followed", CLOCK,
         ),
     )  # fmt: skip
 

@@ -71,6 +71,13 @@ def as_stored(cell: Any) -> Any:
     return value if value == value else str(cell)
 
 
+def text_of(cell: Any) -> str:
+    """The cell of a book or a database as it would stand in a text; nothing for none."""
+    if isinstance(cell, datetime):
+        return cell.isoformat()
+    return "" if cell is None else str(cell).strip()
+
+
 def unit_of(stamp: np.ndarray, rate_hz: float) -> str | None:
     """The unit in which stamps (n,) advance at about the nominal rate; None where that is no unit, or too few."""
     known = stamp[np.isfinite(stamp)]
@@ -81,7 +88,7 @@ def unit_of(stamp: np.ndarray, rate_hz: float) -> str | None:
     if not step > 0:
         return None
     near = {unit: abs(math.log(step * size * rate_hz)) for unit, size in UNITS.items()}
-    best = min(near, key=lambda unit: near[unit])
+    best = min(near, key=near.__getitem__)
     return best if near[best] < math.log(CONFIRMED) else None
 
 
@@ -135,7 +142,7 @@ def recording_from_columns(experiment: Experiment, device: Device, columns: np.n
         np.copyto(rows, np.nan, where=~(np.abs(rows) < limit))
     packet, position = columns[:, :2].T
     sensor, phone, server = (in_seconds(stamp, device.rate_hz) for stamp in columns[:, 2:5].T)
-    return Recording(experiment, device, packet, position, sensor, phone, server, columns[:, 5:8], columns[:, 8:11])
+    return Recording(packet, position, sensor, phone, server, columns[:, 5:8], columns[:, 8:11], experiment, device)
 
 
 def device_from_row(row: Mapping[str, Any], where: str) -> Device:

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from stages.imu.sources import text_table
-from stages.imu.sources.cells import number, number_or_moment
-from stages.imu.sources.opening import SourceRefused, library, no_columns, opening, printable, refuse_if
+from stages.imu.sources.cells import text_of
+from stages.imu.sources.opening import SourceRefused, library, opening, place_of, printable, refuse_if
 from stages.imu.sources.text_table import Layout, names_of
 
 Columns = Mapping[str, np.ndarray]
@@ -66,31 +66,9 @@ def _sheet_meant(path: Path, layout: Layout, wanted: Sequence[str]) -> str:
 
 
 def _of_book(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str]) -> Columns:
-    """Columns by the names in the row after `header_rows`, or by number from 1; a row of units below is passed over."""
+    """Columns by the names in the row after `header_rows`, or by number from 1; as those of a text."""
     rows = islice(rows_of(path, _sheet_meant(path, layout, wanted)), layout.header_rows, None)
-    first = next(rows, ())
-    names = names_of(first, layout)
-    for one in wanted:
-        if names.count(one) != 1:
-            raise no_columns(path, one, names)
-    places = [names.index(one) for one in wanted]
-    values = [place for one, place in zip(wanted, places) if one not in stamps]
-
-    def taken(row: Sequence[Any]) -> list[float]:
-        return [number_or_moment(row[place]) if place < len(row) else np.nan for place in places]
-
-    found = [] if layout.header else [taken(first)]
-    for index, row in enumerate(rows):
-        numbers = [number(row[place]) for place in values if place < len(row)]
-        units = index == 0 and layout.header and not any(value == value for value in numbers)
-        if not units and any(cell is not None for cell in row):
-            found.append(taken(row))
-    table = np.array(found, dtype=float).reshape(-1, len(places))
-    for one, column in zip(wanted, table.T):
-        refuse_if(
-            not np.isfinite(column).any(), f"{printable(path.name)}: the column {printable(one)} holds no numbers"
-        )
-    return dict(zip(wanted, table.T))
+    return text_table.columns_of(path.name, [list(map(text_of, row)) for row in rows], layout, wanted, stamps)
 
 
 def parquet_file(path: Path) -> Any:
@@ -104,8 +82,7 @@ def _of_parquet(path: Path, layout: Layout, wanted: Sequence[str], stamps: Seque
     file = parquet_file(path)
     names = list(file.schema_arrow.names)
     for one in wanted:
-        if one not in names:
-            raise no_columns(path, one, names)
+        place_of(path.name, one, names)
     parts: dict[str, list[np.ndarray]] = {one: [np.empty(0)] for one in wanted}
     try:
         for batch in file.iter_batches(columns=list(wanted)):
@@ -246,15 +223,13 @@ def _of_bag(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[
     """Columns of one topic; stamps in seconds."""
     topic, fields = wanted[0].rpartition(":")[0], [one.rpartition(":")[2] for one in wanted]
     known = [f"{topic or '/TOPIC'}:{field}" for field in COLUMNS.values()]
-    for name, field in zip(wanted, fields):
-        if name.rpartition(":")[0] != topic or field not in COLUMNS.values():
-            raise no_columns(path, name, known)
+    for name in wanted:
+        place_of(path.name, name, known)
     rows: list[list[float]] = []
     with _recording(path) as reader:
         sensors = [one for one in reader.connections if one.msgtype == IMU]
         used = [one for one in sensors if one.topic == topic]
-        if not used:
-            raise no_columns(path, topic, [one.topic for one in sensors])
+        place_of(path.name, topic, list(dict.fromkeys(one.topic for one in sensors)))
         for connection, received, raw in reader.messages(connections=used):
             message = reader.deserialize(raw, connection.msgtype)
             at = message.header.stamp

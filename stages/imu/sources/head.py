@@ -9,14 +9,13 @@ import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import datetime
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stages.imu.sources.cells import number
+from stages.imu.sources.cells import number, text_of
 from stages.imu.sources.formats import BOOK, PARQUET, format_of, parquet_file, rows_of, seconds_or_numbers, sheets_of
 from stages.imu.sources.opening import SourceRefused, blocks, check, printable, refuse_if
 from stages.imu.sources.text_table import DELIMITERS, HEAD_ROWS, encoding_of, has_decimal_commas
@@ -146,7 +145,7 @@ def head_of(path: Path) -> Head:
 def _of_book(path: Path) -> Head:
     """The head of the first sheet with a table of numbers."""
     for sheet in sheets_of(path):
-        cells = [[_text(cell) for cell in row] for row in islice(rows_of(path, sheet), HEAD_LINES)]
+        cells = [[text_of(cell) for cell in row] for row in islice(rows_of(path, sheet), HEAD_LINES)]
         if any(len(row) >= 4 and _numeric(row, False) for row in cells):
             return replace(_head(path, "", cells, False, ""), sheet=sheet)
     raise SourceRefused(f"{printable(path.name)} has no sheet with a row of numbers among its first {HEAD_LINES} rows")
@@ -155,13 +154,7 @@ def _of_book(path: Path) -> Head:
 def _texts(column: Any) -> list[str]:
     """Cells of a parquet file's column; moments, which Python knows to a microsecond, in seconds since 1970."""
     values = column.to_numpy(zero_copy_only=False)
-    return [_text(cell) for cell in (seconds_or_numbers(values) if values.dtype.kind in "mM" else values).tolist()]
-
-
-def _text(cell: Any) -> str:
-    if isinstance(cell, datetime):
-        return cell.isoformat()
-    return "" if cell is None else str(cell).strip()
+    return [text_of(cell) for cell in (seconds_or_numbers(values) if values.dtype.kind in "mM" else values).tolist()]
 
 
 def _of_text(path: Path) -> Head:

@@ -67,11 +67,12 @@ def library(name: str, extra: str, path: Path) -> Any:
         ) from None
 
 
-def no_columns(path: Path, wanted: str, has: Sequence[str]) -> SourceRefused:
-    """That a file lacks a column; `has` are the names it has."""
-    return SourceRefused(
-        f"{printable(path.name)} has no column {printable(wanted)}; it has {printable(', '.join(has[:12]), 200)}"
-    )
+def place_of(file: str, wanted: str, has: Sequence[str]) -> int:
+    """Where a column stands among the names that a file has. Raises SourceRefused unless it is there once."""
+    name = f"{printable(file)} has no column {printable(wanted)}; it has {printable(', '.join(has[:12]), 200)}"
+    refuse_if(wanted not in has, name)
+    refuse_if(has.count(wanted) > 1, f"{printable(file)} has the column {printable(wanted)} more than once")
+    return has.index(wanted)
 
 
 def blocks(file: TextIO, name: str) -> Iterator[list[str]]:

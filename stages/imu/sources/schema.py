@@ -100,14 +100,9 @@ class Experiment:
 
 
 @dataclass(frozen=True)
-class Recording:
-    """Raw rows of one sensor in one run, in the order they were stored; NaN where the source has no number.
+class Rows:
+    """Readings as they are stored, (n,) each, stamps in seconds; `acceleration` and `angular_rate` (n, 3)."""
 
-    `acceleration` and `angular_rate` (n, 3) are in the device's declared units on the sensor's own axes.
-    """
-
-    experiment: Experiment
-    device: Device
     packet: np.ndarray
     position: np.ndarray
     device_stamp: np.ndarray
@@ -121,10 +116,24 @@ class Recording:
         """Number of rows."""
         return len(self.packet)
 
+    def table(self) -> np.ndarray:
+        """All of them (n, 11), in the order of `SAMPLE_VALUES`."""
+        return np.column_stack([getattr(self, field.name) for field in dataclasses.fields(Rows)])
+
+
+@dataclass(frozen=True)
+class Recording(Rows):
+    """Raw rows of one sensor in one run, in the order they were stored; NaN where the source has no number.
+
+    Readings are in the device's declared units on the sensor's own axes.
+    """
+
+    experiment: Experiment
+    device: Device
+
     def take(self, keep: np.ndarray) -> Recording:
         """The same recording with the rows `keep` (indices or mask) only."""
-        columns = ("packet", "position", "device_stamp", "phone_stamp", "server_stamp", "acceleration", "angular_rate")
-        return replace(self, **{name: getattr(self, name)[keep] for name in columns})
+        return replace(self, **{field.name: getattr(self, field.name)[keep] for field in dataclasses.fields(Rows)})
 
 
 def create_statements(keys: bool = True) -> tuple[str, ...]:
@@ -186,11 +195,7 @@ class DatabaseWriter:
 
     def _rows(self, recording: Recording) -> Iterator[Row]:
         device = self.device(recording.device)
-        stamps = (recording.device_stamp, recording.phone_stamp, recording.server_stamp)
-        values = np.column_stack(
-            (recording.packet, recording.position, *stamps, recording.acceleration, recording.angular_rate)
-        )
-        for row in values.tolist():
+        for row in recording.table().tolist():
             yield device, tuple(None if value != value else value for value in row)
 
     def _insert(self, table: str, identity: int, value: Device | Experiment) -> None:

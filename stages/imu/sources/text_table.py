@@ -17,7 +17,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from stages.imu.sources.cells import moments, number
-from stages.imu.sources.opening import SourceRefused, blocks, check, printable, refuse_if
+from stages.imu.sources.opening import SourceRefused, blocks, check, place_of, printable, refuse_if
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 LEAST_READ = 0.5  # of the cells that hold anything: below it the column is something else than numbers
@@ -74,19 +74,38 @@ def _columns(
     first: list[str] = []
     while len(first) <= layout.header_rows and (block := next(parts, None)) is not None:
         first += block
-    head = first[layout.header_rows] if len(first) > layout.header_rows else ""
-    names = names_of(next(csv.reader([head], delimiter=layout.delimiter), []), layout)
-    first = first[layout.header_rows + layout.header :]
-    columns = [_Column(one, _place(name, names, one), one in stamps) for one in wanted]
-    if layout.decimal_comma is None:
-        rows = csv.reader(first[:HEAD_ROWS], delimiter=layout.delimiter)
-        layout = replace(layout, decimal_comma=has_decimal_commas(rows, layout.delimiter))
-    if layout.header:
-        first = _without_units(first, layout, [one.place for one in columns if not one.may_be_written])
-    for block in chain((first,), parts):
-        if block:
-            _add_block(block, layout, columns)
+    first = first[layout.header_rows :]
+    head = [next(csv.reader([line], delimiter=layout.delimiter), []) for line in first[: HEAD_ROWS + 1]]
+    columns, layout, begin = _begun(name, head, layout, wanted, stamps)
+    for block in chain((first[begin:],), parts):
+        if block and not _added_at_once(block, layout, columns):
+            _add_cells(list(csv.reader(block, delimiter=layout.delimiter)), layout, columns)
     return {one.name: one.checked(name) for one in columns}
+
+
+def columns_of(
+    file: str, rows: Sequence[Sequence[str]], layout: Layout, wanted: Sequence[str], stamps: Sequence[str]
+) -> Mapping[str, np.ndarray]:
+    """The columns `wanted` (n,) each of rows of cells, which begin with the one after the header rows; as `read`."""
+    columns, layout, begin = _begun(file, rows, layout, wanted, stamps)
+    _add_cells(rows[begin:], layout, columns)
+    return {one.name: one.checked(file) for one in columns}
+
+
+def _begun(
+    file: str, rows: Sequence[Sequence[str]], layout: Layout, wanted: Sequence[str], stamps: Sequence[str]
+) -> tuple[list[_Column], Layout, int]:
+    """The columns before anything is read, the layout with its decimal sign, and the row at which values begin: below
+    the names, and below a row of units, which is one without a number in any column of values."""
+    names = names_of(rows[0] if rows else [], layout)
+    columns = [_Column(one, place_of(file, one, names), one in stamps) for one in wanted]
+    values = rows[layout.header : layout.header + HEAD_ROWS]
+    if layout.decimal_comma is None:
+        layout = replace(layout, decimal_comma=has_decimal_commas(values, layout.delimiter))
+    places = [one.place for one in columns if not one.may_be_written] if layout.header else []
+    said = [row[place].strip() for row in values[:1] for place in places if place < len(row) and row[place].strip()]
+    has_units = bool(said) and not np.isfinite(_numbers(said, layout)).any()
+    return columns, layout, layout.header + has_units
 
 
 class _Column:
@@ -125,13 +144,6 @@ class _Column:
         return whole
 
 
-def _add_block(block: Sequence[str], layout: Layout, columns: Sequence[_Column]) -> None:
-    """Lines of the file into the columns: by NumPy where all cells wanted are numbers, else cell by cell."""
-    if not _added_at_once(block, layout, columns):
-        rows = csv.reader(block, delimiter=layout.delimiter)
-        _add_cells([row for row in rows if any(cell.strip() for cell in row)], layout, columns)
-
-
 def _added_at_once(block: Sequence[str], layout: Layout, columns: Sequence[_Column]) -> bool:
     """Whether NumPy has read the block but for written times."""
     plain, text = ([one for one in columns if one.written == written] for written in (False, True))
@@ -148,8 +160,9 @@ def _added_at_once(block: Sequence[str], layout: Layout, columns: Sequence[_Colu
 
 
 def _add_cells(rows: Sequence[Sequence[str]], layout: Layout, columns: Sequence[_Column]) -> None:
+    there = [row for row in rows if any(cell.strip() for cell in row)]
     for one in columns:
-        one.add([row[one.place].strip() if one.place < len(row) else "" for row in rows], layout)
+        one.add([row[one.place].strip() if one.place < len(row) else "" for row in there], layout)
 
 
 def has_decimal_commas(rows: Iterable[Sequence[str]], delimiter: str) -> bool:
@@ -162,19 +175,6 @@ def names_of(cells: Sequence[Any], layout: Layout) -> list[str]:
     if layout.header:
         return [str(cell).strip().lstrip("\ufeff") for cell in cells]
     return [str(i + 1) for i in range(len(cells))]
-
-
-def _place(file: str, names: Sequence[str], wanted: str) -> int:
-    has = "more than once" if wanted in names else "not at all"
-    refuse_if(names.count(wanted) != 1, f"{printable(file)} has the column {printable(wanted)} {has}")
-    return names.index(wanted)
-
-
-def _without_units(block: list[str], layout: Layout, places: Sequence[int]) -> list[str]:
-    """The first block without a row of units below the names: one without a number in any column of values."""
-    row = next(csv.reader(block[:1], delimiter=layout.delimiter), [])
-    said = [row[place].strip() for place in places if place < len(row) and row[place].strip()]
-    return block[1:] if said and not np.isfinite(_numbers(said, layout)).any() else block
 
 
 def _fast(block: Sequence[str], layout: Layout, places: Sequence[int]) -> np.ndarray | None:

@@ -94,5 +94,5 @@ def implied_angular_rate_unit(swept: float, declared: str) -> str:
         return "unclear"
     sizes = {unit: size for unit, size in ANGULAR_RATE_UNITS.items() if size}
     off = {unit: abs(math.log(swept / SWEPT * size / sizes[declared])) for unit, size in sizes.items()}
-    unit = min(off, key=lambda name: off[name])
+    unit = min(off, key=off.__getitem__)
     return unit if off[unit] < 0.5 * math.log(180 / math.pi) else "unclear"

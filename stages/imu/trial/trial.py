@@ -13,13 +13,12 @@ from stages.imu.judgement.rules import against_sensor, verdict_on
 from stages.imu.judgement.sensor_evidence import angular_rate_unit, batch_sizes, dead_axes, quantisation_step
 from stages.imu.judgement.verdict import Finding, Verdict
 from stages.imu.parameters import Limits, Reading, Settings
-from stages.imu.result import NOT_OBSERVABLE, Evidence, LegMotion, RunReport, SensorReport
+from stages.imu.result import Evidence, FrameFit, LegMotion, RunReport, SensorReport
 from stages.imu.sources.opening import printable
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import implied_acceleration_unit
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
-from stages.imu.trial.body import PLACES, BodySensor, frame_of, grid_signals
-from stages.imu.trial.frames import Frame
+from stages.imu.trial.body import PLACES, BodySensor, Frame, frame_of, grid_signals
 from stages.imu.trial.sensor import SensorTrace, trace_sensor
 from stages.imu.trial.two_clocks import Together, brought_together, overlap_of
 from stages.imu.trial.walk import leg_of, registered, strikes_of
@@ -50,31 +49,15 @@ def report_sensor(
     """What one recording shows; `rows` and `missing` are counted in the source, before any repair."""
     indexed, clock, device = trace.indexed, trace.clock, trace.indexed.recording.device
     reading, batches = trace.static_reading(), batch_sizes(indexed)
-    return SensorReport(
+    return SensorReport.of(
+        indexed, clock, frame or FrameFit(math.nan, math.nan, math.nan),
         run=indexed.recording.experiment.name,
         place=device.place,
         bandwidth_hz=math.nan if device.bandwidth_hz is None else device.bandwidth_hz,
         rows=rows,
-        exact_duplicates=indexed.exact_duplicates,
-        sent_again=indexed.sent_again,
-        key_duplicates=indexed.key_duplicates,
-        out_of_order=indexed.out_of_order,
-        unusable_rows=indexed.unusable_rows,
-        lost_packets=NOT_OBSERVABLE if indexed.lost_packets is None else indexed.lost_packets,
-        gaps=indexed.gaps,
-        resets=indexed.resets,
-        batch_size=indexed.batch_size,
         smallest_batch=int(batches.min(initial=indexed.batch_size)),
         largest_batch=int(batches.max(initial=0)),
-        stamp=clock.stamp,
-        rate_hz=clock.rate_hz,
-        rate_ppm=clock.rate_ppm,
-        numbered_by=indexed.numbered_by,
         clock_settings=len(clock.settings),
-        clock_bend_s=clock.bend,
-        robust_ppm=clock.robust_ppm,
-        jitter_before_s=clock.jitter_before,
-        clock_error_s=clock.error,
         missing_values=missing,
         dead_axes=dead_axes(trace),
         clipped_acceleration=trace.clipped_acceleration,
@@ -86,9 +69,6 @@ def report_sensor(
         static_gain=reading * trace.scale.acceleration / settings.gravity,
         acceleration_unit=implied_acceleration_unit(reading, device, settings.gravity),
         angular_rate_unit=angular_rate_unit(trace, settings.slowest_stride_hz),
-        swing_residual_deg=frame.swing_residual_deg if frame else math.nan,
-        swing_share=frame.swing_share if frame else math.nan,
-        mounting_deg=frame.mounting_deg if frame else math.nan,
         accepted=False,
         reasons=(),
     )

@@ -16,7 +16,6 @@ import numpy as np
 from scipy.signal import fftconvolve
 from scipy.special import fdtri
 
-from stages.imu.clock.clock import resample
 from stages.imu.judgement.evidence import agreement_of
 from stages.imu.parameters import Limits, Settings
 from stages.imu.strikes.heel_strikes import filled, step_period
@@ -121,9 +120,10 @@ def _by_stamps(sensors: dict[str, BodySensor], settings: Settings, drifting: boo
 def _whole(sensors: Mapping[str, BodySensor], settings: Settings) -> tuple[float, float]:
     """How much later the foot's stamps are by the whole of both recordings [s], and `Together.other_lag`."""
     dt = 1 / settings.grid_rate_hz
-    (start, hip), (begin, foot) = (_rate(sensors[place], dt, settings) for place in PLACES)
+    grids = {place: common_grid({place: sensors[place]}, settings) for place in PLACES}
+    hip, foot = (filled(on_grid(sensors[place], grid, settings)[:, 3 + LATERAL]) for place, grid in grids.items())
     rows, more = whole_lag(hip, foot, dt, (settings.slowest_step_hz, settings.fastest_step_hz))
-    return begin - start - rows * dt, more * dt if more else math.nan
+    return float(grids["foot"][0] - grids["hip"][0]) - rows * dt, more * dt if more else math.nan
 
 
 def whole_lag(hip: np.ndarray, foot: np.ndarray, dt: float, step_band_hz: tuple[float, float]) -> tuple[int, int]:
@@ -154,13 +154,6 @@ def _power(signal: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarra
     """Sum of squares of the rows from `first` to before `last`."""
     total = np.append(0.0, np.cumsum(signal**2))
     return np.asarray(total[last] - total[first])
-
-
-def _rate(sensor: BodySensor, dt: float, settings: Settings) -> tuple[float, np.ndarray]:
-    """First time and lateral rate (n,) of a sensor on an even grid of its own, holes drawn over."""
-    grid = np.arange(sensor.time[0], sensor.time[-1], dt)
-    seen = resample(sensor.time, sensor.rate[:, [LATERAL]], grid, sensor.longest_step(settings))[:, 0]
-    return float(sensor.time[0]), filled(seen)
 
 
 def overlap_of(first: BodySensor, second: BodySensor) -> float:

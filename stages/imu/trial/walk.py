@@ -19,7 +19,6 @@ import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.clock.clock import resample
-from stages.imu.judgement.evidence import Confirmed
 from stages.imu.parameters import Drawing, Reading, Settings
 from stages.imu.result import Ensemble, LegMotion, StepTimes
 from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes, mean_and_variance
@@ -92,7 +91,7 @@ def leg_motion(
     angle: np.ndarray,
     rest_angle: float,
     bias_error: float,
-    confirmed: Confirmed,
+    confirmed: tuple[float, float],
     strikes: HeelStrikes,
     times: StepTimes,
     drawing: Drawing,
@@ -103,9 +102,9 @@ def leg_motion(
     The angle's error is that of the stand, of the gyroscopes' gain on what was turned since, and of the bias,
     `bias_error` [rad/s], on the time since the grid began. A step's is that of the gain, of the leg's length, of when
     each leg's impacts begin and of both landings' own times, and what rolling on a compliant leg departs from a rigid
-    one. The robot is so `quick` as Table 1's.
+    one; those of gain and length are `confirmed`, relative. The robot is so `quick` as Table 1's.
     """
-    gain = confirmed.gain_error
+    gain, of_length = confirmed
     since = time - time[0] if len(time) else time
     stand = math.radians(drawing.stand_error_deg)
     error = np.sqrt(stand**2 + (gain * (angle - rest_angle)) ** 2 + (bias_error * since) ** 2)
@@ -115,19 +114,19 @@ def leg_motion(
     swept = [stance_angle(quick * time, angle, quick * one, quick * other) for one, other in zip(start, end)]
     path = hip_at(np.array(swept).reshape(-1, PATH_POINTS), drawing)
     length = path[:, -1, 0] - path[:, 0, 0]
-    share = math.sqrt(gain**2 + confirmed.length_error**2 + drawing.rolling_error**2)
+    share = math.sqrt(gain**2 + of_length**2 + drawing.rolling_error**2)
     apart = (end - start) / (PATH_POINTS - 1)
     ends = (path[:, [1, -1], 0] - path[:, [0, -2], 0]) / apart[:, None]  # speeds at both landings
     late = math.hypot(drawing.onset_error_s, drawing.strike_scatter_s)
     said = np.sqrt((share * length) ** 2 + late**2 * (ends**2).sum(axis=1))
     path[:, :, 0] -= path[:, :1, 0]
-    drawn = confirmed.length_error * length
+    drawn = of_length * length
     return LegMotion(time, angle, error, start, end, length, said, drawn, path, times)
 
 
 def leg_of(
     sensors: Mapping[str, BodySensor], common: GridSignals, strikes: HeelStrikes, corner_hz: float,
-    confirmed: Confirmed, parameters: Reading,
+    confirmed: tuple[float, float], parameters: Reading,
 ) -> LegMotion:
     """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's."""
     quick, none = parameters.quick, np.empty(0)
