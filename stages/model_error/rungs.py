@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import eig
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -32,6 +33,7 @@ from stages.model_error.result import MODELS, PRICES
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
 from stages.planar.limit_cycle import corrected, floquet_multipliers, gait_near
+from stages.planar.limit_cycle import fixed_point as limit_cycle
 from stages.planar.run import LimitCycle
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
 from stages.twin.machine.detailed import machine_of
@@ -39,14 +41,16 @@ from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import project
 from stages.twin.parameters import Settings as TwinSettings
 from stages.twin_ladder.cycle import SIDE_UNITS, Search, step_map
-from stages.twin_ladder.run import STANDING, like_planar, section_numbers
+from stages.twin_ladder.run import STANDING, section_numbers
 
 #: A second search at so many times the tolerance tells the error of the first.
 LOOSER = 10.0
 #: Tolerance of the constraint models.
 CONSTRAINT = 1e-8
-#: Step of the twin's finite differences in the section's scales, as in `params/twin_ladder.yaml`.
-DIFFERENCE = 5e-4
+#: Step of the twin's finite differences in the section's scales; shorter ones show the solver's error.
+DIFFERENCE = 5e-3
+#: No tolerance leaves less of a multiplier by these differences.
+DIFFERENCES_LEAVE = 1e-4
 
 
 class NoRung(ValueError):
@@ -184,13 +188,13 @@ def by_penalty(design: Design, tolerance: float) -> Found:
 
 
 def by_twin(design: Design, tolerance: float) -> Found:
-    """The twin, searched from the penalty walker's gait.
+    """The twin, searched from the penalty walker's gait, which is the twin's but for some millionths.
 
-    Its multiplier is by finite differences. They miss where the step map is curved, by as much as they differ from the
-    penalty walker's exact one: its gait is the twin's but for some millionths.
+    The error of its multiplier is at least what it differs by from the penalty walker's exact one.
     """
     stepper, cycle = design.penalty(tolerance)
-    exact = steps_multiplier(cycle.floquet_multipliers, stepper.steps_a_cycle)
+    steps_a_stride = 2 // stepper.steps_a_cycle
+    exact = np.linalg.matrix_power(cycle.monodromy_matrix, steps_a_stride)
     scales, side = (section_scales(design.biped, design.slope, each) for each in (UNITS, SIDE_UNITS))
 
     def search(one: float) -> Search:
@@ -198,15 +202,35 @@ def by_twin(design: Design, tolerance: float) -> Found:
         take = step_map(design.machine, design.slope, design.contact, settings)
         return Search(take, (scales, side), one, DIFFERENCE, sideways=False)
 
-    gait = search(tolerance).find(like_planar(cycle, scales))
-    largest = float(abs(gait.plane_multipliers[0]))
-    strides = [corrected(search(one), gait.near.plane, gait.near.derivative) for one in (tolerance, LOOSER * tolerance)]
-    values, found = (
+    walker = search(tolerance)
+    found = limit_cycle(walker, cycle.section_state, exact)
+    strides = [corrected(each, found.numbers, found.derivative) for each in (walker, search(LOOSER * tolerance))]
+    largest, penalty = largest_multipliers(walker, found.numbers, exact)
+    values, other = (
         measures(0.5 * (first.duration + second.duration), 0.5 * (first.length + second.length), largest)
         for first, second in ((one.first, one.second) for one in strides))  # fmt: skip
-    errors = np.abs(found - values)
-    errors[NAMES.index("multiplier")] = LOOSER * tolerance / DIFFERENCE + max(DIFFERENCE, abs(largest - exact))
+    errors = np.abs(other - values)
+    errors[NAMES.index("multiplier")] = (
+        LOOSER * tolerance / DIFFERENCE + max(DIFFERENCES_LEAVE, abs(largest - penalty)))  # fmt: skip
     return Found(values, errors)
+
+
+def largest_multipliers(walker: Search, numbers: np.ndarray, near: np.ndarray) -> tuple[float, float]:
+    """The largest multiplier of a step, in magnitude, of a walker's gait (10,), and that of one near it, of which the
+    derivative (10, 10) of a stride is known.
+
+    To first order they differ by what a stride makes of the known one's direction, by central differences along it.
+    """
+    values, left, right = eig(near * walker.scales / walker.scales[:, None], left=True)
+    place = int(np.argmax(np.abs(values)))
+    along, across = right[:, place], left[:, place].conj()
+    grown = np.zeros(10, complex)
+    for part, unit in ((along.real, 1.0), (along.imag, 1j)):
+        if size := float(np.abs(part).max()):
+            change = part * walker.scales * DIFFERENCE / size
+            ahead, back = (walker.step(numbers + sign * change).numbers for sign in (1.0, -1.0))
+            grown += unit * size * (ahead - back) / (2.0 * DIFFERENCE * walker.scales)
+    return abs(across @ grown / (across @ along)) ** 0.5, abs(values[place]) ** 0.5
 
 
 @dataclass(frozen=True)
@@ -234,5 +258,5 @@ RUNGS = (
     Rung(MODELS[0], by_constraint, (CONSTRAINT,), PRICES[0]),
     Rung(MODELS[1], by_detail, (CONSTRAINT,), PRICES[1]),
     Rung(MODELS[2], by_penalty, (1e-6, 1e-7, 1e-8), PRICES[2]),
-    Rung(MODELS[3], by_twin, (1e-6, 1e-7, 1e-8), PRICES[3], DIFFERENCE),
+    Rung(MODELS[3], by_twin, (1e-6, 1e-7, 1e-8), PRICES[3], DIFFERENCES_LEAVE),
 )
