@@ -20,6 +20,9 @@ SENSOR_SIGNALS = (
     "foot_lateral_rate",
 )
 
+#: What stands along an axis of a signal, by the axis's name.
+ALONG = {"leg": ("inner leg", "outer leg"), "direction": ("x", "y"), "body_axis": ("forward", "up the leg")}
+
 
 @dataclass(frozen=True)
 class Walk:

@@ -10,6 +10,7 @@ from itertools import chain
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection, QuadMesh
+from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
@@ -73,6 +74,12 @@ def _series(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:
             x, y = (np.asarray(values) for values in line.get_data(orig=False))
             if x.shape == y.shape:
                 yield str(line.get_label()), np.column_stack([np.ravel(x), np.ravel(y)]).astype(float)
+    for bars in axes.containers:
+        if isinstance(bars, BarContainer):
+            ends = [(one.get_x() + one.get_width(), one.get_y() + 0.5 * one.get_height())
+                    if bars.orientation == "horizontal" else (one.get_x() + 0.5 * one.get_width(), one.get_height())
+                    for one in bars.patches]  # fmt: skip
+            yield f"{bars.get_label()}, ends of bars", np.array(ends).reshape(-1, 2)
     for points in axes.collections:
         if isinstance(points, PathCollection):
             yield str(points.get_label()), np.ma.filled(np.ma.asarray(points.get_offsets(), dtype=float), np.nan)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator, StrMethodFormatter
 from matplotlib.transforms import Bbox
 from PIL import Image
 
@@ -31,6 +31,8 @@ SECOND, THIRD = "#009E73", "#CC79A7"
 SEQUENCE = ("#440154", "#0072B2", "#E69F00", "#D55E00")
 
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.2  # inches
+#: Span of values, greatest over least, that holds too few of 1, 2, 5 a decade.
+FEW = 2.5
 #: Letters an inch of a strip's text, and height of its lines [inches].
 _LETTERS, _LINE = 17, 0.13
 
@@ -82,6 +84,35 @@ def round_ticks(axis: Axis) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
+
+
+def mark_beyond(axes: Axes) -> None:
+    """A wedge at the edge wherever a curve leaves through it, in the curve's colour; the limits of the axes must stand.
+
+    Stretches that are nearer to each other than a fiftieth of the panel have one wedge, over the farthest point.
+    """
+    left, right = axes.get_xlim()
+    for edge, sign, wedge in zip(axes.get_ylim(), (-1.0, 1.0), ("v", "^"), strict=True):
+        for line in [each for each in axes.lines if each.get_transform() == axes.transData]:
+            x, y = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+            beyond = np.flatnonzero((sign * (y - edge) > 0.0) & (left <= x) & (x <= right))
+            stretches = np.split(beyond, np.flatnonzero(np.diff(x[beyond]) > 0.02 * (right - left)) + 1)
+            places = [x[each[np.argmax(sign * y[each])]] for each in stretches if len(each)]
+            axes.plot(places, [float(sign > 0.0)] * len(places), wedge, color=line.get_color(), markersize=4,
+                      clip_on=False, transform=axes.get_xaxis_transform(), label="_beyond", zorder=4, in_layout=False)
+
+
+def few_ticks(axis: Axis, values: Sequence[float], narrow: float = 20.0, most: int = 3) -> None:
+    """Labels of a logarithmic axis: about `most` at powers of ten; at 1, 2, 5 where values span less than `narrow`."""
+    if len(values) and max(values) < narrow * min(values):
+        round_ticks(axis)
+        if max(values) < FEW * min(values):
+            axis.set_major_locator(MaxNLocator(max(most - 1, 2)))
+        elif most < 3:
+            axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    else:
+        axis.set_major_locator(LogLocator(numticks=most + 1))
+    axis.set_minor_locator(NullLocator())
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,7 @@ from stages.imu.clock.clock import packet_arrivals
 from stages.imu.clock.packet_index import arrival_stamp
 from stages.imu.result import Evidence, RunReport, StepTimes
 from stages.imu.strikes.step_times import INNER, OUTER
-from stages.imu.trial.body import FORWARD, LATERAL, UP
+from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor
 from stages.imu.trial.trial import Trial
 
 if TYPE_CHECKING:
@@ -117,46 +118,62 @@ def _curves(used: Sequence[Trial]) -> bytes:
     return content.getvalue()
 
 
-COLOURS = {"hip": "C0", "foot": "C1"}
+#: Letters in a line of the picture's title.
+LETTERS = 120
 
 
 def picture(trial: Trial) -> Figure:
-    """Four panels over one time axis: lateness of the stamps, specific force, lateral rate with landings, leg angle."""
-    from matplotlib.figure import Figure
+    """Panels over one time axis: lateness of the stamps, if there are any, specific force, lateral rate with landings,
+    leg angle.
+    """
+    import matplotlib.pyplot as plt
 
-    figure = Figure(figsize=(10, 9), layout="constrained")
-    late, force, rate, angle = figure.subplots(4, 1, sharex=True)
-    zero = min((float(sensor.time[0]) for sensor in trial.sensors.values()), default=0.0)
-    for place, sensor in trial.sensors.items():
-        colour = COLOURS[place]
-        name, stamp = arrival_stamp(sensor.trace.indexed.recording)
-        if name not in ("none", "device"):
-            indexed = sensor.trace.indexed
-            arrival = packet_arrivals(indexed, stamp)
-            taken = np.interp(np.arange(len(arrival)), np.linspace(0, len(arrival) - 1, len(sensor.time)), sensor.time)
-            at = np.interp(arrival[:, 1], indexed.index, sensor.time) if indexed.resets == 0 else taken
-            late.plot(at - zero, 1e3 * (arrival[:, 2] - at), ".", color=colour, markersize=2, label=f"{place}, {name}")
-        size = np.hypot(sensor.force[:, FORWARD], sensor.force[:, UP])
-        force.plot(sensor.time - zero, size, color=colour, linewidth=0.8, label=place)
-        rate.plot(sensor.time - zero, sensor.rate[:, LATERAL], color=colour, linewidth=0.8, label=place)
-    for leg, style, name in ((0, "-", "inner"), (1, ":", "outer")):
-        for number, landing in enumerate(trial.strikes.time[trial.strikes.leg == leg]):
-            said = f"{name} leg lands" if number == 0 else None
-            rate.axvline(landing - zero, color="0.4", linestyle=style, linewidth=0.8, label=said)
-    if len(trial.leg.time):
-        band = np.degrees(2 * trial.leg.angle_error)
-        degrees, at = np.degrees(trial.leg.angle), trial.leg.time - zero
-        angle.fill_between(at, degrees - band, degrees + band, color="C2", alpha=0.4, label="two standard errors")
-        angle.plot(at, degrees, color="C2", linewidth=0.8, label="leg")
-    late.set_ylabel("stamp less sample [ms]")
-    force.set_ylabel("specific force [m/s²]")
-    rate.set_ylabel("lateral rate [rad/s]")
-    angle.set_ylabel("leg angle [deg]")
-    angle.set_xlabel("time [s]")
-    for axes in (late, force, rate, angle):
-        if axes.get_legend_handles_labels()[0]:
-            axes.legend(loc="upper left", fontsize="small", ncols=4)
-    said = "; ".join((*trial.verdict.sentences(True), *trial.verdict.sentences(False)))
-    title = f"{trial.experiment.name} ({trial.experiment.origin}): {trial.verdict.outcome}"
-    figure.suptitle(title + (f"\n{said[:160]}" if said else ""), fontsize="medium")
+    from stages.drawing import style
+
+    with style.drawing():
+        stamped = {place: lateness(sensor) for place, sensor in trial.sensors.items()}
+        shown = any(stamped.values())
+        figure, panels = plt.subplots(3 + shown, 1, sharex=True, figsize=(style.TWO_COLUMNS, 1.0 + 1.5 * (3 + shown)))
+        force, rate, angle = panels[-3:]
+        zero = min((float(sensor.time[0]) for sensor in trial.sensors.values()), default=0.0)
+        for (place, sensor), colour in zip(trial.sensors.items(), (style.ANALYTIC, style.MULTIBODY)):
+            if late := stamped[place]:
+                name, at, lag = late
+                panels[0].plot(at - zero, 1e3 * lag, ".", color=colour, markersize=2, label=f"{place}, {name}")
+                panels[0].set_ylabel("stamp less\nsample [ms]")
+            size = np.hypot(sensor.force[:, FORWARD], sensor.force[:, UP])
+            force.plot(sensor.time - zero, size, color=colour, linewidth=0.8, label=place)
+            rate.plot(sensor.time - zero, sensor.rate[:, LATERAL], color=colour, linewidth=0.8, label=place)
+        for leg, line, name in ((0, "-", "inner"), (1, ":", "outer")):
+            for number, landing in enumerate(trial.strikes.time[trial.strikes.leg == leg]):
+                said = f"{name} leg lands" if number == 0 else None
+                rate.axvline(landing - zero, color="0.4", linestyle=line, linewidth=0.8, label=said)
+        if len(trial.leg.time):
+            band = np.degrees(2 * trial.leg.angle_error)
+            degrees, at = np.degrees(trial.leg.angle), trial.leg.time - zero
+            angle.fill_between(at, degrees - band, degrees + band, color=style.SECOND, alpha=0.4,
+                               label="two standard errors")
+            angle.plot(at, degrees, color=style.SECOND, linewidth=0.8, label="leg")
+        force.set_ylabel("specific\nforce [m/s²]")
+        rate.set_ylabel("lateral\nrate [rad/s]")
+        angle.set(ylabel="leg angle [°]", xlabel="time [s]")
+        for axes in panels:
+            if axes.get_legend_handles_labels()[0]:
+                axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        said = "; ".join((*trial.verdict.sentences(True), *trial.verdict.sentences(False)))
+        title = f"{trial.experiment.name} ({trial.experiment.origin}): {trial.verdict.outcome}"
+        words = [line for text in (title, said) for line in textwrap.wrap(text, LETTERS)]
+        figure.suptitle("\n".join(words), fontsize=8, x=0.02, ha="left")
     return figure
+
+
+def lateness(sensor: BodySensor) -> tuple[str, np.ndarray, np.ndarray] | None:
+    """Name of a sensor's stamps, times [s] of the samples that they belong to, and how late they came [s]."""
+    indexed = sensor.trace.indexed
+    name, stamp = arrival_stamp(indexed.recording)
+    if name in ("none", "device"):
+        return None
+    arrival = packet_arrivals(indexed, stamp)
+    taken = np.interp(np.arange(len(arrival)), np.linspace(0, len(arrival) - 1, len(sensor.time)), sensor.time)
+    at = np.interp(arrival[:, 1], indexed.index, sensor.time) if indexed.resets == 0 else taken
+    return name, at, arrival[:, 2] - at

@@ -76,7 +76,7 @@ def test_figure_05_lays_each_variation_over_the_constraint_model():
     study, walk = make_study(), make_walk()
     figure = shown("figure_05_contact_parameters")
     for row, (key, *_, factor) in enumerate(contact_laws.ROWS):
-        impact, _, difference = figure.get_axes()[3 * row : 3 * row + 3]
+        impact, after = figure.get_axes()[2 * row : 2 * row + 2]
         exact, default, *varied, chosen = [line for line in impact.lines if len(line.get_xdata()) > 10]
         leg = walk.ground_reaction[:, 1, 1]
         assert np.delete(exact.get_ydata(), np.flatnonzero(np.isnan(exact.get_ydata()))) == pytest.approx(leg)
@@ -87,17 +87,22 @@ def test_figure_05_lays_each_variation_over_the_constraint_model():
         for line, row in zip(varied, rows):
             assert line.get_xdata() == pytest.approx(1e3 * study.time)
             assert line.get_ydata() == pytest.approx(study.variations.force[row, :, 1])
-        values, found = difference.lines[0].get_data()
-        assert values == pytest.approx(factor * getattr(DEFAULTS, key) * np.array([0.5, 1.0, 2.0]))
-        assert found == pytest.approx([1.0, 2.0, 4.0]), "mm"
-        value, star = difference.lines[1].get_data()
-        assert value == pytest.approx([factor * getattr(study.chosen.law, key)]) and star == pytest.approx([0.2])
-        assert difference.lines[2].get_ydata() == pytest.approx([0.25] * 2), "the rigid limit"
+        texts = [text.get_text() for text in after.get_legend().get_texts()]
+        assert texts == [f"{factor * value:g}" for value in getattr(DEFAULTS, key) * np.array([1.0, 0.5, 2.0])]
+        for panel in (impact, after):  # no curve leaves at the top
+            assert panel.get_ylim()[1] > np.nanmax([np.nanmax(line.get_ydata()) for line in panel.lines])
+    *differences, chosen, limit = figure.get_axes()[-1].lines
+    assert len(differences) == len(contact_laws.ROWS)
+    for line in differences:
+        values, found = line.get_data()
+        assert values == pytest.approx([0.5, 1.0, 2.0]) and found == pytest.approx([1.0, 2.0, 4.0]), "mm"
+    assert chosen.get_ydata() == pytest.approx([0.2] * 2)
+    assert limit.get_ydata() == pytest.approx([0.25] * 2), "the rigid limit"
 
 
 def test_the_figure_of_contact_sets_shows_distances_that_do_not_cancel():
     limit = make_study().limit
-    cost, stiffness, parts, cycles = shown("contact_sets").get_axes()
+    cost, stiffness, parts, period, length = shown("contact_sets").get_axes()
     for axes, places in (
         (cost, [400, 800, 1600, 3200]),
         (stiffness, [one.law.contact_stiffness for one in limit.family]),
@@ -109,7 +114,8 @@ def test_the_figure_of_contact_sets_shows_distances_that_do_not_cancel():
         assert axes.lines[4].get_ydata() == pytest.approx([0.25] * 2)
     bars = [bar.get_width() for bar in parts.patches[:3]]
     assert bars == pytest.approx([0.4, 0.2, 0.02]) and parts.lines[0].get_xdata() == pytest.approx([0.2] * 2)
-    assert cycles.lines[0].get_ydata() == pytest.approx([0.4, 0.2, 0.1, 0.05]), "ms"
+    assert period.lines[0].get_ydata() == pytest.approx([0.4, 0.2, 0.1, 0.05]), "ms"
+    assert length.lines[0].get_ydata() == pytest.approx([1e3 * abs(one.step_length) for one in limit.family]), "mm"
 
 
 def test_without_a_rigid_limit_the_figures_say_so():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -209,6 +210,7 @@ def plot(walk: Any, *names: str) -> Figure:
     """
     import matplotlib.pyplot as plt
 
+    from stages.biped.walk import ALONG
     from stages.drawing import style
 
     shown = [array(walk, name) for name in names or ("hip_position", "leg_angle")]
@@ -217,11 +219,13 @@ def plot(walk: Any, *names: str) -> Figure:
             len(shown), 1, sharex=True, squeeze=False, figsize=(style.TWO_COLUMNS, 1.0 + 1.4 * len(shown))
         )
         for panel, item in zip(axes[:, 0], shown):
-            columns = item.values.reshape(len(item.values), -1)
-            for number, colour in zip(range(columns.shape[1]), (style.ANALYTIC, style.MULTIBODY, *style.SEQUENCE)):
-                panel.plot(walk.time, columns[:, number], color=colour, label=f"column {number}")
-            panel.set_ylabel(f"{item.name.replace('_', ' ')} [{item.unit}]")
-            if columns.shape[1] > 1:
+            named = [", ".join(one) for one in itertools.product(*(ALONG[name] for name in item.dimensions[1:]))]
+            columns = item.values.reshape(len(item.values), len(named)).T
+            colours = style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD
+            for column, name, colour in zip(columns, named, colours):
+                panel.plot(walk.time, column, color=colour, label=name)
+            panel.set_ylabel(f"{item.name.replace('_', ' ')}\n[{item.unit.replace('^2', '²')}]")
+            if len(named) > 1:
                 panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         axes[-1, 0].set_xlabel("time [s]")
     return figure

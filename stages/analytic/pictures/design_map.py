@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import combinations
-from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -36,7 +35,7 @@ def draw(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
 def label(axis: Axis) -> str:
     """An axis in words, with its unit."""
     name = axis.name.partition(".")[2].removesuffix("_deg").replace("_", " ")
-    return f"{name} [{'°' if axis.unit == 'deg' else axis.unit.replace('1', '-')}]"
+    return f"{name} [{'°' if axis.unit == 'deg' else axis.unit.replace('^2', '²')}]"
 
 
 def scale(axis: Axis) -> str:
@@ -65,7 +64,7 @@ def curve(axis: Axis, columns: Mapping[str, np.ndarray]) -> Figure:
     ):
         panel.plot(along, values[order], ".-", color=colour, markersize=3)
     panels[0].axhline(1.0, color=BOUNDARY, linewidth=0.6)
-    panels[0].set_ylabel("largest multiplier [-]")
+    panels[0].set_ylabel("largest multiplier [1]")
     panels[1].set_ylabel("step frequency [Hz]")
     panels[1].set_xlabel(label(axis))
     return figure
@@ -98,7 +97,7 @@ def plane(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
     unknown = (columns["outcome"] == Outcome.UNANSWERED).any()
     axes.plot([], [], "s", color=NO_GAIT, label="no gait, or not answered" if unknown else "no gait")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    figure.colorbar(shades, label="largest multiplier [-]", extend="max")
+    figure.colorbar(shades, label="largest multiplier [1]", extend="max")
     axes.grid(False)
     return figure
 
@@ -110,7 +109,7 @@ def lines(axes: Axes, across: np.ndarray, up: np.ndarray, field: np.ndarray, rhy
         return
     if known.max() > known.min():
         contours = axes.contour(across, up, np.ma.masked_invalid(rhythm), 8, colors="#555555", linewidths=0.6)
-        axes.clabel(contours, fmt="%.3g", fontsize=6)
+        axes.clabel(contours, fmt="%.3g", fontsize=7)
     if np.nanmin(field) < 1 < np.nanmax(field):
         axes.contour(across, up, np.ma.masked_invalid(field), [1.0], colors=BOUNDARY, linewidths=1.6)
 
@@ -123,7 +122,7 @@ def pairs(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
     figure, panels = plt.subplots(count, count, figsize=(1.2 + 1.25 * count, 1.4 + 1.2 * count), sharex="col")
     stable, gait = columns["outcome"] == int(Outcome.STABLE), walks(columns)
     largest = columns["largest_multiplier"]
-    cells = int(np.clip(np.sqrt(len(stable) / 20), 4, CELLS))
+    cells = min(int(np.clip(np.sqrt(len(stable) / 20), 4, CELLS)), *(box.shape if box.seed is None else (CELLS,)))
     places = [place(axis, columns[axis.name], cells) for axis in box.axes]
     edges = [axis.at(np.linspace(0, 1, cells + 1)) for axis in box.axes]
     for first, second in combinations(range(count), 2):
@@ -137,13 +136,15 @@ def pairs(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
                          norm=norm(largest), rasterized=True)  # fmt: skip
     for index, axis in enumerate(box.axes):
         diagonal(panels[index, index], edges[index], places[index], stable, gait)
-        for row in range(count):
-            if axis.log:
-                panels[row, index].set_xscale("log")
-                if row != index:
-                    panels[index, row].set_yscale("log")
-        panels[-1, index].set_xlabel(label(axis))
-        panels[index, 0].set_ylabel(label(axis) if index else "share of designs [-]")
+        for row in range(count) if axis.log else ():
+            panels[row, index].set_xscale("log")
+            style.few_ticks(panels[row, index].xaxis, (axis.low, axis.high), most=2)
+            if row != index:
+                panels[index, row].set_yscale("log")
+                style.few_ticks(panels[index, row].yaxis, (axis.low, axis.high), most=2)
+        name = label(axis).replace(" [", "\n[")
+        panels[-1, index].set_xlabel(name)
+        panels[index, 0].set_ylabel(name if index else "share of\ndesigns [1]")
     for panel in panels.ravel():
         panel.grid(False)
     for panel in panels[:, 1:].ravel():
@@ -151,12 +152,9 @@ def pairs(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
     panels[0, 0].plot([], [], color=style.ANALYTIC, label="walk stably (diagonal: share along one axis)")
     panels[0, 0].plot([], [], color="#777777", linestyle="--", label="have a gait")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    half = count // 2
-    beside: dict[str, Any] = {"shrink": 0.9, "aspect": 25, "location": "right"}
-    shares, medians = panels[1, 0].collections[0], panels[0, 1].collections[0]
-    figure.colorbar(shares, ax=panels[half:], label="share that walks stably (below the diagonal) [-]", **beside)
-    figure.colorbar(
-        medians, ax=panels[:half], label="median of the largest multiplier (above) [-]", extend="max", **beside)
+    for panel, words, more in ((panels[1, 0], "share that walks stably (below the diagonal) [1]", "neither"),
+                               (panels[0, 1], "median of the largest multiplier (above) [1]", "max")):
+        figure.colorbar(panel.collections[0], ax=panels, label=words, extend=more, aspect=40)
     return figure
 
 

@@ -72,7 +72,7 @@ def draw_elasticities(gait: GaitTangents, multipliers: MultiplierDerivatives) ->
         panel.grid(axis="y", visible=False)
     axes[0, 0].set_yticks(range(len(rows)), names)
     axes[0, 0].invert_yaxis()
-    figure.supxlabel("elasticity: change in % for 1 % of the parameter [-]", fontsize=8)
+    figure.supxlabel("elasticity: change in % for 1 % of the parameter [1]", fontsize=8)
     return figure
 
 
@@ -87,14 +87,14 @@ def draw_searches(searches: Sequence[DesignSearch], bounds: Mapping[str, tuple[f
     best = searches[0]
     steps = range(len(best.history))
     progress.plot(steps, best.history, "o-", color=style.ANALYTIC, markersize=3)
-    progress.set_xlabel("step [-]")
-    progress.set_ylabel(f"{goal.title} [{'-' if goal.unit == '1' else goal.unit}]")
+    progress.set_xlabel("step [1]")
+    progress.set_ylabel(f"{goal.title} [{goal.unit}]")
     low, high = np.array(list(bounds.values())).T
     for name, line in zip(bounds, ((best.path - low) / (high - low)).T, strict=True):
         places.plot(steps, line, ".-", markersize=4, label=name.partition(".")[2].replace("_", " "))
     for bound in (0, 1):
         places.axhline(bound, color="#555555", linewidth=0.6)
-    places.set_xlabel("step [-]")
-    places.set_ylabel("place between the bounds [-]")
-    places.legend(fontsize="x-small")
+    places.set_xlabel("step [1]")
+    places.set_ylabel("place between the bounds [1]")
+    places.legend()
     return figure

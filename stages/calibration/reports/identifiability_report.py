@@ -138,6 +138,7 @@ def _draw(found: Identifiability, single: Identifiability, tried: list[Experimen
                                [one for one in tried if one.sd.size], strict=False):
             axis.plot(100 * one.sd / found.scales, places, "|", color=colour, label=one.what, markersize=9)
         axis.set_xscale("log")
+        style.few_ticks(axis.xaxis, sorted(axis.dataLim.intervalx))
         axis.set_yticks(places, [short(name).replace("_", " ") for name in found.names])
         axis.invert_yaxis()
         axis.set_xlabel("standard deviation [% of the parameter]")

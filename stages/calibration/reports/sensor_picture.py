@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from stages.calibration.result import Trace
 from stages.drawing import style
@@ -39,11 +40,16 @@ def fit_picture(traces: Mapping[str, Trace], strikes: np.ndarray, called: str = 
         if len(inside):
             room = MARGIN * float(np.ptp(inside))
             axes.set_ylim(float(inside.min()) - room, float(inside.max()) + room)
+            style.mark_beyond(axes)
         axes.set_ylabel(f"{name} [{unit}]")
         style.panel_label(axes, letter)
-    for axes in grid[1]:
+    for above, axes in zip(*grid[:2], strict=True):
+        above.sharex(axes)
+        above.tick_params(labelbottom=False)
         axes.set_xlabel("time since a heel strike [s]")
-    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    handles, _ = grid[0, 0].get_legend_handles_labels()
+    wedge = Line2D([], [], color=style.ANALYTIC, marker="^", markersize=4, linestyle="none", label="beyond the axis")
+    figure.legend(handles=[*handles, wedge], loc="outside upper center", ncols=4)
     kinds = (((0, 1), "specific force", "m/s²", 1.0, "e"), ((2,), "rate", "mrad/s", 1e3, "f"))
     for axes, (columns, name, unit, scale, letter) in zip(grid[2], kinds, strict=True):
         for side, color in SIDES:

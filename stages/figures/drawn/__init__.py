@@ -37,9 +37,9 @@ def at_level(shown: Any, level: str) -> Any:
     said = f"accuracy: {level}"
     if isinstance(shown, str):
         return with_note(shown, said)
-    band = 0.11 / shown.get_figheight()  # below all else: there are labels of axes
+    band = 0.13 / shown.get_figheight()  # below all else: there are labels of axes
     shown.get_layout_engine().set(rect=(0.0, band, 1.0, 1.0 - band))
-    shown.text(0.998, 0.002, said, ha="right", va="bottom", fontsize=6, color=style.MULTIBODY, in_layout=False)
+    shown.text(0.998, 0.002, said, ha="right", va="bottom", fontsize=7, color=style.MULTIBODY, in_layout=False)
     return shown
 
 

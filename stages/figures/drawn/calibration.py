@@ -21,8 +21,6 @@ from stages.figures.entry import Entry, Given
 # Parameters of the calibrated robots beside the drawing's and the truth, and how their errors go together.
 
 COLORS = (style.ANALYTIC, style.MULTIBODY, style.SECOND)
-#: Numbers are written into a matrix up to so many parameters.
-MOST_WRITTEN = 9
 #: Percent: to scale up to one, then in tens.
 TICKS = (-100, -10, -1, 0, 1, 10, 100)
 
@@ -44,7 +42,7 @@ def draw_robots(given: Given) -> Figure:
             row,
             f"{one.corrected:.4g}\n± {HALF_WIDTH * one.sd:.2g}",
             transform=left.get_yaxis_transform(),
-            fontsize=6,
+            fontsize=7,
             va="center",
             color=COLORS[0],
         )
@@ -87,25 +85,12 @@ def draw_robot(axes: Axes, robot: Robot, color: str, shift: float) -> None:
 
 
 def draw_correlations(axes: Axes, robot: Robot, names: list[str]) -> None:
-    """The matrix of correlations, with its numbers in hundredths."""
-    axes.imshow(robot.correlations, cmap="RdBu_r", vmin=-1, vmax=1)
+    """The matrix of correlations as colours."""
+    shades = axes.imshow(robot.correlations, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
     axes.grid(visible=False)
-    axes.set_xticks(range(len(names)), names, rotation=60, ha="right", rotation_mode="anchor")
+    axes.set_xticks(range(len(names)), names, rotation=90)
     axes.set_yticks(range(len(names)), names)
-    if len(names) <= MOST_WRITTEN:
-        for row in range(len(names)):
-            for column in range(row):
-                value = robot.correlations[row, column]
-                axes.text(
-                    column,
-                    row,
-                    f"{100 * value:.0f}",
-                    ha="center",
-                    va="center",
-                    fontsize=5.5,
-                    color="white" if abs(value) > 0.6 else "black",
-                )
-    axes.set_xlabel("correlations of errors [%]")
+    axes.figure.colorbar(shades, ax=axes, location="top", label="correlation of errors [1]")
 
 
 def short(name: str) -> str:
@@ -165,7 +150,7 @@ def caption_fit(given: Given) -> str:
     fit = calibration.fits[0]
     words = (f"{fit.name}, {fit.kind}, {len(fit.strikes) - 1} steps fitted alone by the constraint model: residuals "
              f"of {fit.sigmas:.2f} times the sensors' noise. Lines below: root mean square by part of the step; what "
-             f"is sampled at impacts does not count, and is cut off above. {_largest(fit)}")  # fmt: skip
+             f"is sampled at impacts does not count. {_largest(fit)}")  # fmt: skip
     return " ".join([words, *_told(calibration)])
 
 
@@ -180,20 +165,20 @@ def _told(calibration: Calibration) -> Iterator[str]:
         words = (f"{one.name} was held out: with its start and sensors fitted errors are {one.fit_force:.3f} m/s² and "
                  f"{1e3 * one.fit_rate:.1f} mrad/s")  # fmt: skip
         if math.isfinite(one.foretold_force):
-            words += (f"; foretold from its first {one.begun:g} s, {one.foretold_force:.2f} m/s² and "
+            words += (f"; predicted from its first {one.begun:g} s, {one.foretold_force:.2f} m/s² and "
                       f"{1e3 * one.foretold_rate:.0f} mrad/s over the rest")  # fmt: skip
         yield words + "."
     for words in calibration.not_seen:
         yield f"{words[0].upper()}{words[1:]}."
 
 
-# A run that was not fitted beside what the robot found foretells of it from its beginning alone.
+# A run that was not fitted beside what the robot found predicts of it from its beginning alone.
 
 
 def draw_held_out(given: Given) -> Figure:
-    """The first run held out that is foretold, or else the first as it is fitted."""
+    """The first run held out that is predicted, or else the first as it is fitted."""
     one, foretold = _shown(given)
-    return fit_picture({"hip": one.hip, "foot": one.foot}, one.strikes, "foretold" if foretold else "fit")
+    return fit_picture({"hip": one.hip, "foot": one.foot}, one.strikes, "prediction" if foretold else "fit")
 
 
 def _shown(given: Given) -> tuple[HeldOut, bool]:
@@ -240,7 +225,7 @@ FIGURES = {
         claims=("prototype_is_model",),
     ),
     "calibration_held_out": Entry(
-        "Calibration: a run held out, foretold from its beginning",
+        "Calibration: a run held out, predicted from its beginning",
         43,
         ("calibration",),
         draw_held_out,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -105,47 +106,44 @@ def constraint_force(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw_contact_parameters(given: Given) -> Figure:
-    """A row for each parameter: the impact, the force after it, and the hip difference over the value."""
+    """A row for each parameter: the impact, and the force after it; below, the hip difference over all four."""
     study, scales = given.contact_study, scales_of(given.parameters.biped, given.parameters.slope.gravity)
     milliseconds, weight = 1e3 * scales.time, scales.size("N")
-    figure, axes = plt.subplots(4, 3, figsize=(style.TWO_COLUMNS, 8.8), sharey="col", width_ratios=(1.1, 1.1, 0.9))
+    figure = plt.figure(figsize=(style.TWO_COLUMNS, 8.4))
+    parts: Any = figure.subfigures(2, 1, height_ratios=(4.0, 1.2))
+    upper, lower = parts
+    axes = upper.subplots(4, 2, sharex="col", sharey=True)
     exact = constraint_force(given.analytic.walk)
-    for row, (key, symbol, unit, factor) in enumerate(ROWS):
-        impact, after, difference = axes[row]
+    for (key, symbol, unit, factor), (impact, after) in zip(ROWS, axes, strict=True):
         for panel in (impact, after):
             panel.plot(1e3 * exact[0], exact[1][:, 1], color=CONSTRAINT, linewidth=4)
             panel.plot(1e3 * study.time, study.default_force[:, 1], color="black", label=_value(study, key, factor))
-        for variation, colour in zip(study.variations.rows(key), VALUES):
-            label = f"{factor * study.variations.value[variation]:g}"
-            force = study.variations.force[variation, :, 1]
-            for panel in (impact, after):
+            for variation, colour in zip(study.variations.rows(key), VALUES):
+                label = f"{factor * study.variations.value[variation]:g}"
+                force = study.variations.force[variation, :, 1]
                 panel.plot(1e3 * study.time, force, color=colour, linewidth=0.8, label=label)
-        for panel in (impact, after):
             panel.plot(1e3 * study.time, study.chosen_force[:, 1], "--", color=CHOSEN, linewidth=1.2)
-        impact.legend(title=f"{symbol} [{unit}]", loc="upper right", handlelength=1.2, labelspacing=0.3)
-        _differences(difference, study, key, factor)
-        difference.set_xlabel(f"{symbol} [{unit}]")
-        impact.set_xlim(-0.004 * milliseconds, 0.01 * milliseconds)
-        after.set_xlim(0, 0.2 * milliseconds)
+        after.legend(title=f"{symbol} [{unit}]", loc="center left", bbox_to_anchor=(1.0, 0.5))
         impact.set_ylabel("normal force [N]")
-        difference.set_ylabel("hip difference [mm]")
-    style.panel_labels(axes.ravel())
-    impact, after, _ = axes[0]
-    impact.set(yscale="log", ylim=(0.1 * weight, 1e3 * weight))
-    after.set_ylim(-0.1 * weight, 4 * weight)
-    for panel, title in zip(axes[0], ("heel strike", "after it", "largest over a step")):
-        panel.set_title(title)
-    for panel in axes[-1, :2]:
-        panel.set_xlabel("time from heel strike [ms]")
-    figure.legend(
+    impact.set(xlim=(-0.004 * milliseconds, 0.01 * milliseconds), xlabel="time from heel strike [ms]")
+    after.set(xlim=(0, 0.2 * milliseconds), xlabel="time from heel strike [ms]")
+    after.set_yscale("symlog", linthresh=weight)  # a foot that lifts off has no force, an impact that of a hundred
+    after.set_ylim(bottom=-0.1 * weight)
+    tens = 10.0 ** np.arange(np.ceil(np.log10(weight) - 0.3), np.log10(after.get_ylim()[1]))
+    after.set_yticks([0.0, *tens], ["0", *(f"{ten:g}" for ten in tens)], minor=False)
+    axes[0, 0].set_title("heel strike")
+    axes[0, 1].set_title("after it")
+    difference = lower.subplots()
+    _differences(difference, study)
+    style.panel_labels((*axes.flat, difference))
+    upper.legend(
         handles=[
             Line2D([], [], color=CONSTRAINT, linewidth=4, label="constraint model, rolling feet"),
             Line2D([], [], color="black", label="starting set: Adams' defaults"),
-            Line2D([], [], color=CHOSEN, linestyle="--", label="chosen set"),
-            Line2D([], [], color=LIMIT, linestyle=":", label="rigid limit"),
+            Line2D([], [], color=CHOSEN, linestyle="--", label="chosen set: all four changed"),
         ],
         loc="outside upper center",
-        ncols=4,
+        ncols=3,
     )
     return figure
 
@@ -159,18 +157,20 @@ def differences(study: Result, key: str) -> tuple[np.ndarray, np.ndarray]:
     return values[order], found[order]
 
 
-def _differences(axes: Axes, study: Result, key: str, factor: float) -> None:
-    """Hip difference over the value; the chosen set where its value is, and the limit that no contact set passes."""
-    values, found = differences(study, key)
-    axes.plot(factor * values, 1e3 * found, "o-", color=style.TWIN, markersize=3)
-    chosen = factor * getattr(study.chosen.law, key), 1e3 * study.chosen.hip_position.max()
-    axes.plot(*chosen, "*", color=CHOSEN, markersize=9, zorder=3)
+def _differences(axes: Axes, study: Result) -> None:
+    """Hip differences over each parameter's value; the chosen set's, and the limit that no contact set passes."""
+    for (key, symbol, _, _), colour, mark in zip(ROWS, VALUES, "osD^", strict=True):
+        values, found = differences(study, key)
+        axes.plot(values / getattr(study.default.law, key), 1e3 * found, f"{mark}-", color=colour, markersize=3.5,
+                  label=f"{symbol} alone")  # fmt: skip
+    chosen = 1e3 * study.chosen.hip_position.max()
+    axes.axhline(chosen, color=CHOSEN, linestyle="--", label="chosen set: all four changed")
     if study.limit is not None:
-        axes.axhline(1e3 * study.limit.hard.hip_position.max(), color=LIMIT, linestyle=":")
-    if key != "contact_exponent":
-        axes.set_xscale("log")
-    axes.set_yscale("log")
+        axes.axhline(1e3 * study.limit.hard.hip_position.max(), color=LIMIT, linestyle=":", label="rigid limit")
+    axes.set(xscale="log", yscale="log", xlabel="value over that of the starting set [1]",
+             ylabel="largest hip difference\nover a step [mm]")  # fmt: skip
     style.round_ticks(axes.yaxis)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
 def _value(study: Result, key: str, factor: float) -> str:
@@ -215,7 +215,7 @@ def draw_friction(given: Given) -> Figure:
         line = "--" if one.friction == "coulomb" else "-"
         law.plot(slip, friction_coefficient(one, slip), line, color=colour, label=label, linewidth=1.0)
     law.set(ylim=(-1.25, 2.0), xlabel="slip velocity $v$ [m/s]", ylabel=r"friction coefficient $\mu$ [1]")
-    law.legend(loc="upper left", fontsize=6)
+    law.legend(loc="upper left")
 
     exact = constraint_force(given.analytic.walk)
     shown = exact[0] <= study.time[-1]

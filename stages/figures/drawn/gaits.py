@@ -220,7 +220,7 @@ def waterfall(axes: Axes, first: float, changes: list[float]) -> None:
     span = max(high - low, 1e-9)
     axes.set_xlim(low - 0.45 * span, high + 0.45 * span)
     axes.plot(first, 0, "o", color=style.TWIN, markersize=4)
-    axes.text(first + 0.04 * span, 0, f"{first:.1f}", va="center", ha="left", fontsize=6.5)
+    axes.text(first + 0.04 * span, 0, f"{first:.1f}", va="center", ha="left", fontsize=7)
     for row, change in enumerate(changes, 1):
         begin, end = levels[row - 1], levels[row]
         colour = SLOWER if change > 0 else QUICKER
@@ -231,7 +231,7 @@ def waterfall(axes: Axes, first: float, changes: list[float]) -> None:
         ahead = change >= 0
         place = max(begin, end) + 0.04 * span if ahead else min(begin, end) - 0.04 * span
         words = f"{change:+.2f}" if abs(change) >= 5e-3 else "0.00"
-        axes.text(place, row, words, va="center", ha="left" if ahead else "right", fontsize=6.5)
+        axes.text(place, row, words, va="center", ha="left" if ahead else "right", fontsize=7)
 
 
 def same_machine(panels: Sequence[Axes], ladder: Result) -> None:

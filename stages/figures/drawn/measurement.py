@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -12,7 +13,7 @@ from matplotlib.patches import FancyBboxPatch
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.measurement import LegAgreement, MeasurementAgreement
-from stages.comparison.stride import last_stride, there
+from stages.comparison.stride import last_stride, there, through_low_pass
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
@@ -20,7 +21,7 @@ from stages.imu.trial.agreement import Agreement, FrequencyDifference
 # Figure 14: the way of a sensor's samples, from the robot to the curves that are compared.
 
 #: Size of a box, and of the drawing, in units of the drawing.
-WIDTH, HEIGHT, ACROSS, DOWN = 2.1, 0.9, 10.4, 4.15
+WIDTH, HEIGHT, ACROSS, DOWN = 2.25, 0.9, 10.4, 4.15
 DEVICE, STEP = "#E8EEF4", "#F3ECE0"
 
 
@@ -29,7 +30,7 @@ def box(axes: Axes, x: float, y: float, title: str, words: str, colour: str) -> 
     look: dict[str, Any] = {"boxstyle": "round,pad=0.02,rounding_size=0.08", "edgecolor": "#333333", "linewidth": 0.7}
     axes.add_patch(FancyBboxPatch((x - WIDTH / 2, y - HEIGHT / 2), WIDTH, HEIGHT, facecolor=colour, **look))
     axes.text(x, y + 0.24, title, ha="center", va="center", fontsize=7.5, fontweight="bold")
-    axes.text(x, y - 0.13, words, ha="center", va="center", fontsize=6.5, linespacing=1.15)
+    axes.text(x, y - 0.13, words, ha="center", va="center", fontsize=7, linespacing=1.15)
 
 
 def arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], words: str = "") -> None:
@@ -37,7 +38,7 @@ def arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], word
     axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "linewidth": 0.9, "color": "black",
                                               "shrinkA": 0, "shrinkB": 0})  # fmt: skip
     if words:
-        axes.text(0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]) + 0.13, words, ha="center", fontsize=6.5)
+        axes.text(0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]) + 0.13, words, ha="center", fontsize=7)
 
 
 def draw_data_way(given: Given) -> Figure:
@@ -102,39 +103,36 @@ def draw_agreement(given: Given) -> Figure:
     """
     measured, points = there(given.comparison.measurement), given.parameters.settings.phase_points
     strides = np.concatenate([run.strides for run in given.imu.runs])  # (s, p, 6)
-    twin, simple = last_stride(given.twin.walk, points), last_stride(given.multibody.walk, points)
-    calibrated = last_stride(given.calibrated_twin.walk, points) if given.calibrated_twin.walk is not None else None
+    twin = last_stride(given.twin.walk, points)
+    models = [("digital twin", twin, "-", style.TWIN),
+              ("simple model", last_stride(given.multibody.walk, points), "--", style.MULTIBODY)]  # fmt: skip
+    if given.calibrated_twin.walk is not None:
+        models.append(("twin as calibrated", last_stride(given.calibrated_twin.walk, points), ":", style.SECOND))
+    shown = [(name, through_low_pass(stride, measured.bandwidth), form, color) for name, stride, form, color in models]
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 8.4))
     parts: Any = figure.subfigures(2, 1, height_ratios=(6.0, 2.4))
     above, below = parts
-    grid = above.subplots(3, 2, sharex="col", gridspec_kw={"width_ratios": (1.0, 0.62)})
+    grid = above.subplots(3, 2, sharex="col", gridspec_kw={"width_ratios": (1.0, 0.72)})
     phase = np.linspace(0, 100, strides.shape[1])
-    for (column, name, unit), (panel, beside), letter in zip(PANELS, grid, "abc", strict=True):
+    for (column, title, unit), (panel, beside), letter in zip(PANELS, grid, "abc", strict=True):
         panel.plot(phase, strides[:, :, column].T, color=style.MEASURED, linewidth=0.3, alpha=0.35)
         panel.plot([], [], color=style.MEASURED, label=f"{len(strides)} strides, {measured.origin}")
-        panel.plot(100 * twin.phase, twin.signals[:, column], color=style.TWIN, label="digital twin")
-        panel.plot(100 * simple.phase, simple.signals[:, column], "--", color=style.MULTIBODY, label="simple model")
-        if calibrated is not None:
-            panel.plot(
-                100 * calibrated.phase,
-                calibrated.signals[:, column],
-                ":",
-                color=style.SECOND,
-                label="twin as calibrated",
-            )
+        for name, signals, form, color in shown:
+            panel.plot(100 * twin.phase, signals[:, column], form, color=color, label=name)
         low, high = np.nanmin(strides[:, :, column]), np.nanmax(strides[:, :, column])
         margin = 0.15 * (high - low)
         panel.set_ylim(low - margin, high + margin)
         peak = int(np.argmax(np.abs(twin.signals[:, column])))
         if not low - margin <= twin.peaks[column] <= high + margin:
             # a spike of the models that no 100 Hz sensor shows would hide everything else
-            late = twin.phase[peak] > 0.6
+            late, words = twin.phase[peak] > 0.6, " before\nthe low pass" if measured.bandwidth > 0 else ""
             panel.annotate(
-                f"twin's spike: {twin.peaks[column]:.0f} m/s²", (100 * twin.phase[peak], high + 0.9 * margin),
+                f"twin's spike{words}: {twin.peaks[column]:.0f} m/s²", (100 * twin.phase[peak], high + 0.9 * margin),
                 xytext=(-6 if late else 6, -4), textcoords="offset points", fontsize=7, va="top",
                 ha="right" if late else "left",
             )  # fmt: skip
-        panel.set_ylabel(f"{name}\n[{unit}]")
+        style.mark_beyond(panel)
+        panel.set_ylabel(f"{title}\n[{unit}]")
         style.panel_label(panel, letter)
         signal = SENSOR_SIGNALS[column]
         write(beside, agreement_rows(measured.twin[signal], measured.simple[signal], unit))
@@ -143,7 +141,7 @@ def draw_agreement(given: Given) -> Figure:
     if measured.leg is not None:
         portrait, path = below.subplots(1, 2)
         draw_leg(portrait, path, measured.leg)
-    figure.supxlabel(frequency_line(measured), fontsize=7)
+    figure.supxlabel(f"{agreement_line(measured)}.\n{frequency_line(measured)}", fontsize=7)
     if measured.origin != "measured":
         words, place = "SYNTHETIC measurements", grid[0, 0].transAxes
         grid[0, 0].text(0.99, 0.04, words, transform=place, ha="right", va="bottom", fontsize=7, color="#555555")
@@ -191,8 +189,8 @@ def write(axes: Axes, rows: list[tuple[str, str, str]]) -> None:
     for number, row in enumerate(rows):
         weight = "bold" if number == 0 else "normal"
         height = 1 - (number + 0.5) / len(rows)
-        for x, text, align in zip((0.0, 0.83, 1.0), row, ("left", "right", "right"), strict=True):
-            axes.text(x, height, text, transform=axes.transAxes, fontsize=6.5, ha=align, va="center", weight=weight)
+        for x, text, align in zip((0.0, 0.85, 1.0), row, ("left", "right", "right"), strict=True):
+            axes.text(x, height, text, transform=axes.transAxes, fontsize=7, ha=align, va="center", weight=weight)
 
 
 def frequency_line(measured: MeasurementAgreement) -> str:
@@ -208,11 +206,20 @@ def frequency_line(measured: MeasurementAgreement) -> str:
 
     twin = words("twin over the same steps", measured.twin_frequency)
     simple = words("settled simple model", measured.simple_frequency)
-    low_pass = f"; models behind the sensors' {measured.bandwidth:g} Hz low pass" if measured.bandwidth > 0 else ""
-    return (
-        f"Agreement with the mean of {measured.runs} {measured.origin} runs{low_pass}.\n"
-        f"Step frequency of the runs: {twin},\n{simple}."
-    )
+    return f"Step frequency of the runs: {twin},\n{simple}."
+
+
+def agreement_line(measured: MeasurementAgreement) -> str:
+    """What the runs are compared with: models as the sensors show them, or with their spikes."""
+    how = (f"models behind the sensors' {measured.bandwidth:g} Hz low pass" if measured.bandwidth > 0 else
+           "the sensors' bandwidth is not known: the models' spikes at impacts, which they cannot show, count in RMSE, "
+           "ICC and limits")  # fmt: skip
+    return "\n".join(textwrap.wrap(f"Agreement with the mean of {measured.runs} {measured.origin} runs; {how}", 110))
+
+
+#: Said where models cannot be shown as the sensors would.
+UNKNOWN_BANDWIDTH = (" The sensors' bandwidth is not declared, so that the table counts the models' spikes at impacts: "
+                     "give bandwidth_hz of the devices.")  # fmt: skip
 
 
 def caption_agreement(given: Given) -> str:
@@ -223,6 +230,7 @@ def caption_agreement(given: Given) -> str:
         f"{measured.runs} {measured.origin} runs at {measured.step_frequency:.4f} Hz "
         f"(± {measured.step_frequency_spread:.4f} between runs), twin {measured.twin_step_frequency:.4f} Hz over the "
         f"same steps. The envelope holds the twin over {shares} of the stride."
+        + ("" if measured.bandwidth > 0 else UNKNOWN_BANDWIDTH)
         + calibrated_words(given)
         + ("" if leg is None else leg_words(leg))
         + (" Synthetic runs test the method; they cannot confirm a model." if measured.origin != "measured" else "")

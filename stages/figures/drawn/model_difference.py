@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -124,11 +125,12 @@ def draw_error_bars(given: Given) -> Figure:
     """A panel for each measure, with a bar for each effect and one for their sum."""
     shown = measures(given.error_budget)
     figure, axes = plt.subplots(
-        max(len(shown), 1), 1, figsize=(style.ONE_COLUMN, 0.3 + 1.16 * max(len(shown), 1)), squeeze=False
+        max(len(shown), 1), 1, figsize=(style.ONE_COLUMN, 0.3 + 1.3 * max(len(shown), 1)), squeeze=False
     )
     for panel, (label, ways), letter in zip(axes[:, 0], shown, "abcde"):
         bars(panel, ways)
-        panel.set_xlabel(f"({letter}) {label}", labelpad=1.0)
+        style.panel_label(panel, letter)
+        panel.set_xlabel(label)
     if not shown:
         axes[0, 0].set_title(given.error_budget.outcome)
     return figure
@@ -148,16 +150,15 @@ def bars(panel: Axes, ways: np.ndarray) -> None:
         panel.barh(row, mean, height=0.66, color=colour)
         if abs(mean) < THIN * span:
             panel.plot([mean, mean], [row - 0.33, row + 0.33], color=style.TWIN, linewidth=0.8)
-        words = f"{mean:+.2f}".replace("-", "\u2212") if abs(mean) >= 5e-3 else "  0.00"
-        if half >= 5e-3:
+        words = f"{mean:+.3f}".replace("-", "\u2212") if abs(mean) >= 5e-4 else "  0.000"
+        if half >= 5e-4:
             panel.errorbar(mean, row, xerr=half, color=style.TWIN, linewidth=0.8, capsize=2.0)
-            words += f" \u00b1 {half:.2f}"
-        panel.text(1.02, row, words, va="center", ha="left", fontsize=6.5, transform=panel.get_yaxis_transform())
-    panel.set_yticks(range(len(values)), [*(name for name, *_ in ROWS), "total"], fontsize=6.5)
+            words += f" \u00b1 {half:.3f}"
+        panel.text(1.02, row, words, va="center", ha="left", fontsize=7, transform=panel.get_yaxis_transform())
+    panel.set_yticks(range(len(values)), [*(name for name, *_ in ROWS), "total"], fontsize=7)
     panel.get_yticklabels()[-1].set_fontweight("bold")
     panel.set_ylim(len(values) - 0.5, -0.5)
     panel.tick_params(axis="y", length=0)
-    panel.tick_params(axis="x", labelsize=6.5, pad=1.5)
     panel.grid(axis="y", visible=False)
 
 
@@ -184,7 +185,10 @@ COLOURS = dict(zip(PARTS, (style.SEQUENCE[2], style.SEQUENCE[1], style.MEASURED)
 def draw_contact_sets(given: Given) -> Figure:
     """Above, distance over one step over cost and stiffness; below, its parts, and distance between cycles."""
     study = given.contact_study
-    figure, ((cost, stiffness), (parts, cycles)) = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 6.0))
+    figure = plt.figure(figsize=(style.TWO_COLUMNS, 6.6))
+    places: Any = [["cost", "stiffness"]] * 2 + [["parts", "period"], ["parts", "length"]]
+    panels = figure.subplot_mosaic(places)
+    cost, stiffness, parts = (panels[name] for name in ("cost", "stiffness", "parts"))
     if study.limit is None or study.candidates is None:
         cost.set_title(study.limit_outcome)
         return figure
@@ -199,8 +203,12 @@ def draw_contact_sets(given: Given) -> Figure:
         panel.set_ylabel("distance of the hip\nover one step [mm]")
     figure.legend(*cost.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     _parts(parts, limit)
-    _cycles(cycles, limit)
-    style.panel_labels((cost, stiffness, parts, cycles))
+    _cycles(panels["period"], limit, "period", "difference of\nperiods [ms]")
+    _cycles(panels["length"], limit, "step_length", "difference of\nlengths [mm]")
+    panels["period"].sharex(panels["length"])
+    panels["period"].tick_params(labelbottom=False)
+    panels["length"].set_xlabel("contact stiffness $k_c$ [N/mm$^e$]")
+    style.panel_labels(panels.values())
     return figure
 
 
@@ -246,8 +254,9 @@ def _parts(axes: Axes, limit: RigidLimit) -> None:
         whole = 1e3 * one.hip_position.max()
         axes.plot([whole] * 2, [row - 0.42, row + 0.42], color="black", linewidth=2.0,
                   label="all at once" if row == 0 else None)  # fmt: skip
-    axes.set_yticks(range(len(rows)), [f"{name}\n{_law(one)}" for name, one in rows], fontsize=6.5)
-    axes.invert_yaxis()
+    axes.set_yticks(range(len(rows)), [f"{name}\n{_law(one)}" for name, one in rows])
+    axes.set_ylim(len(rows) + 0.7, -0.5)  # below the bars is room for the legend
+    axes.set_title("below names: $k_c$ [$10^5$ N/mm$^e$], $c_{max}$ [N s/mm],\n$d$ [mm], $v_s$ [mm/s]", fontsize=7)
     axes.set_xlabel("largest difference of the hip over one step [mm]")
     axes.legend(loc="lower right")
 
@@ -259,26 +268,19 @@ def _law(one: Distance) -> str:
     return ", ".join(f"{number:.3g}" for number in (*numbers, 1e3 * law.stiction_velocity))
 
 
-def _cycles(axes: Axes, limit: RigidLimit) -> None:
-    """Differences of period and length of the solved cycles over the stiffness."""
-    stiffness = [one.law.contact_stiffness for one in limit.family]
+def _cycles(axes: Axes, limit: RigidLimit, name: str, label: str) -> None:
+    """Differences of a measure of the solved cycles over the stiffness; looks are those of the panels above."""
     if not np.isfinite([one.period for one in (*limit.family, limit.default, limit.chosen)]).any():
         axes.text(0.5, 0.5, "no set has a cycle", ha="center", transform=axes.transAxes)
         axes.set_axis_off()
         return
-    for name, label, line, colour in (
-        ("period", "step period [ms]", "o-", FAMILY), ("step_length", "step length [mm]", "s--", style.THIRD)
-    ):  # fmt: skip
-        sizes = [abs(1e3 * getattr(one, name)) for one in limit.family]
-        axes.plot(stiffness, sizes, line, color=colour, markersize=3.5, label=f"{label}, family")
-        for one, mark in ((limit.default, "D"), (limit.chosen, "*")):
-            size = 11 if mark == "*" else 5
-            axes.plot(one.law.contact_stiffness, abs(1e3 * getattr(one, name)), mark, color=colour, markersize=size)
-        axes.axhline(abs(1e3 * getattr(limit.hard, name)), color=colour, linewidth=0.8, linestyle=":")
-    axes.set(xscale="log", yscale="log")
+    stiffness = [one.law.contact_stiffness for one in limit.family]
+    axes.plot(stiffness, [abs(1e3 * getattr(one, name)) for one in limit.family], "o-", color=FAMILY, markersize=3.5)
+    for one, mark, colour, size in ((limit.default, "D", DEFAULT, 5), (limit.chosen, "*", CHOSEN, 11)):
+        axes.plot(one.law.contact_stiffness, abs(1e3 * getattr(one, name)), mark, color=colour, markersize=size)
+    axes.axhline(abs(1e3 * getattr(limit.hard, name)), color=LIMIT, linewidth=1.0, linestyle="--")
+    axes.set(xscale="log", yscale="log", ylabel=label)
     style.round_ticks(axes.yaxis)
-    axes.set(xlabel="contact stiffness $k_c$ [N/mm$^e$]", ylabel="difference of solved cycles [ms, mm]")
-    axes.legend(loc="lower left")
 
 
 def caption_contact_sets(given: Given) -> str:
@@ -292,12 +294,11 @@ def caption_contact_sets(given: Given) -> str:
         "impact's finite stiffness and the rest do over one step, so that they cannot cancel. The limit itself "
         f"differs from rolling feet by {1e3 * far.hip_position.max():.2f} mm over one step and by "
         f"{1e3 * far.period:+.2f} ms and {1e3 * far.step_length:+.2f} mm a step between cycles: no contact parameter "
-        f"removes that (dashed and dotted lines). The chosen set is {distance(limit.chosen):.2f} mm away in "
+        f"removes that (dashed). The chosen set is {distance(limit.chosen):.2f} mm away in "
         f"{limit.chosen.evaluations} evaluations ({1e3 * limit.chosen.hip_position.max():.2f} mm where its parts "
         f"cancel), Adams' defaults are {distance(limit.default):.2f} mm in {limit.default.evaluations}, the last of "
         f"the family {distance(last):.2f} mm in {last.evaluations}. The choice counts the hip's velocity and the "
-        "cycles too. Numbers of a set: k_c in 1e5 N/mm^e, c_max in N s/mm, d in mm, v_s in mm/s. Stars and diamonds "
-        "between cycles: the chosen set and Adams' defaults."
+        "cycles too."
     )
 
 

@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
@@ -260,17 +261,27 @@ def draw_steps(given: Given) -> Figure:
     below = 1.02 * max([BELOW * large / 1.02, *(-each[..., 1].min() for each in reach)])
     above = 1.02 * max([ABOVE * large / 1.02, *(each[..., 1].max() for each in reach)])
     edge = ramp.tracks[1] + 0.8 * ramp.width
-    figure, panels = plt.subplots(1, STEPS, figsize=(style.TWO_COLUMNS, 1.95))
+    figure, panels = plt.subplots(1, STEPS, figsize=(style.TWO_COLUMNS, 2.15))
     for number, (axes, time) in enumerate(zip(panels, moments(walk)), 1):
         x, (centre, ground) = poses[number - 1].hip[0], middles[number - 1]
         near = max(0, int(np.ceil((x - 3 * half) / ramp.step))), int((x + 3 * half) / ramp.step)
         board = view.deck(x - 0.6 * half / STEP_WINDOW, x + 0.6 * half / STEP_WINDOW, edge)
         view.paint(axes, camera, [board, view.blocks(ramp, *near), robots[number - 1]])
         view.frame(axes)
-        axes.set(xlim=(centre - half, centre + half), ylim=(ground - below, ground + above))
+        axes.set(xlim=(centre - half, centre + half), ylim=(ground - below - 0.15 * large, ground + above))
         axes.set_title(f"step {number}, {time - walk.time[0]:.2f} s", fontsize=7)
     for axes in panels[len(moments(walk)) :]:
         axes.set_axis_off()
+    if poses:  # a scale, as the camera sees what lies along the ramp
+        (across, up), (centre, ground) = camera.page(np.array([ramp.step, 0.0, 0.0])), middles[0]
+        low = ground - below - 0.04 * large
+        panels[0].plot(centre + 0.5 * across * np.array([-1, 1]), low + 0.5 * up * np.array([-1, 1]), "|-",
+                       color="black", linewidth=1.0, markersize=5)  # fmt: skip
+        panels[0].text(centre, low - 0.03 * large, f"a step, {1e3 * ramp.step:.0f} mm", ha="center", va="top",
+                       fontsize=7)  # fmt: skip
+    handles = [Line2D([], [], color=colour, linewidth=4, label=name)
+               for colour, name in zip(LEG_COLOURS, LEG_NAMES, strict=True)]  # fmt: skip
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
 
 

@@ -8,6 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from stages.biped.accuracy.scales import scales_of, size
 from stages.biped.walk import Walk
@@ -49,7 +51,7 @@ def draw_ground_reaction(given: Given) -> Figure:
     """Normal and friction force of both models over one contact; a second row shows the impact at its own scale."""
     ours, theirs = contact(given.analytic.walk, LEG, 0), contact(given.multibody.walk, LEG, -1)
     time = scales_of(given.parameters.biped, given.parameters.slope.gravity).time
-    figure, axes = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(2, 1))
+    figure, axes = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(2, 1), sharex="col")
     for row, (column, name) in enumerate(((1, "normal force $F_N$ [N]"), (0, "friction force $F_T$ [N]"))):
         whole, impact = axes[row]
         for part, milliseconds in ((whole, False), (impact, True)):
@@ -63,12 +65,15 @@ def draw_ground_reaction(given: Given) -> Figure:
         low, high = contact_phase.min(), contact_phase.max()
         margin = 0.6 * (high - low)
         whole.set(ylim=(min(low - margin, 0 - 0.1 * margin), high + margin), ylabel=name)
-        impact.set_xlim(*(1e3 * time * end for end in IMPACT))
+        whole.margins(x=0.02)
+        style.mark_beyond(whole)
+        impact.set(xlim=[1e3 * time * end for end in IMPACT], ylabel=name)
     style.panel_labels(axes.T.ravel())
     axes[0, 0].legend(loc="lower center")
     axes[1, 0].set_xlabel("time since heel strike [s]")
     axes[1, 1].set_xlabel("time since heel strike [ms]")
-    axes[0, 1].text(0.97, 0.95, "impact, full scale", transform=axes[0, 1].transAxes, ha="right", va="top", fontsize=7)
+    axes[0, 1].set_title("impact, full scale")
+    axes[0, 0].set_title("wedges: beyond the axis")
     return figure
 
 
@@ -184,14 +189,18 @@ def draw_hip_motion(given: Given) -> Figure:
         extent = np.percentile(np.abs(scale * values[:, column]), 98)
         difference.set_ylim(*(np.array([-1.3, 1.3]) * max(extent, 1.2 * scale * limit)))
         mark_one_step(difference, given.analytic.gait.period_s, largest_of(given, name)[column] * scale)
+        style.mark_beyond(difference)
         curve.set_ylabel(label)
         difference.set_ylabel(f"difference\n{unit}")
     style.panel_labels(axes[::2].ravel())
     for side in (0, 1):
         axes[3, side].set_xlabel("time from the common mid-stance state [s]")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    words = "grey: the paper's; " * any(limits.values()) + "dotted: largest over one step"
-    axes[1, 0].text(0.02, 0.04, words, transform=axes[1, 0].transAxes, fontsize=6)
+    handles, _ = axes[0, 0].get_legend_handles_labels()
+    handles.append(Line2D([], [], color=style.TWIN, linestyle=":", label="largest over the first step"))
+    if any(limits.values()):
+        handles.append(Patch(color="#EEEEEE", label="the paper's largest"))
+    handles.append(Line2D([], [], color=style.TWIN, marker="^", markersize=4, linewidth=0, label="beyond the axis"))
+    figure.legend(handles=handles, loc="outside upper center", ncols=3)
     return figure
 
 
