@@ -13,6 +13,7 @@ import click
 
 from pipeline.cache import processor
 from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
+from pipeline.home import DISTRIBUTION, engine, program
 from pipeline.study import locate
 
 _BY_SIGNAL = 128
@@ -82,8 +83,17 @@ def _questions() -> tuple[dict[str, tuple[str, click.Command]], Any]:
         return {}, error.sentences
 
 
+def _version(ctx: click.Context, parameter: click.Parameter, asked: bool) -> None:
+    """Print the version, the commit and a digest of the code, if asked."""
+    if asked and not ctx.resilient_parsing:
+        version = importlib.import_module("importlib.metadata").version(DISTRIBUTION)
+        click.echo(program(engine() / "stages", f"{DISTRIBUTION}, version {version}"))
+        ctx.exit()
+
+
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(package_name="bipedstudy")
+@click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version,
+              help="Show the version, the commit and a digest of the code, and exit.")
 def cli() -> None:
     """Bring a study of stages up to date, and ask its stages questions.
 

@@ -31,7 +31,7 @@ from typing import Any
 
 from pipeline.cache.fingerprint import installed
 from pipeline.errors import StudyError
-from pipeline.home import DISTRIBUTION, engine
+from pipeline.home import DISTRIBUTION, engine, program
 
 
 def stage_module(package: str, stage: str, name: str) -> ModuleType:
@@ -52,7 +52,7 @@ def result_class(package: str, stage: str) -> Any:
 def study_attributes(package: str, home: Path) -> dict[str, str]:
     """What every file of a study says of itself: the `ATTRIBUTES` of the package's module `about`, and this program."""
     own = getattr(_about(package, home), "ATTRIBUTES", {})
-    return {**own, "source": " ".join([DISTRIBUTION, *installed([DISTRIBUTION])])}
+    return {**own, "source": program(home / package, " ".join([DISTRIBUTION, *installed([DISTRIBUTION])]))}
 
 
 def _about(package: str, home: Path) -> ModuleType | None:

@@ -21,7 +21,7 @@ from pipeline.graph import Graph, Stage
 from pipeline.home import DISTRIBUTION, check_one_program, face, home
 from pipeline.parameters import loading
 from pipeline.parameters.value import declared
-from pipeline.stage_modules import home_of, importable, result_class, stage_module
+from pipeline.stage_modules import home_of, importable, result_class, stage_module, study_attributes
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,11 @@ class Study:
     def sources(self) -> Sources:
         """The source files of the stages."""
         return Sources(self.code_root, self.package, beside(self.code_root / self.package))
+
+    @cached_property
+    def about(self) -> dict[str, str]:
+        """What every file of the study says of itself, the program that made it among that."""
+        return study_attributes(self.package, self.code_root)
 
     def parameters(self, names: Iterable[str]) -> dict[str, Any]:
         """Checked parameters of these stages. Raises `StudyError` with a sentence for each error."""

@@ -38,9 +38,16 @@ class Meaning(NamedTuple):
 def beside(package: Path) -> SyntaxMemo:
     """What is known of a package's sources. It is kept where Python keeps what it compiled of them.
 
-    So it is as trustworthy as they are, which a folder of results need not be, and serves all of these.
+    So it is as trustworthy as they are, which a folder of results need not be, and serves all of these. What is known
+    of an installed package, beside which there is no study, is kept in the user's cache: uninstalling leaves no rest.
     """
-    return SyntaxMemo(Path(importlib.util.cache_from_source(str(package / "__init__.py"))).with_suffix(".syntax.json"))
+    if (package.parent / "dvc.yaml").is_file():
+        compiled = importlib.util.cache_from_source(str(package / "__init__.py"))
+        return SyntaxMemo(Path(compiled).with_suffix(".syntax.json"))
+    known = {"win32": "~/AppData/Local", "darwin": "~/Library/Caches"}.get(sys.platform, "~/.cache")
+    wished = Path(os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME") or known)
+    base = wished if wished.is_absolute() else Path(os.path.expanduser(known))  # noqa: PTH111 - it never raises
+    return SyntaxMemo(base / "bipedstudy" / f"{disk.digest(str(package).encode())[:16]}.syntax.json")
 
 
 class SyntaxMemo:

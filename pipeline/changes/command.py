@@ -150,17 +150,14 @@ def between(study: Study, other: Path, tolerance: float) -> Row:
             missing.setdefault(lacking[0], []).append(stage.name)
         if lacking:
             continue
-        try:
-            older |= _compare(stage.name, before / name, after / name, by_key, every, unread)
-        except ArtefactError as error:
-            unread.append(f"stage {stage.name}: {'; '.join(error.sentences)}")
+        older |= _compare(stage.name, before / name, after / name, by_key, every, unread)
     unread += [f"not compared, as {shown(folder)} has no result of: {', '.join(names)}"
                for folder, names in missing.items()]  # fmt: skip
-    known = {Path(stage.artefact).name for stage in study.graph.stages.values()}
-    if gone := sorted(path.stem for path in before.glob("*.h5") if path.name not in known):
-        unread.append(f"not compared, as this study has no such stage: {', '.join(gone)}")
+    unread += [f"not compared, as this study has no such stage: {name}"
+               for name in sorted({path.stem for path in before.glob("*.h5")} - {*study.graph.stages})]  # fmt: skip
     judged = _claims(before, after, unread)
-    large = [row for row in every if older or row["relative"] is None or abs(row["relative"]) > tolerance]
+    least = -1.0 if older else tolerance  # every number that both have
+    large = [row for row in every if row["relative"] is None or abs(row["relative"]) > least]
     found = {
         "before": shown(before), "after": shown(after),
         "parameters": [{"key": key, "before": was, "after": now, "stages": stages}
@@ -176,26 +173,32 @@ def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str 
              every: list[Row], unread: list[str]) -> bool:  # fmt: skip
     """Add what differs between two artefacts of a stage; of one of an earlier form, which is told, all that both have.
 
-    Raises `StudyError`, `ArtefactError` if one is unreadable.
+    Raises `StudyError`; that one is no artefact is added to what is `unread`.
     """
     from pipeline.cache import artefact
 
     names = shown(before), shown(after)
     old, new = disk.content(before, names[0]), disk.content(after, names[1])
-    older = artefact.is_older(old, names[0])
     if old == new:
-        return older
-    for change in parameters(artefact.provenance(old, names[0], older), artefact.provenance(new, names[1])):
-        by_key.setdefault(change, []).append(stage)
-    rows = list(changes(stage, old, new, names, older))
-    if older:
-        for side, where in (("before", names[0]), ("after", names[1])):
-            alone = [row["path"] for row in rows if row["alone"] == side]
-            some = ", ".join(alone[:_NAMED]) + (f" and {len(alone) - _NAMED} more" if len(alone) > _NAMED else "")
-            if alone:
-                unread.append(f"not compared, as in {where} alone or in another unit: {some}")
-        rows = [row for row in rows if not row["alone"]]
-    every += ({name: value for name, value in row.items() if name != "alone"} for row in rows)
+        return False
+    alone: dict[str, list[str]] = {"before": [], "after": []}
+    try:
+        older = artefact.is_older(old, names[0])
+        for change in parameters(artefact.provenance(old, names[0], older), artefact.provenance(new, names[1])):
+            by_key.setdefault(change, []).append(stage)
+        for row in changes(stage, old, new, names, older):
+            side = row.pop("alone")
+            if older and side:
+                alone[side].append(row["path"])
+            else:
+                every.append(row)
+    except ArtefactError as error:
+        unread.append(f"stage {stage}: {'; '.join(error.sentences)}")
+        return False
+    for where, paths in zip(names, alone.values()):
+        some = ", ".join(paths[:_NAMED]) + (f" and {len(paths) - _NAMED} more" if len(paths) > _NAMED else "")
+        if paths:
+            unread.append(f"not compared, as in {where} alone or in another unit: {some}")
     return older
 
 

@@ -16,12 +16,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pipeline.cache import disk
 from pipeline.cache.fingerprint import attributes, entry_modules
 from pipeline.graph import Stage
-from pipeline.home import engine
+from pipeline.home import code_of, engine
 from pipeline.parameters import loading
-from pipeline.stage_modules import study_attributes
 
 if TYPE_CHECKING:
     from pipeline.cache.fingerprint import Ingredients
@@ -100,8 +98,8 @@ class Job:
 def job_of(study: Study, parts: Ingredients, files: Mapping[str, File], above: Iterable[Ingredients] = ()) -> Job:
     """The job to compute the stage of `parts` once, and to keep its files; it reads `files` and rests on `above`."""
     stage = study.graph.stages[parts["stage"]]
-    about = {**study_attributes(study.package, study.code_root), "stage": stage.name}
-    made = attributes(parts, study.requests, above)
+    about = {**study.about, "stage": stage.name}
+    made = attributes(parts, study.requests, above) | {"program": study.about["source"]}
     return Job(study.package, str(study.code_root), str(study.root), (stage,), parts["code"], files, made, about)
 
 
@@ -112,10 +110,7 @@ def task_of(study: Study, values: Mapping[str, Any], index: int = 0) -> Task:
 
 def engine_code() -> dict[str, str]:
     """What this program is made of: file -> digest, whatever ends its lines."""
-    home = engine()
-    files = (path for path in sorted((home / "pipeline").rglob("*.py")) if "face" not in path.relative_to(home).parts)
-    return {path.relative_to(home).as_posix(): disk.digest(path.read_bytes().replace(b"\r\n", b"\n"))[:16]
-            for path in files}  # fmt: skip
+    return code_of(engine() / "pipeline")
 
 
 def _stage(plain: Mapping[str, Any]) -> Stage:

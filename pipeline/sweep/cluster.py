@@ -136,7 +136,8 @@ def _rows(future: Any) -> list[tuple[int, Row]]:
     try:
         told = json.loads(future.result())
     except (CancelledError, OSError):  # the one that a lost connection raises is a CancelledError
-        raise StageFailed("the dask scheduler was lost; what came back is kept: run the sweep again") from None
+        raise StageFailed("the dask scheduler was lost, and the workers ended with it; what came back is kept: start "
+                          "both again, then run the sweep again") from None
     if "refused" in told:
         raise StageFailed(told["refused"])
     return [(index, Row(**row)) for index, row in told["rows"]]

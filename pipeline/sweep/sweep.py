@@ -27,7 +27,7 @@ from pipeline.errors import StudyError
 from pipeline.execution.columns import about
 from pipeline.execution.display import Display
 from pipeline.execution.job import Task, task_of
-from pipeline.stage_modules import result_class, study_attributes
+from pipeline.stage_modules import result_class
 from pipeline.study import Study
 from pipeline.sweep import pool
 from pipeline.sweep.chain import Chain
@@ -60,7 +60,7 @@ def table(
         if not any(fnmatchcase(name, pattern) for name in found):
             note(f'{chain.spec.name}: outputs: no point has a result "{pattern}"')
     with artefact.in_memory() as file:
-        for name, text in study_attributes(chain.study.package, chain.study.code_root).items():
+        for name, text in chain.study.about.items():
             file.attrs[name] = text
         group = file.create_group("table", track_order=True)
         row = hdf5.row_scale(group, hdf5.free_name("row", {**given, **found}), count, **_STORAGE)

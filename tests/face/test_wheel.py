@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -29,8 +30,8 @@ def installed(repository, tmp_path_factory):
     return folder / "site"
 
 
-def python(installed, folder, *arguments):
-    environment = {**os.environ, "PYTHONPATH": str(installed)}
+def python(installed, folder, *arguments, **environment):
+    environment = {**os.environ, "PYTHONPATH": str(installed), **environment}
     done = subprocess.run([sys.executable, *arguments], cwd=folder, env=environment, text=True, capture_output=True)
     return done.returncode, done.stdout, done.stderr
 
@@ -55,3 +56,30 @@ def test_a_study_beside_modules_of_the_same_names(installed, tmp_path):
     told = "import bipedstudy as bs; print(bs.load('analytic').summary())"
     code, out, errors = python(installed, tmp_path / "mine", "-c", told)
     assert code == 0 and "stable gait" in out, errors
+
+
+def test_nothing_is_left_behind_and_another_packages_files_are_said(installed, tmp_path):
+    """What a command keeps is no part of site-packages; where another package lies, each command is one sentence."""
+    record, = installed.glob("bipedstudy-*.dist-info/RECORD")
+    recorded = {line.rsplit(",", 2)[0] for line in record.read_text().splitlines()}
+    environment = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    code, out, errors = python(installed, tmp_path, "-m", "bipedstudy", "init", "mine", **environment)
+    assert code == 0, errors
+    assert python(installed, tmp_path / "mine", "-m", "bipedstudy", "status", **environment)[0] in (0, 3)
+    assert [path.name for path in (tmp_path / "cache/bipedstudy").glob("*.syntax.json")]
+    here = {path.relative_to(installed).as_posix() for path in installed.rglob("*") if path.is_file()}
+    own = {name for name in here - recorded if name.split("/")[0] in ("bipedstudy", "pipeline", "stages")}
+    assert not [name for name in own if not name.endswith(".pyc")]
+    code, out, _ = python(installed, tmp_path, "-m", "bipedstudy", "--version")
+    assert code == 0 and re.fullmatch(r"bipedstudy, version \S+, code [0-9a-f]{16}\n", out), "a wheel has no commit"
+    for package in ("pipeline", "stages"):
+        place = installed / package / "__init__.py"
+        before = place.read_bytes()
+        for content in (b"'Of another study.'\n", None):
+            place.unlink() if content is None else place.write_bytes(content)
+            for command in (("--version",), ("gait",), ("run-all",)):
+                code, out, errors = python(installed, tmp_path, "-m", "bipedstudy", *command)
+                assert (code, out, len(errors.splitlines())) == (2, "", 1)
+                assert str(place) in errors and "another distribution" in errors
+            place.write_bytes(before)
+    assert python(installed, tmp_path, "-m", "bipedstudy", "--version")[0] == 0

@@ -146,7 +146,7 @@ def test_a_server_whose_certificate_is_not_trusted(tmp_path: Path) -> None:
         own, hba = f"sslrootcert={server.certificate}", server.folder / "base/pg_hba.conf"
         wrong = {
             server.by_network("sslmode=verify-full", f"sslrootcert={tmp_path}/none"): "is missing",
-            server.by_network("sslmode=verify-full", f"sslrootcert={stranger}"): "authority is not known",
+            server.by_network("sslmode=verify-full", f"sslrootcert={stranger}"): "authority that is not known",
             server.by_network("sslmode=verify-full", own): "another host name",
             server.by_network("sslmode=require", password="wrong"): "refuses this user and password",
         }

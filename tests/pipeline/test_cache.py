@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
+import subprocess
 
+from pipeline.cache import artefact
 from pipeline.cache.sources import Sources, SyntaxMemo
+from tests.pipeline.toy import HOME
 
 ALL = {"fall", "bounce", "side", "picture"}
 
@@ -33,6 +37,24 @@ def test_forced_reruns_are_byte_identical(done):
     before = done.results()
     assert how(done.run(force=True)) == ALL
     assert done.results() == before
+
+
+def test_every_file_says_which_code_made_it(done):
+    """The commit of the checkout, and a digest of engine and stages; both are part of no key."""
+    place = done.root / "results/fall.h5"
+    before = place.read_bytes()
+    about = artefact.provenance(before, "fall.h5")
+    said = r"bipedstudy \S+, code [0-9a-f]{16}"
+    if (HOME / ".git").exists():
+        commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=HOME, text=True, capture_output=True, check=True)
+        said = said.replace(", code", f", commit {commit.stdout.strip()}, code")
+    assert re.fullmatch(said, about["program"])
+    run = next(done.root.glob(f"{done.package}/fall/run.py"))
+    run.write_text(run.read_text() + "\n# a remark changes no key\n")
+    assert set(done.run().values()) == {"current"} and place.read_bytes() == before
+    assert how(done.run(force=True)) == ALL
+    after = artefact.provenance(place.read_bytes(), "fall.h5")
+    assert after["program"] != about["program"] and after["key"] == about["key"]
 
 
 def test_two_studies_in_two_folders_have_the_same_bytes(done, finished):

@@ -32,6 +32,15 @@ def test_the_citation_is_of_this_version(repository):
     assert f'\nversion = "{cited["version"]}"\n' in (repository / "pyproject.toml").read_text()
 
 
+def test_what_was_released_has_a_date(repository):
+    """In the changelog, the newest released version's in the citation and for programs too."""
+    released = re.findall(r"^## (\d\S*) \((.*)\)$", (repository / "CHANGELOG.md").read_text(), flags=re.M)
+    assert [version for version, day in released if not re.fullmatch(r"\d{4}-\d\d-\d\d", day)] == []
+    cited = yaml.safe_load((repository / "CITATION.cff").read_text())
+    meta = json.loads((repository / "codemeta.json").read_text())
+    assert (cited["version"], cited["date-released"]) == released[0] and meta["datePublished"] == released[0][1]
+
+
 def test_codemeta_says_what_the_citation_says(repository):
     meta = json.loads((repository / "codemeta.json").read_text())
     cited = yaml.safe_load((repository / "CITATION.cff").read_text())

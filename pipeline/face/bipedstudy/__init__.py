@@ -16,6 +16,8 @@ computes with the kernels and the one thread of the stored results, and gives th
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import importlib
 import sys
 from collections.abc import Sequence
@@ -50,14 +52,32 @@ def _own_packages_first() -> None:
         sys.meta_path.insert(0, _Own())
 
 
+def _in_our_place() -> str:
+    """Which package of this wheel another distribution put its own in the place of; nothing in a checkout."""
+    for record in _HOME.glob("bipedstudy-*.dist-info/RECORD"):
+        installed = record.read_text(encoding="utf-8")
+        for place in (_HOME / package / "__init__.py" for package in _OWN):
+            here = hashlib.sha256(place.read_bytes()).digest() if place.is_file() else b""
+            digest = base64.urlsafe_b64encode(here).decode().rstrip("=")
+            if f"\n{place.parent.name}/__init__.py,sha256={digest}," not in f"\n{installed}":
+                return (f"{place} is not the file that was installed with bipedstudy: another distribution has a "
+                        "package of that name; install bipedstudy in an environment of its own")  # fmt: skip
+    return ""
+
+
 _own_packages_first()
+#: Why this program cannot run, said by every command; nothing as a rule.
+broken = _in_our_place()
 
-from pipeline.cache import processor  # noqa: E402
+if not broken:
+    from pipeline.cache import processor
 
-processor.take()
+    processor.take()
 
 
 def __getattr__(name: str) -> Any:
+    if broken:
+        raise ImportError(broken)
     if name in __all__:
         return getattr(importlib.import_module("bipedstudy.results"), name)
     if not name.startswith("_"):

@@ -9,7 +9,7 @@ import sys
 import threading
 from typing import NoReturn
 
-import bipedstudy  # first: it says where the engine is  # noqa: F401
+import bipedstudy  # first: it says where the engine is
 
 #: Objects made between two looks for garbage: what is loaded is none, and looking through it takes time.
 _OBJECTS = 50_000
@@ -18,6 +18,9 @@ _OBJECTS = 50_000
 def main() -> NoReturn:
     """Run the command line, and end the process."""
     gc.set_threshold(_OBJECTS)
+    if bipedstudy.broken:
+        print(f"error: {bipedstudy.broken}", file=sys.stderr)
+        sys.exit(2)
     from pipeline.cli import main as run
 
     try:

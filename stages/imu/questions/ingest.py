@@ -52,10 +52,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     taken: list[Trial] = []
     try:
         with ExitStack() as open_until_read:
-            source = open_until_read.enter_context(opened(options))
+            source = open_until_read.enter_context(opened(options, asking))
             read, tabled = source.runs(), isinstance(source, TableSource)
-            if tabled and source.in_the_open:
-                asking.note(f"{source.name}: {OPEN}")
             if options.store is not None:
                 file = open_until_read.enter_context(asking.new_file(options.store))
                 writer = open_until_read.enter_context(DatabaseWriter(file, keys=not tabled))
@@ -107,8 +105,8 @@ def proposed(options: Options, asking: Asking) -> Answer:
     return Answer(lines=told, plain={"map": text, "told": list(told)})
 
 
-def opened(options: Options) -> Any:
-    """The source as a context manager with runs(). Raises SourceRefused, WrongOption."""
+def opened(options: Options, asking: Asking) -> Any:
+    """The source as a context manager with runs(); says if all can read it. Raises SourceRefused, WrongOption."""
     from stages.imu.sources.column_map import CsvSource
     from stages.imu.sources.databases import SqliteSource, SqlSource
 
@@ -122,7 +120,10 @@ def opened(options: Options) -> Any:
         name = source.removeprefix(VARIABLE)
         if not os.environ.get(name):
             raise WrongOption(f"SOURCE: the environment variable {name} is not set")
-        return SqlSource(os.environ[name])
+        server = SqlSource(os.environ[name])
+        if server.in_the_open:
+            asking.note(f"{server.name}: {OPEN}")
+        return server
     if Path(source).is_dir():
         raise WrongOption(f"{Path(source)}: is a folder; --map FILE must say what its files hold")
     return SqliteSource(Path(source))
@@ -137,11 +138,9 @@ def stored(runs: Iterator[Any], writer: DatabaseWriter) -> Iterator[Any]:
 
 def copied(source: TableSource, writer: DatabaseWriter) -> Iterator[Any]:
     """Pass runs on, then keep the tables that they are from: each row as it is, in its place."""
-    from stages.imu.sources.schema import TABLES
-
     yield from source.runs()
-    for table in TABLES:
-        writer.copy(table, source.raw(table))
+    for table, rows in source.raw():
+        writer.copy(table, rows)
 
 
 QUESTION = Question(

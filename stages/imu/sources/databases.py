@@ -12,6 +12,7 @@ import sqlite3
 import threading
 from abc import abstractmethod
 from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -50,12 +51,6 @@ LOCKED_FILE, BROKEN = (
     "is locked by a program that writes to it; try again when it is done", "is a broken SQLite database"
 )
 SLOW, UNREACHABLE = "did not answer in time", "cannot be reached"
-NO_TLS = "does not offer TLS, which sslmode in the connection string demands"
-AUTHORITY = "shows a certificate whose authority is not known here (sslrootcert names its file)"
-ROOT = "cannot be verified, as the file of its authority's certificate is missing or holds none (sslrootcert names it)"
-OTHER_HOST = "shows a certificate of another host name than the connection string's (sslmode=verify-full asks for it)"
-NOT_LET_IN = "lets in nobody with this user, database, address and encryption (pg_hba.conf decides; sslmode may help)"
-OPTION = "does not know an option in its connection string, or the option's value (see docs/measurements.md)"
 
 #: Words by which an engine's sentence is recognised, all of them needed, and what is said in its place.
 Reasons = tuple[tuple[tuple[str, ...], str], ...]
@@ -68,14 +63,12 @@ SQLITE_REASONS: Reasons = (
     (("unable to open",), "cannot be opened read-only (a writer may have left its log behind)"),
 )
 SERVER_REASONS: Reasons = (
-    (("does not support ssl",), NO_TLS),
-    (("doesn't support ssl",), NO_TLS),  # pymysql
-    (("certificate verify failed",), AUTHORITY),
-    (("root certificate",), ROOT),
-    (("does not match host name",), OTHER_HOST),
-    (("pg_hba.conf",), NOT_LET_IN),
-    (("invalid sslmode",), OPTION),
-    (("invalid connection option",), OPTION),
+    (("support ssl",), "does not offer TLS, which the connection string demands"),
+    (("certificate verify failed",), "shows a certificate of an authority that is not known (see sslrootcert)"),
+    (("root certificate",), "cannot be verified, as sslrootcert names a file that is missing or holds no certificate"),
+    (("does not match host name",), "shows a certificate of another host name, which verify-full does not take"),
+    (("pg_hba.conf",), "lets in nobody with this user, database, address and encryption (sslmode may help)"),
+    (("invalid", "connection"), "does not know an option of the connection string, or its value"),
     (("authentication failed",), LOGIN),
     (("access denied",), LOGIN),
     (("no password supplied",), LOGIN),
@@ -86,8 +79,7 @@ SERVER_REASONS: Reasons = (
     (("unknown database",), MISSING),
     (("lock timeout",), LOCKED),
     (("lock wait timeout",), LOCKED),
-    (("statement timeout",), SLOW),
-    (("timeout expired",), SLOW),
+    (("timeout",), SLOW),
     (("timed out",), SLOW),
     (("connect",), UNREACHABLE),
     (("resolve host",), UNREACHABLE),
@@ -106,8 +98,8 @@ class TableSource(AbstractContextManager["TableSource"]):
 
     #: Column whose order is that of arrival.
     order = "sample_id"
-    #: Whether the rows come over a network that could read them.
-    in_the_open = False
+    elsewhere = ""  # words on where the tables are, if not where they were looked for
+    in_the_open = False  # whether the rows come over a network that could read them
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -122,10 +114,6 @@ class TableSource(AbstractContextManager["TableSource"]):
     @abstractmethod
     def present(self) -> dict[str, set[str]]:
         """Tables that can be read, each with its columns."""
-
-    def elsewhere(self) -> str:
-        """Words on where the tables are, if not where they were looked for."""
-        return ""
 
     @abstractmethod
     def extents(self) -> list[Extent]:
@@ -160,12 +148,13 @@ class TableSource(AbstractContextManager["TableSource"]):
             table = numbers(list(rows), len(SAMPLE_VALUES) + 1)
             yield experiment, tuple(self._recordings(experiment, table))
 
-    def raw(self, table: str) -> Iterator[tuple[Any, ...]]:
-        """Every row of a table as it stands there, in the order of arrival; see `as_stored`."""
-        names = [name for name, _, _ in TABLES[table]]
-        order = self.order if self.order == "rowid" else names[0]
-        for row in self.query(f"SELECT {', '.join(names)} FROM {table} ORDER BY {order}"):
-            yield tuple(map(as_stored, row))
+    def raw(self) -> Iterator[tuple[str, Iterator[tuple[Any, ...]]]]:
+        """Each table with its rows as they stand there, in the order of arrival; see `as_stored`."""
+        for table, columns in TABLES.items():
+            names = [name for name, _, _ in columns]
+            order = self.order if self.order == "rowid" else names[0]
+            rows = self.query(f"SELECT {', '.join(names)} FROM {table} ORDER BY {order}")
+            yield table, (tuple(map(as_stored, row)) for row in rows)
 
     def _recordings(self, experiment: Experiment, table: np.ndarray) -> Iterator[Recording]:
         for device_id in np.unique(table[:, 0]):
@@ -187,7 +176,7 @@ class TableSource(AbstractContextManager["TableSource"]):
         for table, columns in TABLES.items():
             found = ", ".join(printable(name) for name in list(present)[:5]) or "no tables"
             if table not in present:
-                raise SourceRefused(f"{self.name}: needs a table named {table}; found {found}{self.elsewhere()}")
+                raise SourceRefused(f"{self.name}: needs a table named {table}; found {found}{self.elsewhere}")
             missing = [name for name, _, _ in columns if name not in present[table]]
             refuse_if(bool(missing), f"{self.name}: table {table} lacks {', '.join(missing)}")
 
@@ -322,7 +311,16 @@ class SqlSource(TableSource):
     def present(self) -> dict[str, set[str]]:
         """Tables and views with their columns."""
         with _said(self, SERVER_REASONS):
-            return _within(self._limit_s, self._present)
+            found = _within(self._limit_s, self._present)
+        if not {*TABLES} <= {*found} and self.name == TITLES[DRIVERS["postgresql"]]:
+            names = ", ".join(f"'{table}'" for table in TABLES)
+            for (schema,) in self.query(
+                f"SELECT table_schema FROM information_schema.tables WHERE table_name IN ({names}) "
+                f"GROUP BY table_schema HAVING count(*) = {len(TABLES)} ORDER BY table_schema DESC"
+            ):
+                self.elsewhere = (f"; schema {printable(schema)} has all of them: end the connection string with "
+                                  "?options=-csearch_path%3D and its name")  # fmt: skip
+        return found
 
     def _present(self) -> dict[str, set[str]]:
         import sqlalchemy
@@ -332,19 +330,6 @@ class SqlSource(TableSource):
         return {
             name: {column["name"] for column in look.get_columns(name)} if name in TABLES else set() for name in names
         }
-
-    def elsewhere(self) -> str:
-        """The first schema of PostgreSQL that has all the tables, and how to name it."""
-        if self.name != TITLES[DRIVERS["postgresql"]]:
-            return ""
-        names = ", ".join(f"'{table}'" for table in TABLES)
-        for (schema,) in self.query(
-            f"SELECT table_schema FROM information_schema.tables WHERE table_name IN ({names}) "
-            f"GROUP BY table_schema HAVING count(*) = {len(TABLES)} ORDER BY table_schema"
-        ):
-            return (f"; schema {printable(schema)} has all of them: end the connection string with "
-                    "?options=-csearch_path%3D and its name")  # fmt: skip
-        return ""
 
     def extents(self) -> list[Extent]:
         """Where each run lies, found by the server."""
@@ -365,23 +350,16 @@ class SqlSource(TableSource):
 
 def _within(seconds: float, work: Callable[[], T]) -> T:
     """What `work` gives. Raises TimeoutError where it takes longer; its thread is then left behind."""
-    found: list[T] = []
-    failed: list[BaseException] = []
+    found: Future[T] = Future()
 
     def answer() -> None:
         try:
-            found.append(work())
+            found.set_result(work())
         except BaseException as error:
-            failed.append(error)
+            found.set_exception(error)
 
-    thread = threading.Thread(target=answer, daemon=True)
-    thread.start()
-    thread.join(seconds)
-    if failed:
-        raise failed[0]
-    if not found:
-        raise TimeoutError("timed out")
-    return found[0]
+    threading.Thread(target=answer, daemon=True).start()
+    return found.result(seconds)
 
 
 @contextmanager
@@ -394,7 +372,7 @@ def _said(source: TableSource, reasons: Reasons) -> Generator[None, None, None]:
     except ImportError:
         raise SourceRefused("a database server needs more packages; install bipedstudy with [sql]") from None
     except Exception as error:
-        text = str(error)
+        text = str(error) or type(error).__name__
         shown = printable(text, 120) if reasons is SQLITE_REASONS else type(error).__name__
         why = next((said for words, said in reasons if all(word in text.lower() for word in words)), "")
         raise SourceRefused(f"{source.name}: {why or f'cannot be read ({shown})'}") from None

@@ -137,7 +137,7 @@ class Recording(Rows):
 
 
 def create_statements(keys: bool = True) -> tuple[str, ...]:
-    """SQL that creates the tables and the index the ingest reads by; without `keys` an identity may occur twice."""
+    """SQL that creates the tables and the index the ingest reads by; `keys`: no identity may be missing or twice."""
     tables = [
         f"CREATE TABLE {table} ({', '.join(f'{name} {kind}' for name, kind, _ in columns)})"
         for table, columns in TABLES.items()
@@ -148,10 +148,7 @@ def create_statements(keys: bool = True) -> tuple[str, ...]:
 
 
 class DatabaseWriter:
-    """A new database file; use as a context manager. The same calls give the same bytes, for one version of SQLite.
-
-    `keys` as in `create_statements`: a copy of a lab's tables has none, and so takes all that these hold.
-    """
+    """A new database file; use as a context manager. The same calls give the same bytes, for one version of SQLite."""
 
     def __init__(self, path: Path, keys: bool = True) -> None:
         self._connection = sqlite3.connect(path)
