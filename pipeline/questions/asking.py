@@ -107,8 +107,8 @@ class Asked:
         if compiled is not None and compiled.CODE.is_cold():
             self.note(f"note: stage {self._stage}: {compiled.COMPILING}")
 
-    def each(self, function: Callable[..., Any], arguments: Sequence[Any], *shared: Any) -> Iterator[tuple[int, Any]]:
-        """Number of an argument and what the function answers to it: first those kept from before, then as they come.
+    def each(self, function: Callable[..., Any], arguments: Sequence[Any], *shared: Any) -> Iterator[Any]:
+        """What the function answers to each argument, in their order, once all are known.
 
         The function is given the stage's parameters, what is `shared`, and an argument, all as JSON gives them back.
         """
@@ -128,16 +128,13 @@ class Asked:
         with journal:
             waiting = {number: json.loads(said[number + 1]) for number, key in enumerate(keys) if key not in journal}
             self._done, self._of = len(keys) - len(waiting), len(keys)
-            for number, key in enumerate(keys):
-                if number not in waiting:
-                    yield number, journal.row(key).values["answer"]
             for number, row in self._rows(function, closure, waiting, json.loads(said[0])):
                 if keys[number] in journal:
                     continue  # a cluster may compute one twice
                 journal.add(keys[number], answered(row))
                 self._done += 1
                 self.progress(self._done / self._of, f"{self._done} of {self._of}")
-                yield number, journal.row(keys[number]).values["answer"]
+            yield from (journal.row(key).values["answer"] for key in keys)
 
     def _rows(
         self, function: Callable[..., Any], closure: Closure, waiting: Mapping[int, Any], shared: Sequence[Any]
@@ -230,7 +227,8 @@ class BlockTable:
     """A table in HDF5 that is filled block by block, so that it may be larger than memory.
 
     A column for each declared one (name, unit, description, words), `size` rows. A column with words holds their
-    places among the words, and HDF5 knows the words. The same blocks give the same rows in any order.
+    places among the words, and HDF5 knows the words. The same blocks in the same order give the same bytes: a
+    compressed chunk that is filled a second time moves in the file.
     """
 
     def __init__(self, path: Path, columns: Sequence[Any], size: int, about: Mapping[str, str]) -> None:
@@ -241,6 +239,7 @@ class BlockTable:
             self._table.attrs[name] = text
         storage = {"chunks": (min(_CHUNK, size),), "compression": "gzip", "shuffle": True}
         row = hdf5.row_scale(self._table, "row", size, **storage)
+        self._columns: dict[str, Any] = {}  # kept open: one that is closed compresses what is there of its chunk
         for column in columns:
             words = {word: place for place, word in enumerate(column.words)}
             stored = self._table.create_dataset(
@@ -251,16 +250,17 @@ class BlockTable:
                 stored.attrs["flag_values"] = np.array([*words.values()], dtype=np.int8)
                 stored.attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in words)
             stored.dims[0].attach_scale(row)
+            self._columns[column.name] = stored
 
     def write(self, first: int, values: Mapping[str, np.ndarray]) -> None:
         """Values of columns, in the rows from `first` on."""
         for name, part in values.items():
-            column = self._table[name]
+            column = self._columns[name]
             column[first : first + len(part)] = np.asarray(part).astype(column.dtype)
 
     def read(self, name: str, every: int = 1) -> np.ndarray:
         """A column, or each so manyth row of it."""
-        return np.asarray(self._table[name][::every])
+        return np.asarray(self._columns[name][::every])
 
     def close(self) -> None:
         """Write what is left, and close the file."""

@@ -74,8 +74,8 @@ class Asking(Protocol):
     def note(self, text: str) -> None:
         """Say a line beside the answer."""
 
-    def each(self, function: Callable[..., Any], arguments: Sequence[Any], *shared: Any) -> Iterator[tuple[int, Any]]:
-        """Number of an argument and what the function answers, as they get ready, from a pool of processes.
+    def each(self, function: Callable[..., Any], arguments: Sequence[Any], *shared: Any) -> Iterator[Any]:
+        """What the function answers to each argument, in their order, from a pool of processes.
 
         The function stands in a module and is given the stage's parameters, what is `shared`, and an argument; what it
         computes follows from these and the code alone. All but the parameters, the answers too, are what JSON knows.
@@ -118,7 +118,7 @@ class Column:
 
 
 class Table(Protocol):
-    """A table that is written block by block, in any order."""
+    """A table that is written block by block; the same blocks in the same order give the same file."""
 
     def write(self, first: int, values: Mapping[str, Any]) -> None:
         """Values (n,) of columns, by name, in the rows from `first` on."""

@@ -58,14 +58,14 @@ class Listener:
         pass
 
     def each(self, function, arguments, *shared):
-        for number, argument in enumerate(arguments):
+        for argument in arguments:
             key = function.__name__, argument
             if key not in self.kept:
                 if self.computed == self.lives:
                     raise KeyboardInterrupt
                 self.computed += 1
                 self.kept[key] = json.loads(json.dumps(function(PARAMETERS, *shared, argument)))
-            yield number, self.kept[key]
+            yield self.kept[key]
 
     @contextlib.contextmanager
     def new_file(self, path):
@@ -161,7 +161,7 @@ def h5py_word(path):
         return {place: word for word, place in h5py.check_enum_dtype(column.dtype).items()}[column[0]].replace(" ", "_")
 
 
-def test_a_map_that_was_killed_goes_on_where_it_was_and_gives_the_same_rows(cloud, tmp_path, monkeypatch):
+def test_a_map_that_was_killed_goes_on_where_it_was_and_gives_the_same_bytes(cloud, tmp_path, monkeypatch):
     monkeypatch.setattr(design_map, "BLOCK", 4)
     _, whole, file = cloud
     kept = {}
@@ -171,9 +171,7 @@ def test_a_map_that_was_killed_goes_on_where_it_was_and_gives_the_same_rows(clou
     second = Listener(kept)
     asked(second, CLOUD, out=tmp_path / "again.h5", search="none")
     assert second.computed == whole.computed - 2
-    with h5py.File(file) as one, h5py.File(tmp_path / "again.h5") as other:
-        for name, column in one["table"].items():
-            assert np.array_equal(column[()], other["table"][name][()], equal_nan=True)
+    assert file.read_bytes() == (tmp_path / "again.h5").read_bytes()
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,9 @@ class Asking:
         return self.found, "results/model_error.h5 is not there"
 
     def each(self, function, arguments, *shared):
-        for number, argument in enumerate(arguments):
+        for argument in arguments:
             given = json.loads(json.dumps([shared, argument]))
-            yield number, json.loads(json.dumps(function(self.parameters, *given[0], given[1])))
+            yield json.loads(json.dumps(function(self.parameters, *given[0], given[1])))
 
     @contextlib.contextmanager
     def new_file(self, path):

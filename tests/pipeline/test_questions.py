@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import shutil
 import signal
 import time
 
@@ -52,7 +53,7 @@ def test_help_lists_questions_by_stage_and_their_options_with_unit_range_and_def
     assert code == 0 and "Ends with 3 if none is wanted." in words
     for said in (
         "--count INTEGER Numbers to draw. Allowed: >= 1 and <= 100. [default: 4]",
-        "--pause NUMBER Time that each takes [s]. Allowed: >= 0 s. [default: 0]",
+        "--pause NUMBER Time that each takes, and every other twice [s]. Allowed: >= 0 s. [default: 0]",
         "--order WORD How they are listed. Allowed: drawn, sorted. [default: drawn]",
         "--into DIR Leave a table of the numbers, and parameter files with the best seed in the new folder DIR.",
     ):
@@ -138,6 +139,17 @@ def test_a_stopped_question_goes_on_where_it_was(toy, how):
     assert (code, json.loads(out)["numbers"][:4]) == (0, NUMBERS)
     assert marks(toy) - before == 8 - done
     assert kept(toy) == 8
+
+
+def test_a_table_has_the_same_bytes_however_its_parts_were_computed(toy):
+    ask = ("tally", "--count", "8", "--pause", "0.1")
+    assert toy.command(*ask, "--jobs", "1", "--out", "alone.h5")[0] == 0
+    assert toy.command(*ask, "--jobs", "2", "--results", "others", "--out", "beside.h5")[0] == 0
+    shutil.rmtree(toy.root / "results/.cache/questions")
+    stopped_half_way(toy, signal.SIGKILL)
+    assert toy.command(*ask, "--jobs", "2", "--pause", "0.3", "--marks", "marks", "--out", "again.h5")[0] == 0
+    alone = (toy.root / "alone.h5").read_bytes()
+    assert alone == (toy.root / "beside.h5").read_bytes() == (toy.root / "again.h5").read_bytes()
 
 
 def test_a_part_that_is_refused_or_dies_is_said_and_the_others_are_kept(toy):

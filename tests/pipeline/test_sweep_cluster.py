@@ -77,13 +77,10 @@ def test_a_question_is_answered_by_a_cluster_as_here_with_a_worker_killed_half_w
     pids = list(client.run(os.getpid).values())
 
     def asked(study, client):
-        answers = {}
         with Asked(study, "side", tally.QUESTION, parameters, 2, client) as asking:
-            for number, answer in asking.each(tally.number_of, list(range(60)), 0.1, ""):
-                answers[number] = answer
-                if client is not None and len(answers) == 15:
-                    os.kill(pids[0], signal.SIGKILL)
-        return answers
+            if client is not None:
+                asking.progress = lambda share, _: os.kill(pids[0], signal.SIGKILL) if share == 0.25 else None
+            return list(asking.each(tally.number_of, list(range(60)), 0.1, ""))
 
     there = asked(study, client)
     assert there == asked(dataclasses.replace(study, results=toy.root / "elsewhere"), None) and len(there) == 60

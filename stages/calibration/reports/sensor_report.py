@@ -86,12 +86,12 @@ def calibrated(parameters: Parameters, request: Request, source: Path, asking: A
     runs, refused = _runs(source, design, model, parameters, asking)
     fitted, out = _split(runs, request)
     known = [[one.name, one.value, one.sd, one.source] for one in request.known]
-    answers = dict(asking.each(fitted_alone, [as_plain(run) for run in fitted], dataclasses.asdict(design.biped),
+    answers = list(asking.each(fitted_alone, [as_plain(run) for run in fitted], dataclasses.asdict(design.biped),
                                list(names), known, parameters.settings.lever_arm_sd))
     asking.progress(0.9, "all runs together")
     try:
-        fit = fit_campaign(design, fitted, model, request.known, (
-            (number, fit_of(answers[number], run, design, model)) for number, run in enumerate(fitted)))
+        fit = fit_campaign(design, fitted, model, request.known, enumerate(
+            fit_of(answer, run, design, model) for answer, run in zip(answers, fitted, strict=True)))
     except StepFailed as reason:
         raise NotIdentified(f"the runs cannot be fitted: {reason}") from None
     found = model.robot(design, fit.design, fit.own.mean(axis=0)).with_value(SLOPE, design.value(SLOPE))

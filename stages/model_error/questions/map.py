@@ -51,15 +51,16 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     asked_of = task(parameters, options.file, options.search)
     box, tolerance = asked_of.box, asked_of.tolerance
     count = min(options.anchors, -(-box.size // DESIGNS_AN_ANCHOR))
-    parts = dict(asking.each(anchors, spans(count, ANCHOR_BLOCK), options.file, options.search))
-    known = [one for number in sorted(parts) for one in parts[number] if one]
+    parts = asking.each(anchors, spans(count, ANCHOR_BLOCK), options.file, options.search)
+    known = [one for part in parts for one in part if one]
     asked, counts = spans(box.size, BLOCK), Counts()
     shown = [axis.name for axis in box.axes] + ["outcome", "largest_multiplier", "period_s", "speed_m_s"]
     axes = [Column(axis.name, axis.unit, "varied") for axis in box.axes]
     about = {"map": box.in_words(), "tolerance": f"{tolerance:g}", "search": options.search}
     with asking.new_table(options.out, [*axes, *COLUMNS], box.size, about) as table:
-        for number, rows in asking.each(answers, asked, options.file, options.search, known):
-            first, found = asked[number][0], counts.add(rows)
+        rows_of = asking.each(answers, asked, options.file, options.search, known)
+        for (first, _), rows in zip(asked, rows_of, strict=True):
+            found = counts.add(rows)
             varied = box.values(first, first + len(found))
             table.write(first, dict(zip([axis.name for axis in axes], varied.T, strict=True)))
             table.write(first, dict(zip(NAMES, found.T, strict=True)))
@@ -82,8 +83,7 @@ def ask_within(parameters: Parameters, options: Options, asking: Asking) -> Answ
     axes, told = [Column(axis.name, axis.unit, "varied") for axis in box.axes], over.columns(allowed)
     about = {"map": box.in_words(), "within": ", ".join(options.within)}
     with asking.new_table(options.out, [*axes, *told], box.size, about) as table:
-        for number, rows in asking.each(answers_within, asked, *shared):
-            first = asked[number][0]
+        for (first, _), rows in zip(asked, asking.each(answers_within, asked, *shared), strict=True):
             columns = [*zip(*box.values(first, first + len(rows)).tolist(), strict=True), *zip(*rows, strict=True)]
             table.write(first, {column.name: values for column, values in zip([*axes, *told], columns, strict=True)})
             for place, name in enumerate(allowed, start=1):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from toystages.body.quantity import Bound
-from toystages.body.question import Answer, Question, WrongOption, interval, option
+from toystages.body.question import Answer, Column, Question, WrongOption, interval, option
 
 
 class NoNumber(ValueError):
@@ -19,15 +19,16 @@ class NoNumber(ValueError):
 @dataclass(frozen=True)
 class Options:
     count: int = option("1", "Numbers to draw", default=4, bound=Bound(minimum=1, maximum=100))
-    pause: float = option("s", "Time that each takes", default=0.0, bound=Bound(minimum=0))
+    pause: float = option("s", "Time that each takes, and every other twice", default=0.0, bound=Bound(minimum=0))
     wanted: tuple[float, float] = option("-", "Numbers to count", default=(0.0, 1000.0), read=interval)
     order: str = option("-", "How they are listed", default="drawn", choices=("drawn", "sorted"))
     skip: tuple[str, ...] = option("-", "Number to leave out", default=())
     marks: Path | None = option("-", "Folder for a file of each number that is computed", default=None)
+    out: Path | None = option("-", "New HDF5 file for the numbers", default=None)
 
 
 def number_of(parameters, pause, marks, seed):
-    time.sleep(pause)
+    time.sleep(pause * (1 + seed % 2))
     if marks:
         Path(marks, f"{seed}-{os.getpid()}-{time.monotonic_ns()}").touch()
     if seed == 99:
@@ -44,9 +45,12 @@ def ask(parameters, options, asking):
     if seed == 0:
         raise NoNumber("nothing grows from seed 0")
     marks = str(options.marks) if options.marks else ""
-    numbers = [0] * options.count
-    for at, number in asking.each(number_of, [seed + at for at in range(options.count)], options.pause, marks):
-        numbers[at] = number
+    seeds, numbers = [seed + at for at in range(options.count)], []
+    columns = [Column("number", "1", "what was drawn")]
+    with asking.new_table(options.out, columns, options.count, {"first_seed": str(seed)}) as table:
+        for at, number in enumerate(asking.each(number_of, seeds, options.pause, marks)):
+            table.write(at, {"number": [number]})
+            numbers.append(number)
     asking.note("all drawn")
     numbers = [number for number in numbers if str(number) not in options.skip]
     if options.order == "sorted":
