@@ -141,8 +141,12 @@ class Store:
         return self.entry(record["key"]) if record and record["complete"] else None
 
     def last_keys(self) -> set[str]:
-        """Keys of the entries whose files were last put into the results folder, completed or not."""
-        return {record["key"] for stage in self.outs if (record := self._last(stage)) is not None}
+        """Keys of the entries whose files were last put into the results folder, completed or not.
+
+        Also of stages that another branch's dvc.yaml has.
+        """
+        stages = (path.stem for path in (self.folder / CURRENT).glob("*.json"))
+        return {record["key"] for stage in stages if (record := self._last(stage)) is not None}
 
     def disturbed(self, entry: Entry) -> list[str]:
         """Files in the results folder that are not as `entry` made them: `results/fall.h5 is missing`."""
@@ -171,6 +175,9 @@ class Store:
         for path in gone:
             places[path].unlink(missing_ok=True)
         self._set_record(entry, True, sorted(entry.outs))
+        if before is not None and before["key"] != entry.key:
+            with contextlib.suppress(OSError):  # an earlier result is as old as the time since it was current
+                os.utime(self.folder / before["key"] / _MANIFEST)
         return True
 
     def place(self, path: str) -> Path:

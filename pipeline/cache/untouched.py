@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from pipeline.cache import disk
+from pipeline.cache import bounds, disk
 from pipeline.graph import FILE_NAME, REPORT
 from pipeline.home import engine
 from pipeline.study import Study
@@ -67,7 +67,8 @@ def _digest(study: Study, places: Iterable[str]) -> str | None:
     began = time.time_ns()
     stamps: list[_Stamp] = []
     try:
-        for place in (str(study.root / FILE_NAME), *places, *(folder or "." for folder in sys.path)):
+        own = (str(study.root / name) for name in (FILE_NAME, bounds.FILE_NAME))
+        for place in (*own, *places, *(folder or "." for folder in sys.path)):
             stamps += [_stamp(place)] if os.path.exists(place) else [(place, 0, 0, 0, 0)]  # noqa: PTH110 - each run
         for top in (study.params, study.code_root / study.package, engine() / "pipeline"):
             stamps += _beneath(str(top))

@@ -12,6 +12,7 @@ import re
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,9 +20,10 @@ from pathlib import Path
 import click
 
 from pipeline import layout, wheels
-from pipeline.cache import disk, processor
+from pipeline.cache import bounds, disk, processor
+from pipeline.cache.bounds import size_of, told
 from pipeline.cache.fingerprint import installed
-from pipeline.cache.store import QUESTIONS, SWEEPS, Store
+from pipeline.cache.store import QUESTIONS, SWEEPS
 from pipeline.commands import options
 from pipeline.errors import FAILED, StudyError
 from pipeline.graph import FILE_NAME
@@ -206,21 +208,37 @@ def _there(folder: Path) -> Path:
 @click.command("clean", epilog=options.examples("clean"))
 @options.own_study
 @click.option("--dry-run", is_flag=True, help="Say what would be removed; remove nothing.")
+@click.option("--keep", metavar="N", type=click.IntRange(min=1), help="Keep the N newest results of each stage.")
+@click.option("--older-than", metavar="TIME", help="Only what is older: 30d, 12h.")
+@click.option("--max-size", metavar="SIZE", help="Only the oldest, until all results take no more: 500MB, 2GB.")
 @click.option("--journals", is_flag=True, help="Also what questions and sweeps keep: asked again, they compute anew.")
+@click.option("--machine-code", is_flag=True, help="Also machine code of earlier sources, if only this checkout, on "
+              "this branch and in this environment, used it.")  # fmt: skip
 @click.option("--wait", is_flag=True, help="Wait for another run in the same results folder.")
 @options.answers_without_rows
-def clean(study: Study, dry_run: bool, journals: bool, wait: bool, form: options.Form) -> None:
-    """Remove earlier results from the cache, and machine code of earlier sources; the current results stay.
+def clean(
+    study: Study, dry_run: bool, keep: int | None, older_than: str | None, max_size: str | None, journals: bool,
+    machine_code: bool, wait: bool, form: options.Form,
+) -> None:  # fmt: skip
+    """Remove earlier results from the cache: all, or those beyond the bounds given; the current results stay.
 
-    After this an undone edit is computed again. What questions and sweeps keep stays, unless --journals is given.
+    After this an undone edit is computed again. A file cache.yaml beside dvc.yaml, with lines as max_size: 500MB,
+    older_than: 30d, keep: 3, holds these bounds after every run. What questions and sweeps keep and machine code
+    stay, unless named here; --older-than bounds them too.
     """
+    try:
+        limits = bounds.bounds_of({"keep": keep, "older_than": older_than, "max_size": max_size})
+    except ValueError as refused:
+        raise StudyError("--" + str(refused).replace("_", "-", 1)) from None
     with contextlib.ExitStack() as locks:
         for folder in (study.results, *([study.results / SWEEPS] if (study.results / SWEEPS).is_dir() else [])):
             said = functools.partial(click.echo, err=True)
             locks.enter_context(disk.locked(folder, shown(folder), "bipedstudy clean", wait, said))
         if not dry_run:
             study.store.sweep()
-        found = [(folder, what, size_of(folder)) for folder, what in _removable(study, journals)]
+        found = [(one.folder, one.what, one.size) for one in bounds.beyond(study.store, limits)]
+        found += [(place, what, size_of(place)) for place, what in _beside(study, journals, machine_code)
+                  if limits.older_than is None or time.time() - place.stat().st_mtime > limits.older_than]  # fmt: skip
         for folder, what, size in found:
             if not dry_run and folder.is_dir():
                 shutil.rmtree(folder, ignore_errors=True)
@@ -233,35 +251,15 @@ def clean(study: Study, dry_run: bool, journals: bool, wait: bool, form: options
     form.give([f"{total:>9}  in {len(found)} places {how}"], {"removed": not dry_run, "folders": plain})
 
 
-def _removable(study: Study, journals: bool) -> Iterator[tuple[Path, str]]:
-    """Every folder and file that can go, and what it is; no link is followed."""
+def _beside(study: Study, journals: bool, machine_code: bool) -> Iterator[tuple[Path, str]]:
+    """Every folder and file beside results that can go, and what it is; no link is followed."""
     store = study.store
-    yield from earlier(store)
-    folders = {folder for module in study.offered("compiled") for folder in module.CODE.old(1)}
-    beside = (study.code_root / study.package).rglob("__pycache__/numba-*")  # where 0.1.0 kept it
-    yield from ((folder, "machine code of earlier sources") for folder in sorted({*folders, *beside}))
+    if machine_code:
+        folders = {folder for module in study.offered("compiled") for folder in module.CODE.old(1, own=True)}
+        beside = (study.code_root / study.package).rglob("__pycache__/numba-*")  # where 0.1.0 kept it
+        yield from ((folder, "machine code of earlier sources") for folder in sorted({*folders, *beside}))
     kept = {store.folder / QUESTIONS: "what a question keeps", study.results / SWEEPS / ".cache": "what sweeps keep"}
     for folder, what in kept.items() if journals else ():
         if folder.is_dir() and not (folder.is_symlink() or folder.parent.is_symlink()):
             yield from ((path, what) for path in sorted(folder.glob("*.jsonl"))
                         if not path.is_symlink() and path.is_file())  # fmt: skip
-
-
-def earlier(store: Store) -> Iterator[tuple[Path, str]]:
-    """Folder of each stored result that is not the current one of its stage, and what to call it."""
-    current = store.last_keys()
-    for folder in sorted(store.folder.iterdir()) if store.folder.is_dir() else ():
-        if folder.name not in current and (folder / "manifest.json").exists() and not folder.is_symlink():
-            entry = store.entry(folder.name)
-            yield folder, f"an earlier result of {entry.stage}" if entry else "a damaged result"
-
-
-def size_of(place: Path) -> int:
-    """Bytes of a file, or of all files in a folder; links are not followed."""
-    paths = place.rglob("*") if place.is_dir() else (place,)
-    return sum(path.lstat().st_size for path in paths if not path.is_dir())
-
-
-def told(number: int) -> str:
-    """A size in words: 0.4 MB, 2.1 GB."""
-    return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.1f} MB"

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline import completion, layout
-from pipeline.cache import disk, untouched
+from pipeline.cache import bounds, disk, untouched
 from pipeline.cache.fingerprint import compact
 from pipeline.commands import house, options
 from pipeline.commands.status import survey
@@ -84,7 +84,7 @@ def _bring(
         from pipeline.execution.process import get_ready
 
         get_ready()
-    values = study.parameters(names)
+    values, limits = study.parameters(names), bounds.read(study.root)
     for sentence in study.warnings(values):
         click.echo(f"warning: {sentence}", err=True)
     if dry_run:
@@ -112,6 +112,7 @@ def _bring(
                 shows.note(str(error))
             if written is not None and form.is_text:
                 click.echo(f"{written.stem:<13} written             {shown(written)}")
+            bounds.hold(study.store, limits, shows.note)
             if any(outcome.how == "computed" for outcome in outcomes):
                 _say_if_large(study, shows)
     except disk.NotWritable:
@@ -160,10 +161,10 @@ def _rank(plain: Mapping[str, Mapping[str, Any]]) -> int:
 
 
 def _say_if_large(study: Study, shows: display.Display) -> None:
-    size = sum(house.size_of(folder) for folder, _ in house.earlier(study.store))
+    size = sum(one.size for one in bounds.beyond(study.store, bounds.Bounds()))
     if size > house.WORTH_A_WORD:
-        place = shown(study.store.folder)
-        shows.note(f"earlier results take {house.told(size)} in {place}; bipedstudy clean removes them")
+        shows.note(f"earlier results take {bounds.told(size)} in {shown(study.store.folder)}; bipedstudy clean removes "
+                   f"them, and {bounds.FILE_NAME} bounds them (see its --help)")  # fmt: skip
 
 
 @click.command("sweep", epilog=options.examples("sweep"))

@@ -11,7 +11,7 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from pipeline.cache import disk, fingerprint
+from pipeline.cache import bounds, disk, fingerprint
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.executor import bring_up_to_date
@@ -78,6 +78,7 @@ class Chain:
             values = {name: self.base[name] for name in study.graph.needed_for(above)}
             with disk.locked(study.results, shown(study.results), "bipedstudy sweep", True, display.note):
                 bring_up_to_date(study, values, display, jobs=os.cpu_count() or 1)
+                bounds.hold(study.store, bounds.read(study.root), display.note)
                 for name in above:
                     entry = study.store.current(name)
                     assert entry is not None

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from importlib import metadata
 from pathlib import Path
 
@@ -267,6 +268,35 @@ def test_old_code_is_removed_but_the_last_used(tmp_path: Path, monkeypatch: pyte
     mine.mkdir()
     assert [path.exists() for path in kept] == [False] * 3 + [True] * machine_code.KEPT and mine.exists()
     assert set(code.old(1)) == set(kept[3:6])
+
+
+def test_old_code_that_others_use_is_not_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another checkout, another branch, another environment: each is told from the others by its own file."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    (tmp_path / "checkout/.git").mkdir(parents=True)
+    monkeypatch.setattr(machine_code, "__file__", str(tmp_path / "checkout/stages/biped/machine_code/__init__.py"))
+    sources = tmp_path / "sources"
+    sources.mkdir()
+
+    now = time.time() - 100.0
+
+    def used_by(number: int, branch: str, prefix: str = "/env") -> Path:
+        (tmp_path / "checkout/.git/HEAD").write_text(f"ref: refs/heads/{branch}\n")
+        monkeypatch.setattr(sys, "prefix", prefix)
+        machine_code._user.cache_clear()
+        (sources / "one.py").write_text(str(number))
+        code = machine_code.MachineCode("toy", sources)
+        code.begin()
+        os.utime(code.folder, (now + number, now + number))
+        return code.folder
+
+    first, second, shared = used_by(1, "main"), used_by(2, "main"), used_by(3, "main")
+    used_by(4, "other"), used_by(5, "main", "/env-2"), used_by(3, "other")
+    used_by(2, "main")
+    used_by(6, "main")
+    code = machine_code.MachineCode("toy", sources)
+    assert set(code.old(1, own=True)) == {first, second} and shared in code.old(1)
+    machine_code._user.cache_clear()
 
 
 def test_code_that_another_checkout_may_be_using_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import time
 
-from pipeline.cache import disk
+import pytest
+
+from pipeline.cache import bounds, disk
 from pipeline.commands import house
 
 
@@ -22,7 +27,7 @@ def test_earlier_results_go_and_the_current_ones_stay(ran):
     assert code == 0 and "an earlier result of fall: results/.cache/" in out and folders(toy) == before
     assert out.splitlines()[-1].endswith(f"in {len(before) - 4} places would be removed") and len(before) > 4
     told = json.loads(toy.command("clean", "--dry-run", "--json")[1])["folders"]
-    assert all(item["bytes"] == house.size_of(toy.root / item["folder"]) > 0 for item in told)
+    assert all(item["bytes"] == bounds.size_of(toy.root / item["folder"]) > 0 for item in told)
     code, out, _ = toy.command("clean")
     assert code == 0 and folders(toy) == known and toy.results() == results
     assert {line.split()[1] for line in toy.command("status")[1].splitlines()} == {"current"}
@@ -65,13 +70,15 @@ def test_what_questions_and_sweeps_keep_goes_if_asked_for(toy_with_commands):
     assert "2 computed; 0 were known" in toy.command("sweep", "seeds.yaml")[1]
 
 
-def test_old_machine_code_goes(toy_with_commands):
+def test_old_machine_code_goes_if_asked_for(toy_with_commands):
     toy = toy_with_commands
     stale = toy.root / "stale"
     disk.write(stale / "x.nbc", bytes(3_000_000))
-    method = "staticmethod(lambda keep: [Path('stale').absolute()] * keep)"
+    method = "staticmethod(lambda keep, own: [Path('stale').absolute()] * keep * own)"
     toy.path("stages/side/compiled.py").write_text(f"from pathlib import Path\nclass CODE:\n    old = {method}\n")
-    code, out, _ = toy.command("clean")
+    assert toy.command("clean")[0] == 0 and stale.exists()
+    assert toy.command("clean", "--machine-code", "--older-than", "1h")[0] == 0 and stale.exists()
+    code, out, _ = toy.command("clean", "--machine-code")
     assert code == 0 and "3.0 MB  machine code of earlier sources: stale" in out and not stale.exists()
 
 
@@ -89,4 +96,89 @@ def test_a_run_says_when_it_is_worth_it(ran, monkeypatch):
     monkeypatch.setattr(house, "WORTH_A_WORD", 1000)
     _say_if_large(toy.study(), shows)
     (sentence,) = said
-    assert sentence.startswith("earlier results take 0.0 MB in") and sentence.endswith("bipedstudy clean removes them")
+    assert sentence.startswith("earlier results take 0.0 MB in") and "bipedstudy clean removes them, and" in sentence
+
+
+def edited(toy, *heights):
+    """The keys of `fall` at these heights, one after another; the last is current."""
+    keys = []
+    for height in heights:
+        assert toy.command("run", "fall", "--set", f"fall.height={height}")[0] == 0
+        keys.append(toy.study().store.current("fall").key)
+    return keys
+
+
+def test_the_newest_results_of_each_stage_stay(ran):
+    keys = edited(ran, 3, 4, 5)
+    code, out, _ = ran.command("clean", "--keep", "2", "--dry-run")
+    assert code == 0 and out.splitlines()[-1].endswith("in 2 places would be removed") and folders(ran) >= {*keys}
+    assert f"an earlier result of fall: results/.cache/{keys[0]}" in out
+    assert ran.command("clean", "--keep", "2")[0] == 0
+    assert folders(ran) & {*keys} == {*keys[1:]} and folders(ran) >= ran.study().store.last_keys()
+
+
+def test_a_result_ages_from_when_another_took_its_place(ran):
+    first, second, third = edited(ran, 3, 4, 5)
+    cache = ran.root / "results/.cache"
+    for key in (first, third):
+        os.utime(cache / key / "manifest.json", (0, time.time() - 3 * 86400))
+    assert ran.command("clean", "--older-than", "2d")[0] == 0
+    assert folders(ran) & {first, second, third} == {second, third}
+    edited(ran, 6)
+    assert ran.command("clean", "--older-than", "2d")[0] == 0 and third in folders(ran)
+
+
+def test_the_oldest_go_until_a_size_holds(ran):
+    keys = edited(ran, 3, 4, 5)
+    cache = ran.root / "results/.cache"
+    (cache / keys[1] / "ballast").write_bytes(bytes(3_000_000))
+    assert ran.command("clean", "--max-size", "2 MB")[0] == 0
+    assert folders(ran) == ran.study().store.last_keys(), "what is older than what is too large goes as well"
+    (cache / keys[2] / "ballast").write_bytes(bytes(3_000_000))
+    assert ran.command("clean", "--max-size", "2MB")[0] == 0 and keys[2] in folders(ran)
+
+
+def test_edits_stay_within_a_bound(toy_with_commands):
+    toy = toy_with_commands
+    edited(toy, 2)
+    one = bounds.size_of(toy.root / "results/.cache" / toy.study().store.current("fall").key)
+    (toy.root / "cache.yaml").write_text(f"max_size: {3.5 * one / 1e3:.3f} kB\n")
+    sizes = []
+    for height in range(3, 13):
+        code, _, errors = toy.command("run", "fall", "--set", f"fall.height={height}")
+        assert code == 0, errors
+        sizes.append(sum(bounds.size_of(found.folder) for found in bounds.stored(toy.study().store)))
+    assert max(sizes) <= 3.5 * one < max(sizes) + one and "are gone, as cache.yaml has it" in errors
+    (toy.root / "cache.yaml").write_text("max_size: 1 B\n")
+    code, _, errors = toy.command("run", "fall", "--set", "fall.height=12")
+    assert code == 0 and "the current results stay, though they take" in errors
+    assert folders(toy) == toy.study().store.last_keys()
+
+
+def test_a_result_that_another_branch_uses_stays(ran):
+    """Both work in one results folder, and one of them has a stage that the other has not."""
+    (key,) = {ran.study().store.current("picture").key}
+    graph = (ran.root / "dvc.yaml").read_text()
+    (ran.root / "dvc.yaml").write_text(graph.partition("  picture:")[0])
+    shutil.rmtree(ran.root / "stages/picture")
+    assert ran.command("clean")[0] == 0 and key in folders(ran)
+
+
+@pytest.mark.parametrize("text, sentence", [
+    ("max_size: 500", "cache.yaml: max_size = 500 is not allowed; allowed: a number and one of B, kB, MB, GB, TB"),
+    ("older_than: 3 a", "cache.yaml: older_than = 3 a is not allowed; allowed: a number and one of min, h, d, w"),
+    ("keep: 0", "cache.yaml: keep = 0 is not allowed; allowed: a whole number from 1"),
+    ("keep: true", "cache.yaml: keep = True is not allowed; allowed: a whole number from 1"),
+    ("size: 1GB", 'cache.yaml:1: there is no key "size" (keys: keep, older_than, max_size)'),
+    ("500MB", "cache.yaml: expected lines of the form key: value"),
+])  # fmt: skip
+def test_a_bound_that_is_none_is_one_sentence_before_anything_is_computed(toy_with_commands, text, sentence):
+    toy = toy_with_commands
+    (toy.root / "cache.yaml").write_text(text)
+    code, _, errors = toy.command("run", "fall")
+    assert code == 2 and errors.startswith(f"error: {sentence}") and not (toy.root / "results/fall.h5").exists()
+
+
+def test_a_bound_on_the_command_line_is_refused_by_its_name(toy_with_commands):
+    code, _, errors = toy_with_commands.command("clean", "--older-than", "soon")
+    assert code == 2 and errors.startswith("error: --older-than = soon is not allowed; allowed: a number and one")

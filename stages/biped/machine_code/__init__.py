@@ -40,6 +40,7 @@ NOT_COMPILED = ("design", "maps", "pictures", "questions")
 #: Machine code that a wheel brings, made for any processor of its platform (`make wheel`); a checkout has none.
 SHIPPED = Path(__file__).parent / "shipped"
 _DIGITS = 24
+_USER = "used-by-"
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
@@ -124,7 +125,7 @@ class Kept:
         if not self.refusal and self.folder.exists():
             self.refusal = refusal(self.folder)
             with contextlib.suppress(OSError):
-                os.utime(self.folder)  # the newest are those used last
+                self._use()
 
     def places(self) -> list[Path]:
         """The folders to read from."""
@@ -154,15 +155,25 @@ class Kept:
         """Make the folder, and remove old ones of its name but those that another checkout may be using."""
         if not self.folder.is_dir():
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            self._use()
             for folder in self.old(KEPT, self.name):
                 with contextlib.suppress(OSError):
                     if time.time() - folder.stat().st_mtime > IN_USE_S:
                         shutil.rmtree(folder, ignore_errors=True)
 
-    def old(self, keep: int, name: str = "*") -> list[Path]:
-        """Folders of one name, or of all, but the `keep` of each that were used last."""
+    def _use(self) -> None:
+        """Note in the folder who uses it, and that it is used now: the newest are those used last."""
+        (self.folder / _user()).touch()
+        os.utime(self.folder)
+
+    def old(self, keep: int, name: str = "*", own: bool = False) -> list[Path]:
+        """Folders of one name, or of all, but the `keep` of each that were used last; if `own`, of those that nobody
+        else uses.
+        """
         by_name: dict[str, list[tuple[float, Path]]] = {}
         for path in home().glob(f"{name}-{'?' * _DIGITS}"):
+            if own and [each.name for each in path.glob(f"{_USER}*")] != [_user()]:
+                continue
             with contextlib.suppress(OSError):
                 by_name.setdefault(path.name[:-_DIGITS], []).append((path.stat().st_mtime, path))
         return [path for found in by_name.values() for _, path in sorted(found, reverse=True)[keep:]]
@@ -206,6 +217,15 @@ def _numba_keeps_in(folder: Path) -> Iterator[None]:
         yield
     finally:
         settings.CACHE_DIR = before
+
+
+@cache
+def _user() -> str:
+    """The file by which a user of machine code is known: a checkout, the branch it is on, and an environment."""
+    root, head = Path(__file__).parents[3], ""
+    with contextlib.suppress(OSError):
+        head = (root / ".git" / "HEAD").read_text(encoding="utf-8")
+    return _USER + digest(f"{root}\0{head}\0{sys.prefix}")[:_DIGITS]
 
 
 def folder_of(module: ModuleType) -> Path:
