@@ -14,7 +14,9 @@ from pipeline.parameters import yaml_text
 FILE_NAME = "dvc.yaml"
 #: Letters that a stage's name may have: files are called by it, and file systems have limits.
 LONGEST_NAME = 100
-_KEYS = ("cmd", "meta", "frozen", "deps", "params", "outs")
+_KEYS = ("cmd", "meta", "frozen", "deps", "params", "outs", "metrics", "plots")
+#: What only DVC reads: which of the results it compares, as numbers and as curves.
+_SHOWN = ("metrics", "plots")
 _RESULTS = "results"
 _FORBIDDEN = '\\:*?"<>|\0'
 #: What this program itself reads of the results, where a stage makes it, and the page it writes there.
@@ -96,8 +98,9 @@ def read(root: Path) -> Graph:
 def _graph(text: str, path: Path) -> Graph:
     tree, where, problems = yaml_text.parse(text, FILE_NAME), FILE_NAME, list[str]()
     top = tree.value if isinstance(tree.value, dict) else {}
-    if set(top) != {"stages"} or not isinstance(top["stages"].value, dict) or not top["stages"].value:
-        raise StudyError(f'{path}: expected the one key "stages" with the stages under it')
+    if {*top} - {*_SHOWN} != {"stages"} or not isinstance(top["stages"].value, dict) or not top["stages"].value:
+        raise StudyError(f'{path}: expected the key "stages" with the stages under it, and beside it only '
+                         f"{' and '.join(_SHOWN)}")  # fmt: skip
     stages = [_stage(name, node, where, problems) for name, node in top["stages"].value.items()]
     if problems:
         raise StudyError(problems)
@@ -122,7 +125,7 @@ def _stage(name: str, node: yaml_text.Node, where: str, problems: list[str]) -> 
     if not isinstance(frozen, bool):
         problems.append(f"{where}:{entry['frozen'].line}: stage {name}: frozen must be true or false, not {frozen!r}")
     deps = _paths(name, "deps", entry, where, problems)
-    outs = _paths(name, "outs", entry, where, problems)
+    outs = tuple(path for key in ("outs", *_SHOWN) for path in _paths(name, key, entry, where, problems))
     if f"{_RESULTS}/{name}.h5" not in outs:
         problems.append(f"{where}:{node.line}: stage {name}: outs must list {_RESULTS}/{name}.h5")
     return Stage(
@@ -139,13 +142,15 @@ def _paths(name: str, key: str, entry: dict[str, yaml_text.Node], where: str, pr
     items = entry[key].value if key in entry else []
     paths: list[str] = []
     for item in items if isinstance(items, list) else [entry[key]]:
+        if key in _SHOWN and isinstance(item.value, dict) and len(item.value) == 1:  # the path, and how DVC shows it
+            item = yaml_text.Node(next(iter(item.value)), item.line)
         paths.append(PurePosixPath(item.value).as_posix() if isinstance(item.value, str) else "")
         said = f"{where}:{item.line}: stage {name}: {key}"
         if not isinstance(item.value, str):
             problems.append(f"{said} must be a list of plain paths")
-        elif not is_inside(paths[-1]) or (key == "outs" and not _is_result(paths[-1])):
+        elif not is_inside(paths[-1]) or (key != "deps" and not _is_result(paths[-1])):
             problems.append(f"{said}: {item.value} lies outside the study")
-        elif key == "outs" and _is_own(paths[-1]):
+        elif key != "deps" and _is_own(paths[-1]):
             problems.append(f"{said}: {item.value} is this program's own place")
     return tuple(paths)
 

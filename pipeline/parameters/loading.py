@@ -24,6 +24,7 @@ from pipeline.parameters.value import (
     derived,
     half_width,
     plain_value,
+    shown,
     value_of,
     values_of,
 )
@@ -194,6 +195,7 @@ class _Loading:
                 hint = nearest(key, known) + self._beyond(file)
                 self._problem(file, node.line, f'there is no parameter "{key}"{hint}')
         self.remarks += _unfounded(where, tree.value, {field.name: field.metadata["unit"] for field in fields})
+        self.remarks += _not_as_printed(where, tree.value)
         entries: dict[str, Node] = dict(tree.value)
         for override in self.overrides.get(file, ()):
             try:
@@ -265,6 +267,16 @@ class _Loading:
         else:
             place = f"{self.shown_as}/{file}.yaml" + (f":{line}" if line else "")
             self.problems.append((file, line, f"{place}: {text}"))
+
+
+def _not_as_printed(where: str, entries: Mapping[str, Node]) -> Iterator[str]:
+    """Values that are not the printed ones beside them, so that their half widths are lost."""
+    for key, node in entries.items():
+        parts = node.plain() if isinstance(node.value, dict) else {}
+        with contextlib.suppress(ValueError):
+            if "printed" in parts and half_width(parts) is None:
+                yield (f'{where}:{node.line}: {key} = {shown(parts["value"])} is not the printed "{parts["printed"]}": '
+                       "it is taken as exact; with uncertainty in place of printed it has a half width")  # fmt: skip
 
 
 def _unfounded(where: str, entries: Mapping[str, Node], units: Mapping[str, str]) -> Iterator[str]:

@@ -18,6 +18,7 @@ from stages.comparison.claims import judge, numerics
 from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import BIPED, SETTINGS
 from stages.comparison.claims.verdict import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS
+from stages.comparison.result import BipedSummary
 from stages.comparison.run import as_yaml
 from stages.tradeoff import constraint_ways, penalty_ways
 from tests.changed import changed
@@ -223,12 +224,14 @@ def test_claims_survive_yaml_and_the_command_knows_their_verdicts():
     claim = dataclasses.replace(
         judged(PARAMETERS, CASES[0][0]), words='quotes " and: colons', measured="µ ≤ 3 # no comment", causes=("a\nb",)
     )
-    read = yaml.safe_load(as_yaml([claim], [("title", ("", "a"), [("row", "1")])], ["one: two"], "draft"))
+    biped = BipedSummary(*[nan] * 16, 3e-10, 1.25)
+    read = yaml.safe_load(as_yaml([claim], [("title", ("", "a"), [("row", "1")])], ["one: two"], "draft", biped))
     numbers = [str(number) for number in claim.numbers]
     assert read["claims"] == [{**dataclasses.asdict(claim), "causes": ["a\nb"], "rests_on": list(claim.rests_on),
                                "numbers": numbers}] and numbers  # fmt: skip
     assert (read["level"], read["headlines"]) == ("draft", ["one: two"])
     assert read["tables"] == [{"title": "title", "columns": ["", "a"], "rows": [["row", "1"]]}]
+    assert (read["verdicts"], read["numbers"]) == ({"holds": 1}, {"penalty_work": 3e-10, "error": 1.25})
     assert shown.Claim(**read["claims"][0]).full_verdict == "holds (errors unknown here)"
 
 

@@ -76,6 +76,37 @@ def test_the_same_study_by_either_way(toy_with_commands, shims):
     assert toy.results() == right
 
 
+def test_results_go_to_a_remote_and_come_back_in_a_clone(toy_with_commands, shims, repository, tmp_path_factory):
+    toy, elsewhere = toy_with_commands, tmp_path_factory.mktemp("lab")
+    toy.edit("stages/picture/run.py", "(CLAIM % inputs.bounce.force)",
+             "(CLAIM % inputs.bounce.force + f'numbers: {{force: {inputs.bounce.force}}}\\n')")  # fmt: skip
+    with toy.path("dvc.yaml").open("a") as graph_file:
+        graph_file.write("metrics: [results/claims.yaml]\nplots: [results/figures/one.svg]\n")
+    for name in (".dvcignore", ".gitignore"):
+        shutil.copyfile(repository / name, toy.root / name)
+    shutil.copytree(repository / "tests/pipeline/toy_study", toy.root / "tests/pipeline/toy_study")
+    git(toy.root, "init", "-q")
+    dvc(toy, shims, "init")
+    dvc(toy, shims, "remote", "add", "--default", "lab", str(elsewhere / "remote"))
+    assert "Running stage 'picture'" in dvc(toy, shims, "repro")
+    git(toy.root, "add", "-A")
+    git(toy.root, "commit", "-q", "-m", "with results")
+    dvc(toy, shims, "push")
+
+    git(elsewhere, "clone", "-q", str(toy.root), "clone")
+    clone = Toy(elsewhere / "clone", "stages")
+    dvc(clone, shims, "pull")
+    assert "Running stage" not in dvc(clone, shims, "repro") and clone.results() == toy.results()
+    assert "up to date" in dvc(clone, shims, "status")
+
+    clone.edit("params/ground.yaml", "value: 1e5", "value: 2e5")
+    clone.edit("params/picture.yaml", "title:", "title: {value: another}\n#")
+    dvc(clone, shims, "repro")
+    assert "numbers.force" in dvc(clone, shims, "metrics", "diff")
+    compared = json.loads(dvc(clone, shims, "plots", "diff", "--json"))["data"]["results/figures/one.svg"]
+    assert {name for each in compared for name in each["revisions"]} == {"HEAD", "workspace"}
+
+
 def test_the_whole_study_by_either_way(repository, tmp_path, shims):
     """A copy of the checkout under git, as a user has it, whose .gitignore must leave DVC's own files alone; results
     that it has already are restored, so that this takes minutes only without any. An edit builds anew what it changes.

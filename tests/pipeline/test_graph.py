@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
+import yaml
 
 from pipeline import graph
 from pipeline.errors import StudyError
+from stages.figures.drawn import NAMES
 
 
 def refused(toy):
@@ -44,10 +47,14 @@ def test_those_that_most_stages_wait_for_begin_first(toy):
     [
         ("cmd: bipedstudy run side", "cmd: make side", 'cmd must be "bipedstudy run side", not \'make side\''),
         ("deps: [PACKAGE/side]", "wdir: x", 'the key "wdir" is not understood here (only cmd, meta, frozen, deps, '
-         'params, outs)'),
+         'params, outs, metrics, plots)'),
         ("deps: [PACKAGE/side]", "frozen: 3", "stage side: frozen must be true or false, not 3"),
         ("deps: [PACKAGE/side]", "dep: [x]", 'did you mean "deps"?'),
         ("results/side.bin]\n", "/x]\n", "outs: /x lies outside the study"),
+        ("results/side.bin]\n", "results/side.bin]\n    metrics: [{side.json: {cache: false}}]\n",
+         "metrics: side.json lies outside the study"),
+        ("results/side.bin]\n", "results/side.bin]\n    plots: [{results/a.csv: {}, results/b.csv: {}}]\n",
+         "stage side: plots must be a list of plain paths"),
         ("outs: [results/side.h5, ", "outs: [", "stage side: outs must list results/side.h5"),
         ("results/fall.h5]\n    params", "results/fal.h5]\n    params", 'reads results/fal.h5, which no stage makes; '
          'did you mean "results/fall.h5"?'),
@@ -75,4 +82,25 @@ def test_a_file_that_is_no_graph_is_one_sentence(toy):
     for text in ("", "vars: [x]\nstages: {}\n", "[1]"):
         (toy.root / "dvc.yaml").write_text(text)
         (sentence,) = refused(toy)
-        assert sentence.endswith('dvc.yaml: expected the one key "stages" with the stages under it')
+        assert sentence.endswith('dvc.yaml: expected the key "stages" with the stages under it, and beside it only '
+                                 "metrics and plots")  # fmt: skip
+
+
+def test_what_dvc_shows_of_a_stage_is_an_out_of_it(toy):
+    toy.edit("dvc.yaml", "outs: [results/side.h5, results/side.bin]", "outs: [results/side.h5]\n    metrics:\n      "
+             "- results/side.bin: {cache: false}\n    plots:\n      - results/side.csv: {x: time, y: height}")
+    with toy.path("dvc.yaml").open("a") as graph_file:
+        graph_file.write("metrics: [results/side.bin]\nplots:\n  - results/side.csv: {x: time}\n")
+    found = graph.read(toy.root)
+    assert found.stages["side"].outs == ("results/side.h5", "results/side.bin", "results/side.csv")
+    assert found.upstream("picture") == ("bounce", "side")
+
+
+def test_what_dvc_compares_is_made_by_the_study(repository):
+    """A misspelt file there would be said by DVC alone."""
+    declared, outs = yaml.safe_load((repository / "dvc.yaml").read_text()), set()
+    for stage in graph.read(repository).stages.values():
+        outs.update(stage.outs)
+    assert declared["metrics"] == [graph.CLAIMS] and graph.CLAIMS in outs and graph.FIGURES in outs
+    assert declared["plots"] and {Path(path).parent.as_posix() for path in declared["plots"]} == {graph.FIGURES}
+    assert {Path(path).stem for path in declared["plots"]} <= {*NAMES}

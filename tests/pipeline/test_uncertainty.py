@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 
 import pytest
 
@@ -25,6 +26,18 @@ def widths(*settings: str) -> dict[str, float]:
 
 def test_a_value_that_was_edited_is_not_the_printed_one():
     assert half_width({"value": 0.31, "printed": "0.3"}) is None
+
+
+def test_an_edited_value_says_that_its_half_width_is_lost(tmp_path, capsys):
+    """As `dvc exp run -S params/ground.yaml:slope_deg.value=2.1` edits it, which leaves the digits of the print."""
+    shutil.copytree(HOME / "params", tmp_path / "params")
+    ground = tmp_path / "params/ground.yaml"
+    ground.write_text(ground.read_text().replace("value: 2.0,", "value: 2.1,"))
+    given = locate(params=str(tmp_path / "params"), start=HOME).parameters(["analytic"])["analytic"].half_widths
+    assert "ground.slope_deg" not in given and "biped.hip_mass" in given
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith('ground.yaml:2: slope_deg = 2.1 is not the printed "2": it is taken as exact; with '
+                         "uncertainty in place of printed it has a half width")  # fmt: skip
 
 
 @pytest.mark.parametrize("value, printed, width", [
