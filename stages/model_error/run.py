@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -37,26 +39,56 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     settings = parameters.settings
     base = design_of(parameters)
     drawn = draws(base, settings.designs, settings.seed)
-    shape = len(RUNGS), len(drawn), len(MEASURES)
+    shape = len(drawn), len(RUNGS), len(MEASURES)
     values, errors = np.full(shape, np.nan), np.full(shape, np.nan)
     without: list[str] = []
-    twins = 0
+    twins = settings.twins
     for number, design in enumerate(drawn):
         progress(number / len(drawn), f"design {number + 1} of {len(drawn)}")
-        for place, rung in enumerate(RUNGS):
-            if place == TWIN and (twins == settings.twins or np.isnan(values[PENALTY, number, 0])):
-                continue
-            try:
-                found = rung.find(design, rung.tolerances[min(FINER, len(rung.tolerances) - 1)])
-            except NoRung as reason:
-                without.append(f"design {number + 1}: {reason}")
-                continue
-            values[place, number], errors[place, number] = found.values, found.errors
-            twins += place == TWIN
+        values[number], errors[number], reasons = walked(design, twin=twins > 0)
+        without += [f"design {number + 1}: {reason}" for reason in reasons]
+        twins -= not np.isnan(values[number, TWIN, 0])
     known = np.array([numbers(design) for design in drawn])
     nothing = np.full((len(RUNGS), len(MEASURES), 2), np.nan)
-    result = Result(settings.seed, kind(base), known, values, errors, nothing, tuple(without))
+    result = Result(settings.seed, kind(base), known, values.swapaxes(0, 1), errors.swapaxes(0, 1), nothing,
+                    tuple(without))  # fmt: skip
     return dataclasses.replace(result, at_the_design=left_at(result, numbers(base)))
+
+
+def walked(design: Design, *, twin: bool) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Measures by every rung (r, k) and their solver's errors (r, k), NaN without a gait; and why there is none.
+
+    With `twin` the twin's too, if the penalty walker has a gait.
+    """
+    values, errors = np.full((2, len(RUNGS), len(MEASURES)), np.nan)
+    reasons: list[str] = []
+    for place, rung in enumerate(RUNGS):
+        if place == TWIN and (not twin or np.isnan(values[PENALTY, 0])):
+            continue
+        try:
+            found = rung.find(design, rung.tolerances[min(FINER, len(rung.tolerances) - 1)])
+        except NoRung as reason:
+            reasons.append(str(reason))
+            continue
+        values[place], errors[place] = found.values, found.errors
+    return values, errors, reasons
+
+
+def further(result: Result, parameters: Parameters, walks: Sequence[Any]) -> Result:
+    """A result with what `further_draws` are and measure: values and errors of each, (n, 2, r, k)."""
+    known = np.array([numbers(design) for design in further_draws(parameters, len(walks))])
+    values, errors = np.array(walks).transpose(1, 2, 0, 3)
+    return dataclasses.replace(
+        result,
+        numbers=np.concatenate([result.numbers, known]),
+        values=np.concatenate([result.values, values], axis=1),
+        solver_errors=np.concatenate([result.solver_errors, errors], axis=1),
+    )
+
+
+def further_draws(parameters: Parameters, count: int) -> list[Design]:
+    """So many designs beside those of the stage."""
+    return draws(design_of(parameters), count, parameters.settings.seed + 1)
 
 
 def left_at(result: Result, own: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from stages.model_error.measures import NAMES, Allowed, errors
 from stages.model_error.miss import Learnt
 from stages.model_error.questions.ask import Options, ask
 from stages.model_error.result import MODELS, PENALTY, TWIN
-from stages.model_error.run import design_of
+from stages.model_error.run import design_of, further, further_draws, walked
 from stages.model_error.rungs import RUNGS
 
 
@@ -30,6 +30,10 @@ class Asking:
 
     def result(self):
         return self.found, "results/model_error.h5 is not there"
+
+    def each(self, function, arguments, *shared):
+        for place, one in reversed(list(enumerate(arguments))):  # as they get ready
+            yield place, json.loads(json.dumps(function(self.parameters, *shared, one)))
 
 
 @pytest.fixture(scope="module")
@@ -158,3 +162,15 @@ def test_json_has_no_number_where_none_is_known(parameters, small):
 def test_design_of_takes_the_studys_settings(parameters):
     drawn = design_of(parameters)
     assert drawn.twin is parameters.twin and drawn.biped is parameters.biped
+
+
+def test_further_draws_join_those_of_the_stage(parameters, small):
+    asking = Asking(small)
+    asking.parameters = parameters
+    answer = ask(parameters, Options(("period",), ("0.4%",), learn=6), asking)
+    more = further(small, parameters, [[*walked(one, twin=False)[:2]] for one in further_draws(parameters, 6)])
+    assert len(more.numbers) == len(small.numbers) + 6 and more.solver_errors.shape == more.values.shape
+    found = Ladder(parameters, Learnt(more)).within("period", 4e-3, share=True)
+    assert answer.plain["period"]["value"] == found.value and answer.plain["period"]["model"] == found.model
+    alone = Learnt(small)
+    assert not np.array_equal(alone.fits[0, 0].coefficients, Learnt(more).fits[0, 0].coefficients)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, option
 from stages.model_error.measures import NAMES, NOT_KNOWN, UNITS, Allowed, errors
 
@@ -25,6 +26,9 @@ class Options:
     within: tuple[str, ...] = option(
         "-", "Error asked for: a share (1%), a number in the measure's unit, or one for each (speed=1%)", default=(),
         metavar="ERROR")
+    learn: int = option(
+        "1", "Draw so many designs more, for smaller errors of the models; they are kept", default=0,
+        bound=Bound(minimum=0, maximum=10_000))
 
     def allowed(self, measure: str) -> Allowed:
         """The error asked for of a measure. Raises WrongOption."""
@@ -45,7 +49,11 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         raise WrongOption(NOT_KNOWN.format(where))
     from stages.model_error.choice import Ladder
     from stages.model_error.miss import Learnt
+    from stages.model_error.run import further
 
+    if options.learn:
+        parts = dict(asking.each(walk, range(options.learn), options.learn))
+        result = further(result, parameters, [parts[number] for number in range(options.learn)])
     ladder = Ladder(parameters, Learnt(result), asking.progress)
     found = [ladder.within(name, one.error, one.share) for name, one in allowed.items()]
     stable = ladder.stable() if STABLE in options.what else None
@@ -62,6 +70,13 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     plain |= {"outside_of_drawn": outside, "unlike_the_drawn": unlike or None}
     refused = any(not one.met for one in found)
     return Answer(lines, plain, rows=[{"measure": one.measure, **as_json(one)} for one in found], no=refused)
+
+
+def walk(parameters: Parameters, count: int, number: int) -> list[list[list[float]]]:
+    """Measures by every rung, and their errors, of one of so many further draws, for `Asking.each`."""
+    from stages.model_error.run import further_draws, walked
+
+    return [each.tolist() for each in walked(further_draws(parameters, count)[number], twin=False)[:2]]
 
 
 def as_json(one: Answered | Stability) -> dict[str, Any]:
@@ -112,12 +127,14 @@ QUESTION = Question(
 
     Measures: period, step_frequency, step_length, speed, multiplier (the largest one's magnitude), and stable, which is
     told as a probability. The models are the constraint model, the same of the twin's own machine, the compiled
-    penalty walker, and the twin. Each is corrected by what it misses of the twin, as stage model_error has learnt. The
-    command ends with 3 if no model has the error.
+    penalty walker, and the twin. Each is corrected by what it misses of the twin, as stage model_error has learnt;
+    --learn adds designs to that, which are walked once and kept. The command ends with 3 if no model has the error.
     """,
     Options,
     ask,
     examples=("bipedstudy ask step_frequency --within 1%", "bipedstudy ask stable --set ground.slope_deg=3",
-              "bipedstudy ask speed period --within speed=2% --within 1e-3"),
+              "bipedstudy ask speed period --within speed=2% --within 1e-3",
+              "bipedstudy ask step_length --within 0.5% --learn 40"),
     rows=True,
+    pool=True,
 )
