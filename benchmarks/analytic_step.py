@@ -47,7 +47,7 @@ def heyoka_single_stance(walker: Walker, y: np.ndarray, duration: float, toleran
     import sympy as sp
 
     from stages.analytic.model import derivation as d
-    from stages.analytic.model.generated_source import compact
+    from stages.analytic.model.generate import compact
 
     equations = d.derive("compliant")
     numbers = {d.PARAMETERS[name]: value for name, value in walker.p._asdict().items()}

@@ -11,10 +11,9 @@ from __future__ import annotations
 import dataclasses
 
 from benchmarks.analytic_step import TABLE_1, best_time
-from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.gait import gait_derivatives, step_tangents
 from stages.analytic.derivatives.multipliers import multiplier_derivatives
 from stages.analytic.derivatives.numbers import changes_of, sensitive_names
-from stages.analytic.derivatives.step_map import step_tangents
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map

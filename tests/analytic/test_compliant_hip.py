@@ -8,8 +8,7 @@ import pytest
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative
-from stages.analytic.integration.phase import EVENT, NO_NODES
-from stages.analytic.integration.step import integrate
+from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model.kinds import DetailedCompliant, with_legs_exchanged
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import build_walker

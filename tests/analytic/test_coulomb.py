@@ -10,7 +10,7 @@ from stages.analytic.gait import poincare
 from stages.analytic.gait.gait_report import audit, report_gait
 from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
-from stages.analytic.integration import step as step_module
+from stages.analytic.integration import phase as phase_module
 from stages.analytic.integration.phase import EVENT, STEP_LIMIT
 from stages.analytic.integration.readable import terms
 from stages.analytic.model.walker import build_walker
@@ -371,10 +371,10 @@ def test_phases_that_creep_one_after_another_end_the_step(monkeypatch):
         phases.append(phase)
         return EVENT, 1e-9, 1e-9, 0, 12 * limit
 
-    monkeypatch.setattr(step_module, "integrate", creep)
-    monkeypatch.setattr(step_module, "first_phase", lambda *_: (HOVERING, True))
-    monkeypatch.setattr(step_module, "succeed", lambda phase, *_: (SLIDING_BACK + HOVERING - phase, True))
-    status, phase, *_ = step_module.walk_step.py_func(
+    monkeypatch.setattr(phase_module, "integrate", creep)
+    monkeypatch.setattr(phase_module, "first_phase", lambda *_: (HOVERING, True))
+    monkeypatch.setattr(phase_module, "succeed", lambda phase, *_: (SLIDING_BACK + HOVERING - phase, True))
+    status, phase, *_ = phase_module.walk_step.py_func(
         np.zeros(8), with_friction(1.1).p, 1e-8, 30.0, limit)
     assert status == STEP_LIMIT and len(phases) == 3
     assert "integration steps" in poincare.step_failure(status, phase)

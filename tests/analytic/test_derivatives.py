@@ -6,10 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.gait import gait_derivatives, step_tangents, walk_derivatives
 from stages.analytic.derivatives.multipliers import APART, LEADING, multiplier_derivatives
 from stages.analytic.derivatives.numbers import changes_of, moved, sensitive_names
-from stages.analytic.derivatives.step_map import step_tangents, walk_derivatives
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map

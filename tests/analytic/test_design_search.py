@@ -14,8 +14,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps, report_gait
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import fixed_point
-from stages.analytic.integration.phase import EVENT, NO_NODES
-from stages.analytic.integration.step import integrate
+from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model.kinds import directions
 from stages.analytic.model.walker import build_walker
 from stages.analytic.parameters import Parameters, Settings

@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from stages.analytic.integration.dop853_step import error_norm, take_step
 from stages.analytic.integration.dop853_tableau import A, B
-from stages.analytic.integration.integrator import STAGES, step_factor
+from stages.analytic.integration.integrator import DOP853, STAGES, step_factor
 from stages.analytic.phases.motion import SINGLE_STANCE, flow
 from tests.analytic.designs import walker_of
 
 
-def fixed_steps(walker, y, duration, count, *, take_step=take_step):
+def fixed_steps(walker, y, duration, count, *, take_step=DOP853.take_step):
     """State after `count` equal steps of single stance."""
     stages, new, y = np.empty((STAGES, y.size)), np.empty(y.size), y.copy()
     for _ in range(count):
@@ -39,7 +38,7 @@ def test_single_stance_converges_with_order_eight():
 def test_not_a_number_is_never_accepted():
     """An error norm of NaN must not pass as small: `err > 1` is false for it."""
     stages = np.full((STAGES, 8), np.nan)
-    error = error_norm(np.ones(8), np.full(8, np.nan), 0.1, walker_of().p, stages, 1e-10)
+    error = DOP853.error_norm(np.ones(8), np.full(8, np.nan), 0.1, walker_of().p, stages, 1e-10)
     assert not error <= 1.0
 
 

@@ -11,12 +11,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from stages.analytic.derivatives.equations import terms as changes
 from stages.analytic.model import derivation as d
 from stages.analytic.model import formulas, made, terms
 from stages.analytic.model.formulas import document
-from stages.analytic.model.generate import SOURCES
-from stages.analytic.model.generated_source import compact
+from stages.analytic.model.generate import SOURCES, compact
 from stages.analytic.model.kinds import DetailedCompliant, DetailedRigid, PlainCompliant, PlainRigid
 
 tidy = cache(formulas.tidy)
@@ -83,8 +81,8 @@ def difference(name, arguments, values, kind, design, rng):
         change = kind(*rng.uniform(-1.0, 1.0, len(kind._fields)))
         expressions = [sum(sp.diff(each, design.parameters[field]) * sp.Float(getattr(change, field), 30)
                            for field in fields) for each in expressions]  # fmt: skip
-        by = getattr(changes, name.replace("_change", "_by")).of(kind).py_func(*point, p)
-        found = getattr(changes, name).of(kind).py_func(by, change)
+        by = getattr(terms, name.replace("_change", "_by")).of(kind).py_func(*point, p)
+        found = getattr(terms, name).of(kind).py_func(by, change)
     else:
         found = getattr(terms, name).of(kind).py_func(*point, p)
     values = [*point, *(getattr(p, field) for field in fields)]

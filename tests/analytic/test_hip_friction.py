@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.gait import gait_derivatives, step_tangents
 from stages.analytic.derivatives.numbers import left_by_dimensions, sensitive_names
-from stages.analytic.derivatives.step_map import step_tangents
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative
-from stages.analytic.integration.phase import EVENT, NO_NODES
-from stages.analytic.integration.step import integrate
+from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model.kinds import DetailedRigid, with_legs_exchanged
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import build_walker

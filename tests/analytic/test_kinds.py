@@ -9,7 +9,7 @@ import pytest
 from numba.extending import is_jitted
 
 from stages.analytic.compiled import ByKind
-from stages.analytic.integration.step import walk_step
+from stages.analytic.integration.phase import walk_step
 from stages.analytic.model.kinds import (
     Detailed,
     DetailedCompliant,
@@ -124,7 +124,7 @@ def test_what_is_not_asked_for_is_not_compiled(called, needed, tmp_path):
     """Derivatives by the walker's numbers, unless variations go along them; what other legs need."""
     for names, asked in zip(compiled_for(called, tmp_path), (False, True), strict=True):
         assert f"stages.analytic.{needed}" in names
-        assert any(".derivatives." in name for name in names) == asked
+        assert any("_derivatives." in name for name in names) == asked
         assert not [name for name in names if "detailed" in name or "rigid" in name]
 
 

@@ -7,9 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.derivatives.gait import gait_derivatives, step_tangents
 from stages.analytic.derivatives.numbers import left_by_dimensions, sensitive_names
-from stages.analytic.derivatives.step_map import step_tangents
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait

@@ -11,8 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stages.analytic.integration.phase import EVENT, NO_NODES
-from stages.analytic.integration.step import integrate
+from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.motion import RIGID
 from stages.biped.design import Biped

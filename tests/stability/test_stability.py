@@ -13,7 +13,7 @@ from stages.analytic.gait.continuation import PERIOD_DOUBLING
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_map, require_landing, start_state
-from stages.analytic.integration.step import walk_step
+from stages.analytic.integration.phase import walk_step
 from stages.analytic.result import BACK, FORWARD, NO_START, REACHES, WALKS_ON
 from stages.stability.parameters import Settings
 from stages.stability.run import SLOPE, over_slope, section_of, starts_around

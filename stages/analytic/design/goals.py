@@ -18,9 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from stages.analytic.derivatives.gait import GaitTangents
+from stages.analytic.derivatives.gait import GaitTangents, exchanged_rows
 from stages.analytic.derivatives.multipliers import APART, LEADING, eigensystem, matrix_slope
-from stages.analytic.derivatives.step_map import exchanged_rows
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_report import record_steps
 from stages.analytic.gait.gait_search import step_length

@@ -9,8 +9,7 @@ import numpy as np
 
 from stages.analytic.compiled import compiled
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE
-from stages.analytic.integration.phase import EVENT, FALL, TIME_LIMIT
-from stages.analytic.integration.step import walk_step
+from stages.analytic.integration.phase import EVENT, FALL, TIME_LIMIT, walk_step
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import Vector, Walker

@@ -16,8 +16,7 @@ from typing import TypeGuard
 import numpy as np
 
 from stages.analytic.errors import StepFailed
-from stages.analytic.integration.phase import BOTTOMED, CHATTER, EVENT, FALL, STEP_FLOOR, TIME_LIMIT, WEDGED
-from stages.analytic.integration.step import walk_step
+from stages.analytic.integration.phase import BOTTOMED, CHATTER, EVENT, FALL, STEP_FLOOR, TIME_LIMIT, WEDGED, walk_step
 from stages.analytic.model.kinds import Directions, Rigid
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.motion import HOVERING, SINGLE_STANCE, in_contact

@@ -1,4 +1,4 @@
-"""Integrates one phase to its event, which is located to the integrator's own accuracy.
+"""Integrates the phases of a step, each to its event, which is located to the integrator's own accuracy.
 
 A phase is watched by its guards, that of the feet and that of a hip that rubs or sticks; the first that falls through
 zero ends it, or the time at which a foot is put down. An event is found by taking the last step again with a shorter
@@ -26,8 +26,10 @@ from stages.analytic.phases.motion import (
     RUBS_FORWARD,
     SLIDE,
     flow,
+    in_contact,
     shape,
 )
+from stages.analytic.phases.succession import ends_step, first_phase, succeed
 
 EVENT, FALL, TIME_LIMIT, STEP_FLOOR, STEP_LIMIT, BOTTOMED, WEDGED, CHATTER = 0, 1, 2, 3, 4, 5, 6, 7
 
@@ -40,6 +42,13 @@ GUARD_STEP = 1e-7
 GUARD_FLOOR, FIRST_STEP = 1e-12, 1e-5
 #: For a phase of which no steps are kept.
 NO_NODES = np.empty((0, 10))
+#: A trailing foot that changes between rolling, sliding and hovering more often than this does so without end.
+MOST_PHASES = 100
+#: Length of the first integration step of all, and the least one to begin a phase with.
+FIRST_LENGTH, LEAST_LENGTH = 0.02, 1e-6
+#: Evaluations a step may take in all its phases, for each integration step that one phase may take: some two phases'
+#: worth, so that many phases that each creep do not add up to minutes.
+MOST_EVALUATIONS = 24
 #: Columns of what is known of each guard: value, rate, whether its fall is an event, whether it starts at zero.
 VALUE, RATE, ARMED, LEAVING = 0, 1, 2, 3
 
@@ -331,3 +340,35 @@ def integrate(
         h = step * (min(1.0, step_factor(error)) if rejected else step_factor(error))
         rejected = False
     return STEP_LIMIT, time, h, filled, evaluations
+
+
+@compiled
+def walk_step(
+    y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int, directions: Directions | None = None
+) -> tuple[int, int, float, float, int]:
+    """Advance state and variations by one step, in place; compliant legs start in double stance.
+
+    Returns (status, phase, double stance time, period, evaluations): `phase` is where it ended if the status is not
+    EVENT.
+    """
+    double, time, evaluations, h, no_nodes = 0.0, 0.0, 0, FIRST_LENGTH, np.empty((0, 10))
+    phase, decided = first_phase(y, p)
+    for _ in range(MOST_PHASES):  # one call, no constants in it: each constant is compiled apart
+        if not decided:
+            return WEDGED, phase, double, time, evaluations
+        status, duration, h, _, more = integrate(
+            phase, y, p, tolerance, time_limit, step_limit, h, no_nodes, directions)
+        time += duration
+        evaluations += more
+        if status != EVENT:
+            return status, phase, double, time, evaluations
+        if evaluations > MOST_EVALUATIONS * step_limit:
+            return STEP_LIMIT, phase, double, time, evaluations
+        if in_contact(phase):
+            double = time
+        ended, last = phase, ends_step(phase, y, p)
+        phase, decided = succeed(phase, y, p, directions)
+        if last:
+            return EVENT if decided else WEDGED, ended, double, time, evaluations
+        h = max(min(h, FIRST_LENGTH), LEAST_LENGTH)
+    return CHATTER, phase, double, time, evaluations

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from stages.analytic.derivatives.step_map import walk_derivatives
+from stages.analytic.derivatives.gait import walk_derivatives
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps

@@ -83,22 +83,3 @@ def factor_constrained(factors: Any, normal: Four, roll: Four) -> Constrained:
     s11, s12, s22 = dot(normal, y1), dot(normal, y2), dot(roll, y2)
     inverse = 1.0 / (s11 * s22 - s12 * s12)
     return y1, y2, s22 * inverse, -s12 * inverse, s11 * inverse
-
-
-@compiled
-def solve_constrained(
-    factors: Any, constrained: Constrained, normal: Four, roll: Four, free: Four, target1: float, target2: float
-) -> tuple[Four, tuple[float, float]]:
-    """Solution of M x - Pi lambda = f, Pi^T x = target, given `free` = M^-1 f. Returns x and (lambda_1, lambda_2)."""
-    y1, y2, c11, c12, c22 = constrained
-    t1 = target1 - dot(normal, free)
-    t2 = target2 - dot(roll, free)
-    l1 = c11 * t1 + c12 * t2
-    l2 = c12 * t1 + c22 * t2
-    x = (
-        free[0] + y1[0] * l1 + y2[0] * l2,
-        free[1] + y1[1] * l1 + y2[1] * l2,
-        free[2] + y1[2] * l1 + y2[2] * l2,
-        free[3] + y1[3] * l1 + y2[3] * l2,
-    )
-    return x, (l1, l2)

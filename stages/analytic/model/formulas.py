@@ -7,7 +7,7 @@ from pathlib import Path
 import sympy as sp
 
 from stages.analytic.model import derivation as d
-from stages.analytic.model.simplification import in_symbols_of_table_1, shortened
+from stages.analytic.model.generate import in_symbols_of_table_1, shortened
 
 DOTTED = {
     d.dtheta: r"\dot{\theta}", d.dL1: r"\dot{L}_1", d.dpsi: r"\dot{\psi}", d.dL2: r"\dot{L}_2", d.L_nat: r"L_{nat}",

@@ -1,4 +1,5 @@
-"""Modules of which only the text's maker is in the tree: equations that sympy derives at their first use.
+"""Modules of which only the text's maker is in the tree: equations that sympy derives at their first use, and functions
+that name each number of a kind of walker, written out for each: machine code knows no loop over names.
 
 Their text is kept where machine code is kept. Two processes that need it at once both make it, as on two processors
 neither would be sooner by waiting; each leaves it whole, and the same.
@@ -10,11 +11,11 @@ import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 from stages.analytic.compiled import FOLDER, ByKind
 from stages.analytic.errors import NotDerived
-from stages.analytic.model.kinds import Detailed, Plain
+from stages.analytic.model.kinds import Detailed, Plain, exchange
 from stages.biped.machine_code import Kept, sympy_version
 
 DERIVING = "deriving the equations of motion, some 5 s, once after an install or an edit"
@@ -75,7 +76,41 @@ def by_sympy(name: str) -> Callable[[], str]:
     return SOURCES[name]
 
 
-def sets(where: str, what: str) -> dict[Any, Any]:
-    """The equations of each set as modules beneath `where`; `what` of them: terms, or derivatives of these."""
-    return {kinds: Made(f"{where}.{name}", partial(derived, EQUATIONS, f"{name}_{what}", by_sympy))
+def sets(what: str) -> dict[Any, Any]:
+    """`what` there is of the equations of each set, as modules: terms, or derivatives of these."""
+    return {kinds: Made(f"{__name__}.{name}_{what}", partial(derived, EQUATIONS, f"{name}_{what}", by_sympy))
             for kinds, name in ((Plain, "plain"), (Detailed, "detailed"))}  # fmt: skip
+
+
+#: Detailed kinds, those of stiff legs before what they are made of; and all kinds, stiff or not.
+EXCHANGED: list[Any] = [each for kind in get_args(Detailed) for each in (*kind.__subclasses__(), kind)]
+ROWS: tuple[Any, ...] = get_args(Plain | Detailed)
+
+
+def written_out() -> str:
+    """exchanged_KIND(p): the walker with its legs exchanged; row_KIND(p, a, row): a row of `a` (n, fields) as one."""
+    lines = ["import numpy as np", "", "from stages.analytic.compiled import compiled",
+             "from stages.analytic.model.kinds import *"]
+    for kind in EXCHANGED:
+        order, hinge = exchange(kind._fields)
+        values = [f"p.{kind._fields[place]}" for place in order]
+        values[hinge] = f"-{values[hinge]}"
+        lines += function(f"exchanged_{kind.__name__}", f"p: {kind.__name__}", kind, values)
+    for kind in ROWS:
+        lines += function(f"row_{kind.__name__}", f"p: {kind.__name__}, a: np.ndarray, row: int", kind,
+                          [f"a[row, {place}]" for place in range(len(kind._fields))])
+    return "\n".join(lines)
+
+
+def function(name: str, arguments: str, kind: Any, values: list[str]) -> list[str]:
+    """Source of a function that gives a walker of a kind."""
+    return ["", "", "@compiled", f"def {name}({arguments}) -> {kind.__name__}:",
+            f"    return {kind.__name__}({', '.join(values)})"]  # fmt: skip
+
+
+WRITTEN = Made(f"{__name__}.written", written_out)
+
+
+def of_each(called: str, kinds: list[Any] | tuple[Any, ...]) -> dict[Any, Any]:
+    """The functions of kinds that are called `called` with the kind's name."""
+    return {kind: getattr(WRITTEN, f"{called}_{kind.__name__}") for kind in kinds}

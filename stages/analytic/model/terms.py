@@ -1,4 +1,8 @@
-"""The derived terms of the equations of motion by the kind of walker: plain ones of Table 1, or detailed ones."""
+"""The derived terms of the equations of motion by the kind of walker: plain ones of Table 1, or detailed ones.
+
+And their derivatives by the walker's numbers: NAME_by(..., p) are those of a term, and NAME_change(by, d) is its change
+for a change `d` of the numbers.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +12,19 @@ from typing import Any
 from stages.analytic.compiled import ByKind, Numbers, compiled
 from stages.analytic.model.elimination import coupled_factor, factor
 from stages.analytic.model.kinds import Detailed, Plain, PlainCompliant
-from stages.analytic.model.made import OfSets, sets
-from stages.analytic.model.written_out import EXCHANGED, of_each
+from stages.analytic.model.made import EXCHANGED, ROWS, OfSets, of_each, sets
 
-TERMS = sets(__name__, "terms")
+TERMS, DERIVATIVES = sets("terms"), sets("derivatives")
 
 
 def term(name: str) -> Callable[..., Numbers]:
     """The derived function `name` of the kind of `p`."""
     return OfSets(name, TERMS)
+
+
+def pair(name: str) -> tuple[Callable[..., Numbers], Callable[..., Numbers]]:
+    """NAME_by of the kind of `p`, NAME_change of the kind of `d`."""
+    return OfSets(f"{name}_by", DERIVATIVES), OfSets(f"{name}_change", DERIVATIVES)
 
 
 compliant_terms, rigid_terms = term("compliant_terms"), term("rigid_terms")
@@ -32,6 +40,18 @@ rigid_handover_jacobian = term("rigid_handover_jacobian")
 #: d(M qdd)/d(q, qd) at given qdd, by rows, of (4, 8) and (2, 4).
 compliant_inertia_jacobian = term("compliant_inertia_jacobian")
 rigid_inertia_jacobian = term("rigid_inertia_jacobian")
+
+compliant_residual_by, compliant_residual_change = pair("compliant_residual")
+compliant_impulse_by, compliant_impulse_change = pair("compliant_impulse")
+compliant_handover_by, compliant_handover_change = pair("compliant_handover")
+compliant_clearance_by, compliant_clearance_change = pair("compliant_clearance")
+contact_acceleration_by, contact_acceleration_change = pair("contact_acceleration")
+rigid_residual_by, rigid_residual_change = pair("rigid_residual")
+rigid_impulse_by, rigid_impulse_change = pair("rigid_impulse")
+rigid_handover_by, rigid_handover_change = pair("rigid_handover")
+rigid_clearance_by, rigid_clearance_change = pair("rigid_clearance")
+#: A row of changes `a` (n, fields) as a walker of the kind of `p`, in which they have names: row_as(p, a, row).
+row_as: Callable[..., Any] = ByKind(of_each("row", ROWS))
 
 
 @compiled

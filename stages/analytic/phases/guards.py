@@ -21,7 +21,6 @@ from math import cos, sin
 import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
-from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot, solve
 from stages.analytic.model.kinds import MU_S, TAU_H, Compliant, Directions, Kind, Rigid
@@ -65,8 +64,8 @@ def rigid_clearance(
     if directions is not None:
         row = row_of(directions, dy, start, 4)
         if row >= 0:
-            by = ep.rigid_clearance_by(theta, psi, p)
-            change += ep.rigid_clearance_change(by, ep.row_as(p, directions.rows, row))[0]
+            by = eq.rigid_clearance_by(theta, psi, p)
+            change += eq.rigid_clearance_change(by, eq.row_as(p, directions.rows, row))[0]
     return stance * cos(theta) - swing * cos(psi) + (p.r - radius), change, behind + ahead
 
 
@@ -83,7 +82,7 @@ def compliant_clearance(
     if directions is not None:
         row = row_of(directions, dy, start, 8)
         if row >= 0:
-            change += clearance_along(y, p, ep.row_as(p, directions.rows, row))
+            change += clearance_along(y, p, eq.row_as(p, directions.rows, row))
     return height, change, stance * sin(theta) + swing * sin(psi)
 
 
@@ -96,7 +95,7 @@ foot_clearance: Callable[..., tuple[float, float, float]] = ByKind({
 @compiled
 def clearance_along(y: Vector, p: Compliant, d: Compliant) -> float:
     """Tangent of the swing foot's height along the direction `d` of the numbers, at given configuration."""
-    return ep.compliant_clearance_change(ep.compliant_clearance_by(y[0], y[1], y[2], y[3], p), d)[0]
+    return eq.compliant_clearance_change(eq.compliant_clearance_by(y[0], y[1], y[2], y[3], p), d)[0]
 
 
 @compiled
@@ -110,8 +109,8 @@ def contact_rates(y: Vector, p: Compliant) -> tuple[float, float]:
 @compiled
 def contact_rates_along(y: Vector, p: Compliant, d: Compliant) -> tuple[float, float]:
     """Tangents of `contact_rates` along the direction `d` of the numbers, at a given state."""
-    by = ep.contact_acceleration_by(y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], p)
-    change = ep.contact_acceleration_change(by, d)
+    by = eq.contact_acceleration_by(y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, y[4], y[5], y[6], y[7], p)
+    change = eq.contact_acceleration_change(by, d)
     return change[0], change[1]
 
 
@@ -155,7 +154,7 @@ def sliding_guard(
     if directions is not None:
         row = row_of(directions, dy, start, 8)
         if row >= 0:
-            change_of_slip += contact_rates_along(y, p, ep.row_as(p, directions.rows, row))[1]
+            change_of_slip += contact_rates_along(y, p, eq.row_as(p, directions.rows, row))[1]
     return sign * slip, sign * change_of_slip, True
 
 

@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
-from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot, solve
 from stages.analytic.model.kinds import Compliant, Directions, Rigid
@@ -81,9 +80,9 @@ def strike(y: Vector, p: Compliant, directions: Directions | None = None, rename
             y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, after[0], after[1], after[2], after[3], p)
         first, backwards = y.size, -1.0 if dot(contact.roll, after) > 0.0 else 1.0
         if directions is not None:
-            by = ep.compliant_impulse_by(
+            by = eq.compliant_impulse_by(
                 y[0], y[1], y[2], y[3], jump[0], jump[1], jump[2], jump[3], impulse[0], impulse[1], p)
-            by_rates = ep.contact_acceleration_by(
+            by_rates = eq.contact_acceleration_by(
                 y[0], y[1], y[2], y[3], 0.0, 0.0, 0.0, 0.0, after[0], after[1], after[2], after[3], p)
             first = y.size - 8 * directions.rows.shape[0]
         for s in range(8, y.size, 8):
@@ -93,9 +92,9 @@ def strike(y: Vector, p: Compliant, directions: Directions | None = None, rename
             f4 = row4_times(by_force[12:16], y, s) - row4_times(by_mass[24:28], y, s)
             target1, target2 = -row4_times(by_contact[0:4], y, s), -row4_times(by_contact[8:12], y, s)
             if directions is not None and s >= first:
-                d = ep.row_as(p, directions.rows, (s - first) // 8)
+                d = eq.row_as(p, directions.rows, (s - first) // 8)
                 d = eq.exchanged(d) if renamed else d
-                change, more = ep.compliant_impulse_change(by, d), ep.contact_acceleration_change(by_rates, d)
+                change, more = eq.compliant_impulse_change(by, d), eq.contact_acceleration_change(by_rates, d)
                 drag = backwards * d.mu_d * impulse[0] if found == SLIPS else 0.0
                 f1, f2 = f1 - change[0] + drag * contact.roll[0], f2 - change[1] + drag * contact.roll[1]
                 f3, f4 = f3 - change[2] + drag * contact.roll[2], f4 - change[3] + drag * contact.roll[3]
@@ -122,8 +121,8 @@ def land(y: Vector, p: Compliant, directions: Directions | None = None) -> None:
             q[0], q[1], q[2], q[3], after[0], after[1], after[2], after[3], after_p)
         first = y.size
         if directions is not None:
-            by_handover = ep.compliant_handover_by(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
-            by_inertia = ep.compliant_impulse_by(
+            by_handover = eq.compliant_handover_by(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
+            by_inertia = eq.compliant_impulse_by(
                 q[0], q[1], q[2], q[3], after[0], after[1], after[2], after[3], 0.0, 0.0, after_p)
             first = y.size - 8 * directions.rows.shape[0]
         for s in range(8, y.size, 8):
@@ -135,9 +134,9 @@ def land(y: Vector, p: Compliant, directions: Directions | None = None) -> None:
             f1, f2 = f1 - row4_times(by_mass[0:4], y, s), f2 - row4_times(by_mass[8:12], y, s)
             f3, f4 = f3 - row4_times(by_mass[16:20], y, s), f4 - row4_times(by_mass[24:28], y, s)
             if directions is not None and s >= first:
-                d = ep.row_as(p, directions.rows, (s - first) // 8)
-                given = ep.compliant_handover_change(by_handover, d)
-                needed = ep.compliant_impulse_change(by_inertia, eq.exchanged(d))
+                d = eq.row_as(p, directions.rows, (s - first) // 8)
+                given = eq.compliant_handover_change(by_handover, d)
+                needed = eq.compliant_impulse_change(by_inertia, eq.exchanged(d))
                 f1, f2 = f1 + given[0] - needed[0], f2 + given[1] - needed[1]
                 f3, f4 = f3 + given[2] - needed[2], f4 + given[3] - needed[3]
             y[s + 4], y[s + 5], y[s + 6], y[s + 7] = solve(factors, f1, f2, f3, f4)
@@ -166,8 +165,8 @@ def rigid_reset(y: Vector, p: Rigid, directions: Directions | None = None) -> bo
         after = eq.rigid_inertia_jacobian(theta, psi, dtheta, dpsi, after_p)
         first = y.size
         if directions is not None:
-            by_handover = ep.rigid_handover_by(y[0], y[1], y[2], y[3], p)
-            by_inertia = ep.rigid_impulse_by(theta, psi, dtheta, dpsi, after_p)
+            by_handover = eq.rigid_handover_by(y[0], y[1], y[2], y[3], p)
+            by_inertia = eq.rigid_impulse_by(theta, psi, dtheta, dpsi, after_p)
             first = y.size - 4 * directions.rows.shape[0]
         for s in range(4, y.size, 4):
             new1, new2 = -y[s + 1], -y[s]
@@ -176,9 +175,9 @@ def rigid_reset(y: Vector, p: Rigid, directions: Directions | None = None) -> bo
             f2 = (a21 * y[s + 2] + a22 * y[s + 3] + before[2] * y[s] + before[3] * y[s + 1]
                   - after[4] * new1 - after[5] * new2)
             if directions is not None and s >= first:
-                d = ep.row_as(p, directions.rows, (s - first) // 4)
-                given = ep.rigid_handover_change(by_handover, d)
-                needed = ep.rigid_impulse_change(by_inertia, eq.exchanged(d))
+                d = eq.row_as(p, directions.rows, (s - first) // 4)
+                given = eq.rigid_handover_change(by_handover, d)
+                needed = eq.rigid_impulse_change(by_inertia, eq.exchanged(d))
                 f1, f2 = f1 + given[0] - needed[0], f2 + given[1] - needed[1]
             y[s], y[s + 1] = new1, new2
             y[s + 2], y[s + 3] = inverse * (m22 * f1 - m12 * f2), inverse * (m11 * f2 - m12 * f1)

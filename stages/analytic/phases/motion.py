@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stages.analytic.compiled import ByKind, Four, Jacobians, Numbers, compiled, inlined
-from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot, factor_constrained, solve
 from stages.analytic.model.kinds import Compliant, Directions, Kind, Rigid
@@ -194,17 +193,17 @@ def jacobians(phase: int, y: Vector, qdd: Four, loads: Loads, p: Compliant) -> J
 @inlined
 def by_numbers(y: Vector, qdd: Four, loads: Loads, p: Compliant) -> By:
     """Derivatives of the residual and of what the contacts hold by the walker's numbers."""
-    residual = ep.compliant_residual_by(
+    residual = eq.compliant_residual_by(
         y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], loads[0], loads[1], p)
-    return residual, ep.contact_acceleration_by(
+    return residual, eq.contact_acceleration_by(
         y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], qdd[0], qdd[1], qdd[2], qdd[3], p)
 
 
 @inlined
 def along(phase: int, by: By, loads: Loads, roll: Four, d: Compliant) -> Added:
     """What the direction `d` of the numbers adds to tangents in a phase, where `loads` are borne."""
-    f, drag = ep.compliant_residual_change(by[0], d), -PHASES[phase, SLIDE] * d.mu_d * loads[0]
-    contact = ep.contact_acceleration_change(by[1], d)
+    f, drag = eq.compliant_residual_change(by[0], d), -PHASES[phase, SLIDE] * d.mu_d * loads[0]
+    contact = eq.contact_acceleration_change(by[1], d)
     return (f[0] - drag * roll[0], f[1] - drag * roll[1], f[2] - drag * roll[2], f[3] - drag * roll[3],
             contact[0], contact[1], -PHASES[phase, RUB] * d.tau_h)
 
@@ -237,7 +236,7 @@ def compliant_rates(phase: int, y: Vector, p: Compliant, rates: Vector, directio
         for start in range(8, y.size, 8):
             added = NOTHING
             if directions is not None and start >= first:
-                d = ep.row_as(p, directions.rows, (start - first) // 8)
+                d = eq.row_as(p, directions.rows, (start - first) // 8)
                 added = along(phase, by, loads, system.contact.roll, d)
             dqdd, _ = tangent(phase, system, j, y, start, added)
             for i in range(4):
@@ -287,7 +286,7 @@ def rigid_tangent(
 @compiled
 def rigid_along(phase: int, by: Numbers, d: Rigid) -> tuple[float, float, float]:
     """`along` of rigid legs."""
-    f, torque = ep.rigid_residual_change(by, d), 0.0
+    f, torque = eq.rigid_residual_change(by, d), 0.0
     if phase >= RUBS_FORWARD:
         torque = -PHASES[phase, RUB] * d.tau_h
     return f[0], f[1], torque
@@ -301,12 +300,12 @@ def rigid_rates(phase: int, y: Vector, p: Rigid, rates: Vector, directions: Dire
     if y.size > 4:
         j, first = eq.rigid_residual_jacobian(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p), y.size
         if directions is not None:
-            by = ep.rigid_residual_by(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
+            by = eq.rigid_residual_by(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
             first = y.size - 4 * directions.rows.shape[0]
         for start in range(4, y.size, 4):
             added = (0.0, 0.0, 0.0)
             if directions is not None and start >= first:
-                added = rigid_along(phase, by, ep.row_as(p, directions.rows, (start - first) // 4))
+                added = rigid_along(phase, by, eq.row_as(p, directions.rows, (start - first) // 4))
             rates[start], rates[start + 1] = y[start + 2], y[start + 3]
             rates[start + 2], rates[start + 3], _ = rigid_tangent(phase, inverse, j, y, start, added)
 
@@ -342,7 +341,7 @@ def compliant_loads(
     if directions is not None:
         row = row_of(directions, dy, start, 8)
         if row >= 0:
-            d = ep.row_as(p, directions.rows, row)
+            d = eq.row_as(p, directions.rows, row)
             added = along(phase, by_numbers(y, qdd, found, p), found, system.contact.roll, d)
     _, change = tangent(phase, system, jacobians(phase, y, qdd, found, p), dy, start, added)
     return found, change
@@ -358,8 +357,8 @@ def rigid_loads(
     if directions is not None:
         row = row_of(directions, dy, start, 4)
         if row >= 0:
-            by = ep.rigid_residual_by(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
-            added = rigid_along(phase, by, ep.row_as(p, directions.rows, row))
+            by = eq.rigid_residual_by(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
+            added = rigid_along(phase, by, eq.row_as(p, directions.rows, row))
     j = eq.rigid_residual_jacobian(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
     _, _, change = rigid_tangent(phase, inverse, j, dy, start, added)
     return (0.0, 0.0, qdd[2]), (0.0, 0.0, change)

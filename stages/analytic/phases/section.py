@@ -16,7 +16,6 @@ from math import acos, cos, sin
 import numpy as np
 
 from stages.analytic.compiled import ByKind, compiled
-from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
 from stages.analytic.model.kinds import Compliant, Directions, Kind, Rigid
@@ -138,7 +137,7 @@ def compliant_tangent(z: Vector, y: Vector, p: Compliant, directions: Directions
             rise, slip = (1.0, 0.0) if column == 5 else (0.0, 1.0)
         height = dot(normal, (tangents[s], tangents[s + 1], 0.0, tangents[s + 3]))
         if directions is not None and column >= z.size:
-            d = ep.row_as(p, directions.rows, column - z.size)
+            d = eq.row_as(p, directions.rows, column - z.size)
             _, height, _ = foot_clearance(y, p, tangents, s, directions)
             more = contact_rates_along(y, p, d)
             rise, slip = -more[0], -more[1]
@@ -162,7 +161,7 @@ def speed_tangents(y: Vector, p: Compliant, derivative: np.ndarray, directions: 
         if directions is not None:
             row = j - derivative.shape[1] + directions.rows.shape[0]
             if row >= 0:
-                more = contact_rates_along(y, p, eq.exchanged(ep.row_as(p, directions.rows, row)))
+                more = contact_rates_along(y, p, eq.exchanged(eq.row_as(p, directions.rows, row)))
                 rise, slip = rise + more[0], slip + more[1]
         if z[5] > 0.0:
             derivative[5, j] = rise

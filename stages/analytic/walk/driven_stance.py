@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.compiled import compiled
-from stages.analytic.derivatives.equations import terms as ep
 from stages.analytic.derivatives.numbers import changes_of
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.integration.dop853_tableau import A, B
@@ -59,13 +58,13 @@ def driven_rates(
     qdd, inverse = rigid_motion(phase, y, p, torque)
     rates[0], rates[1], rates[2], rates[3] = y[2], y[3], qdd[0], qdd[1]
     jacobian = eq.rigid_residual_jacobian(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
-    by = ep.rigid_residual_by(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
+    by = eq.rigid_residual_by(y[0], y[1], y[2], y[3], qdd[0], qdd[1], p)
     first = y.size - 4 * rows.shape[0]
     for start in range(4, y.size, 4):
         added = (0.0, 0.0, 0.0)
         if start >= first:
             row = (start - first) // 4
-            f1, f2, friction = rigid_along(phase, by, ep.row_as(p, rows, row))
+            f1, f2, friction = rigid_along(phase, by, eq.row_as(p, rows, row))
             added = (f1 - torque_along[row], f2 - torque_along[row], friction)
         rates[start], rates[start + 1] = y[start + 2], y[start + 3]
         rates[start + 2], rates[start + 3], _ = rigid_tangent(phase, inverse, jacobian, y, start, added)

@@ -31,8 +31,7 @@ from stages.analytic.gait.poincare import (
     step_failure,
 )
 from stages.analytic.integration.integrator import STAGES, take_step
-from stages.analytic.integration.phase import EVENT, integrate
-from stages.analytic.integration.step import FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES
+from stages.analytic.integration.phase import EVENT, FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES, integrate
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker

@@ -15,8 +15,7 @@ from stages.analytic.compiled import compiled
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, step_failure
 from stages.analytic.integration.integrator import STAGES, take_step
-from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate
-from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
+from stages.analytic.integration.phase import CHATTER, EVENT, FIRST_LENGTH, MOST_PHASES, WEDGED, integrate
 from stages.analytic.model.kinds import Kind, Rigid, natural_lengths, radii
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.derivatives.gait import exchanged_rows
 from stages.analytic.derivatives.numbers import Changes, changes_of
-from stages.analytic.derivatives.step_map import exchanged_rows
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.kinds import natural_lengths

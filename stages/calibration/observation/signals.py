@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from stages.analytic.derivatives.step_map import exchanged_rows
+from stages.analytic.derivatives.gait import exchanged_rows
 from stages.analytic.model.walker import Vector, Walker
 from stages.calibration.compiled import compiled
 from stages.calibration.observation.stretches import NODES, TO_POWERS, Stretch

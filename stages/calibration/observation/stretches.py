@@ -11,12 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from stages.analytic.derivatives.step_map import exchanged_rows
+from stages.analytic.derivatives.gait import exchanged_rows
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, require_landing
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
-from stages.analytic.integration.phase import CHATTER, EVENT, WEDGED, integrate, shift_to_event
-from stages.analytic.integration.step import FIRST_LENGTH, MOST_PHASES
+from stages.analytic.integration.phase import (
+    CHATTER,
+    EVENT,
+    FIRST_LENGTH,
+    MOST_PHASES,
+    WEDGED,
+    integrate,
+    shift_to_event,
+)
 from stages.analytic.model.kinds import Directions, directions
 from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate
 from stages.analytic.model.walker import Vector, Walker

@@ -9,8 +9,7 @@ from typing import Any
 import sympy as sp
 
 from stages.analytic.model import derivation as analytic
-from stages.analytic.model.generate_derivatives import by_numbers
-from stages.analytic.model.generated_source import function_source
+from stages.analytic.model.generate import by_numbers, function_source
 from stages.penalty.model import derivation as d
 from stages.penalty.model.walker import LegNumbers, Penalty
 

@@ -16,7 +16,7 @@ from math import pi
 import numpy as np
 
 from stages.analytic.compiled import Four, Numbers, extend
-from stages.analytic.integration import dop853_step, integrator, phase
+from stages.analytic.integration import integrator, phase
 from stages.analytic.phases import guards, motion
 from stages.analytic.walk import recording
 from stages.penalty.compiled import again, compiled
@@ -155,7 +155,7 @@ def guard(
     return found
 
 
-error_norm = again(dop853_step.error_norm)
+error_norm = again(integrator.DOP853.error_norm)
 
 
 @compiled
@@ -173,7 +173,7 @@ def penalty_error_norm(
 
 for function, ours in (
     (motion.flow, penalty_rates), (motion.shape, penalty_shape), (guards.guard, guard),
-    (phase.failure, penalty_failure), (integrator.take_step, again(dop853_step.take_step)),
+    (phase.failure, penalty_failure), (integrator.take_step, again(integrator.DOP853.take_step)),
     (integrator.error_norm, penalty_error_norm),
 ):  # fmt: skip
     extend(function, {Walker: ours})
