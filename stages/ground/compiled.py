@@ -79,57 +79,41 @@ compiled_method(types.BaseNamedTuple, "force", strict=False, inline="always")(_f
 compiled_method(types.BaseNamedTuple, "coefficient", strict=False, inline="always")(_coefficient)
 
 
-def _step(x: float, width: float, height: float) -> float:
-    s = min(max(x / width, 0.0), 1.0)
+def operation(function: F) -> F:
+    """An operation as machine code, for whatever numbers it is given."""
+    found: F = njit(function)
+    return found
+
+
+@operation
+def _minimum(x: Any, limit: Any) -> Any:
+    return limit if x.real >= limit else x
+
+
+@operation
+def _maximum(x: Any, limit: Any) -> Any:
+    return limit if x.real <= limit else x
+
+
+@operation
+def _step(x: Any, width: float, height: Any) -> Any:
+    s = _minimum(_maximum(x / width, 0.0), 1.0)
     return height * s * s * (3.0 - 2.0 * s)
 
 
-def _rise(x: float, width: float, height: float) -> float:
-    u = min(max(x / width, -1.0), 1.0)
+@operation
+def _rise(x: Any, width: float, height: Any) -> Any:
+    u = _minimum(_maximum(x / width, -1.0), 1.0)
     return height * 0.5 * u * (3.0 - u * u)
 
 
-def _creep(x: float, width: float, height: float) -> float:
+@operation
+def _creep(x: Any, width: float, height: Any) -> Any:
     u = x / width
-    return height * 0.5 * (3.0 - u * u) / width if u < 1.0 else height / x
+    return height * 0.5 * (3.0 - u * u) / width if u.real < 1.0 else height / x
 
 
-COMPILED = Operations(
-    sqrt=njit(lambda x: math.sqrt(x)),
-    sign=njit(lambda x: math.copysign(1.0, x) if x != 0.0 else 0.0),
-    absolute=njit(lambda x: abs(x)),
-    round=njit(lambda x: np.rint(x)),
-    power=njit(lambda x, exponent: x**exponent),
-    minimum=njit(lambda x, limit: min(x, limit)),
-    maximum=njit(lambda x, limit: max(x, limit)),
-    step=njit(_step),
-    rise=njit(_rise),
-    creep=njit(_creep),
-    length=njit(lambda x, z: math.sqrt(x * x + z * z)),
-)
-
-#: `friction_slope` and `signed_coefficient` for compiled functions.
-compiled_slope = njit(friction_slope)
-compiled_coefficient = njit(signed_coefficient, inline="always")
-
-
-def _limited(x: complex, limit: float, sign: float) -> complex:
-    return x if sign * x.real > sign * limit else complex(limit, 0.0)
-
-
-_inside: Callable[..., complex] = njit(_limited)
-
-
-def _tangent_step(x: complex, width: float, height: complex) -> complex:
-    s = _inside(_inside(x / width, 0.0, 1.0), 1.0, -1.0)
-    return height * (s * s * (3.0 - 2.0 * s))
-
-
-def _tangent_rise(x: complex, width: float, height: complex) -> complex:
-    u = _inside(_inside(x / width, -1.0, 1.0), 1.0, -1.0)
-    return height * (0.5 * u * (3.0 - u * u))
-
-
+@operation
 def _tangent_power(x: complex, exponent: complex) -> complex:
     if x.real <= 0.0:
         return complex(0.0, 0.0)
@@ -140,24 +124,22 @@ def _tangent_power(x: complex, exponent: complex) -> complex:
     return complex(value, change)
 
 
-def _tangent_creep(x: complex, width: float, height: complex) -> complex:
-    u = x / width
-    return height * (0.5 * (3.0 - u * u) / width) if u.real < 1.0 else height / x
-
-
-#: Operations on numbers x + i dx with a dx so small that its square is lost: the imaginary part of a result is its
+COMPILED = Operations(
+    sign=njit(lambda x: math.copysign(1.0, x.real) if x.real != 0.0 else 0.0),
+    absolute=njit(lambda x: -x if x.real < 0.0 else x),
+    round=njit(lambda x: np.rint(x.real)),
+    power=njit(lambda x, exponent: x**exponent),
+    minimum=_minimum,
+    maximum=_maximum,
+    step=_step,
+    rise=_rise,
+    creep=_creep,
+    length=njit(lambda x, z: np.sqrt(x * x + z * z)),
+)
+#: The same on numbers x + i dx with a dx so small that its square is lost: the imaginary part of a result is its
 #: derivative times dx, exact to round-off (complex step; Squire and Trapp, SIAM Review 40, 1998). A law whose own
 #: numbers are of this kind gives its derivative by them.
-TANGENTS = Operations(
-    sqrt=njit(lambda x: x**0.5),
-    sign=njit(lambda x: complex(math.copysign(1.0, x.real) if x.real != 0.0 else 0.0, 0.0)),
-    absolute=njit(lambda x: -x if x.real < 0.0 else x),
-    round=njit(lambda x: complex(np.rint(x.real), 0.0)),
-    power=njit(_tangent_power),
-    minimum=njit(lambda x, limit: _inside(x, limit, -1.0)),
-    maximum=njit(lambda x, limit: _inside(x, limit, 1.0)),
-    step=njit(_tangent_step),
-    rise=njit(_tangent_rise),
-    creep=njit(_tangent_creep),
-    length=njit(lambda x, z: (x * x + z * z) ** 0.5),
-)
+TANGENTS = COMPILED._replace(power=_tangent_power)
+#: `friction_slope` and `signed_coefficient` for compiled functions.
+compiled_slope = njit(friction_slope)
+compiled_coefficient = njit(signed_coefficient, inline="always")

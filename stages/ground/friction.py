@@ -28,7 +28,6 @@ SMALLEST_SLIP = 1e-12
 class Operations(NamedTuple):
     """Elementary functions on one kind of number."""
 
-    sqrt: Callable[[Any], Any]
     sign: Callable[[Any], Any]
     absolute: Callable[[Any], Any]
     round: Callable[[Any], Any]
@@ -58,7 +57,6 @@ def with_single_terms(
         return height * cubic(x * (1.0 / width))
 
     return Operations(
-        sqrt=sqrt,
         step=lambda x, width, height: height * (0.5 + 0.5 * cubic(2.0 * (x * (1.0 / width)) - 1.0)),
         rise=rise,
         creep=lambda x, width, height: rise(x, width, height) / x,
