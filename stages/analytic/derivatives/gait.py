@@ -16,11 +16,11 @@ import numpy as np
 from stages.analytic.derivatives.numbers import Changes, changes_of
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import step_length
-from stages.analytic.gait.poincare import FixedPoint, Step, advance, start_state
+from stages.analytic.gait.poincare import FixedPoint, Step, start_state, step_from
 from stages.analytic.model.kinds import Plain, directions, exchange, natural_lengths, radii
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
+from stages.analytic.phases.section import section_derivative, section_state, section_tangent
 
 
 @dataclass(frozen=True)
@@ -42,14 +42,11 @@ def step_tangents(walker: Walker, z: Vector, along: np.ndarray, tolerance: float
     `along` (n, fields of `walker.p`) are changes of the walker's numbers. Raises StepFailed like `poincare_map`.
     """
     z = np.asarray(z, dtype=float)
-    start, size, free = start_state(walker, z), walker.size, z.size
+    start, free = start_state(walker, z), z.size
     numbers = directions(along, free + len(along))
     y = np.concatenate([start, section_tangent(z, start, walker.p, numbers)])
-    double, period, evaluations = advance(walker, y, tolerance, numbers)
-    end = y[:size].copy()
-    after = walker.exchanged.p
-    step = Step(section_coordinates(end, after), end, period, double, evaluations)
-    by, delays = section_derivative(y, after, numbers), numbers.delays
+    step = step_from(walker, y, tolerance, numbers)
+    by, delays = section_derivative(y, walker.exchanged.p, numbers), numbers.delays
     return StepTangents(step, by[:, :free], by[:, free:], delays[:free], delays[free:])
 
 

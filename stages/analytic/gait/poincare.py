@@ -82,20 +82,6 @@ def start_state(walker: Walker, z: Vector) -> Vector:
     return y
 
 
-def advance(
-    walker: Walker, y: Vector, tolerance: float, directions: Directions | None = None
-) -> tuple[float, float, int]:
-    """Advance state and variations by one step, in place; returns double stance time, period, evaluations.
-
-    The last variations go with `directions` of the walker's numbers, if given. Raises StepFailed as `require_landing`
-    does.
-    """
-    status, phase, double, period, evaluations = walk_step(
-        y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, directions)
-    require_landing(walker, y, status, phase)
-    return double, period, evaluations
-
-
 def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
     """Image of section coordinates `z`, shape (3,) or (5,), after one step.
 
@@ -104,9 +90,15 @@ def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
     return step_from(walker, start_state(walker, z), tolerance)
 
 
-def step_from(walker: Walker, y: Vector, tolerance: float) -> Step:
-    """The step from a state with or without variations, which are advanced in place. Raises StepFailed."""
-    double, period, evaluations = advance(walker, y, tolerance)
+def step_from(walker: Walker, y: Vector, tolerance: float, directions: Directions | None = None) -> Step:
+    """The step from a state with or without variations, which are advanced in place.
+
+    The last variations go with `directions` of the walker's numbers, if given. Raises StepFailed as `require_landing`
+    does.
+    """
+    status, phase, double, period, evaluations = walk_step(
+        y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, directions)
+    require_landing(walker, y, status, phase)
     end = y[: walker.size].copy()
     return Step(section_coordinates(end, walker.exchanged.p), end, period, double, evaluations)
 

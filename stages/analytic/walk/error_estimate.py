@@ -25,13 +25,12 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import (
     STEP_LIMIT_OF_A_PHASE,
-    TIME_LIMIT_OF_A_PHASE,
     FixedPoint,
     fixed_point,
     step_failure,
 )
 from stages.analytic.integration.integrator import STAGES, take_step
-from stages.analytic.integration.phase import EVENT, FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES, integrate
+from stages.analytic.integration.phase import CHATTER, FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
@@ -39,11 +38,21 @@ from stages.analytic.phases.guards import FEET, HIP, guard
 from stages.analytic.phases.impact import heel_strike_reset
 from stages.analytic.phases.motion import flow
 from stages.analytic.phases.section import section_coordinates, section_derivative, section_state, section_tangent
-from stages.analytic.phases.succession import ends_step, first_phase, of_hip, succeed
+from stages.analytic.phases.succession import first_phase, of_hip, succeed
 from stages.analytic.result import NumericalError
-from stages.analytic.walk.recording import Segment, is_last, record, up_to_mid_stance, vaulting, walk_on
+from stages.analytic.walk.recording import (
+    Segment,
+    integrate_segment,
+    is_last,
+    record,
+    up_to_mid_stance,
+    vaulting,
+    walk_on,
+)
 from stages.biped.quantity import quantity
 
+#: A phase of so many steps has no estimate.
+MOST_NODES = STEP_LIMIT_OF_A_PHASE // 10
 #: Order of the integrator that walks: DOP853; and of Radau IIA, which walks on stiff legs.
 ORDER, STIFF_ORDER = 8, 5
 
@@ -122,17 +131,16 @@ def carried_error(walker: Walker, segments: Sequence[Segment], error: Vector) ->
         shifted, later = at_event(standing, segment, errors[-1])
         delay += later
         if is_last(segment):
-            origin += origin_error(standing, segment.end, shifted)
+            # the change of x_0, `recording.next_origin`, has the terms of the step length with the other sign: it is
+            # read before the legs change names
+            origin -= longer(standing, segment.end, shifted)
         error = after_event(standing, segment, shifted)
     return [*carried, CarriedError(error[None, :], delay, origin)]
 
 
-def origin_error(walker: Walker, y: Vector, error: Vector) -> float:
-    """Error of the change of x_0 at heel strike, `recording.next_origin`, from that of the state before it (size,).
-
-    It has the terms of the step length with the other sign: it is read before the legs change names.
-    """
-    return -float(step_length_change(walker, y, error[:, None], np.zeros((1, len(walker.p))))[0])
+def longer(walker: Walker, y: Vector, error: Vector) -> float:
+    """Error of the length of the step that leads to the state `y`, from that of the state (size,)."""
+    return float(step_length_change(walker, y, error[:, None], np.zeros((1, len(walker.p))))[0])
 
 
 #: An estimate leads if what both differ by is off by at most this part of it.
@@ -174,16 +182,15 @@ def estimate_errors(walker: Walker, point: FixedPoint, steps: int, tolerance: fl
     if walker.timed:
         return not_given("the estimate knows no strike at a given time")
     tolerance = attainable_tolerance(walker.p, tolerance)
-    try:
-        one = estimated(walker, point, steps, tolerance)
-    except (StepFailed, np.linalg.LinAlgError) as reason:
-        return not_given(str(reason))
+    one = tried(walker, point, steps, tolerance)
+    if isinstance(one, str):
+        return not_given(one)
     reasons: list[str] = []
     for factor, named in ((0.1, "a tenth of"), (10.0, "ten times")):
         if factor * tolerance < attainable_tolerance(walker.p, 0.0):
             reasons.append(f"{named} the tolerance is below round-off")
             continue
-        other = estimated_at(walker, point, steps, factor * tolerance)
+        other = tried(walker, fixed_point(walker, point.z, factor * tolerance), steps, factor * tolerance)
         if isinstance(other, str):
             reasons.append(f"at {named} the tolerance {other}")
             continue
@@ -202,13 +209,12 @@ def gait_error(walker: Walker, point: FixedPoint, tolerance: float) -> GaitError
     return GaitError(period, length, found.checked)
 
 
-def estimated_at(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -> Estimated | str:
-    """What is estimated at another tolerance, or why nothing can be."""
-    moved = fixed_point(walker, point.z, tolerance)
-    if moved is None:
+def tried(walker: Walker, point: FixedPoint | None, steps: int, tolerance: float) -> Estimated | str:
+    """What is estimated of a gait found at this tolerance, None where it is not, or why nothing can be."""
+    if point is None:
         return "the gait is lost"
     try:
-        return estimated(walker, moved, steps, tolerance)
+        return estimated(walker, point, steps, tolerance)
     except (StepFailed, np.linalg.LinAlgError) as reason:
         return str(reason)
 
@@ -263,7 +269,8 @@ def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -
     begun = moved @ section_tangent(point.z, start, walker.p).reshape(-1, walker.size)
     carried = carried_error(walker, cycle, begun)
     first = [0, *(index + 1 for index, segment in enumerate(cycle[:-1]) if is_last(segment))]
-    longer = sum(longer_step(walker, cycle[index], carried[index].states[0]) for index in first) / count
+    lengths = [longer(walker.on(cycle[index].stance_leg), cycle[index].states[0], carried[index].states[0])
+               for index in first]  # fmt: skip
 
     single = record(walker, start, 1, tolerance)
     place = vaulting(single)
@@ -274,17 +281,11 @@ def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -
     ends = [index for index, segment in enumerate(walk) if is_last(segment)]
     return Estimated(
         np.array([*point.z, point.period, step_length(walker, point)]),
-        np.array([*moved, carried[-1].delay / count, longer]),
+        np.array([*moved, carried[-1].delay / count, sum(lengths) / count]),
         np.array([[walk[end].start + walk[end].duration, walk[end].origin] for end in ends]),
         np.array([[path[end + 1].delay, path[end].origin] for end in ends]),
         np.concatenate([hip_error(walker, segment, found) for segment, found in zip(walk, path, strict=False)]),
     )
-
-
-def longer_step(walker: Walker, segment: Segment, error: Vector) -> float:
-    """Error of the length of the step that leads to the start of a segment, from that of the state there (size,)."""
-    standing = walker.on(segment.stance_leg)
-    return float(step_length_change(standing, segment.states[0], error[:, None], np.zeros((1, len(walker.p))))[0])
 
 
 def record_map(walker: Walker, z: Vector, steps: int, tolerance: float) -> list[Segment]:
@@ -303,21 +304,16 @@ def record_step(walker: Walker, z: Vector, tolerance: float) -> tuple[list[Segme
     """Segments of one step of the map with its derivatives, and the section coordinates after it."""
     state = section_state(z, walker.p)
     y = np.concatenate([state, section_tangent(z, state, walker.p)])
-    h, start, nodes = FIRST_LENGTH, 0.0, np.empty((STEP_LIMIT_OF_A_PHASE // 10, 10))
-    segments: list[Segment] = []
+    h, start, segments = FIRST_LENGTH, 0.0, list[Segment]()
     phase, decided = first_phase(y, walker.p)
     while decided and not (segments and is_last(segments[-1])):
-        status, duration, h, count, _ = integrate(
-            phase, y, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, h, nodes, None)
-        if count == len(nodes):
+        if len(segments) > MOST_PHASES:
+            raise StepFailed(step_failure(CHATTER, phase))
+        segment, y, h = integrate_segment(walker, phase, y, start, 0, 0.0, tolerance, h)
+        segments.append(segment)
+        if len(segment.times) >= MOST_NODES:
             raise StepFailed("there are more integration steps than are kept")
-        if status != EVENT or len(segments) > MOST_PHASES:
-            raise StepFailed(step_failure(status, phase))
-        kept, end = nodes[:count].copy(), y[: walker.size].copy()
-        states = kept[:, 2 : 2 + walker.size] if count else end[None, :]
-        segments.append(Segment(phase, start, duration, 0, 0.0, kept[:, 0] if count else np.zeros(1), states, end,
-                                ends_step(phase, end, walker.p)))
-        start, h = start + duration, max(min(h, FIRST_LENGTH), LEAST_LENGTH)
+        start, h = start + segment.duration, max(min(h, FIRST_LENGTH), LEAST_LENGTH)
         phase, decided = succeed(phase, y, walker.p, None)
     return segments, section_coordinates(y[: walker.size], walker.exchanged.p)
 

@@ -51,27 +51,29 @@ class Segment:
 
 
 def integrate_segment(
-    walker: Walker, phase: int, y: Vector, start: float, stance_leg: int, origin: float, tolerance: float
-) -> Segment:
-    """Integrate one phase from `y` to its event, keeping its nodes.
+    walker: Walker, phase: int, y: Vector, start: float, stance_leg: int, origin: float, tolerance: float,
+    first: float = FIRST_LENGTH,
+) -> tuple[Segment, Vector, float]:  # fmt: skip
+    """Integrate one phase from `y`, state and any variations, to its event, keeping its nodes; what `y` is there.
 
-    Raises StepFailed if the event does not come.
+    `first` is the length of its first integration step, and the last number that of the one that would follow. Raises
+    StepFailed if the event does not come.
     """
     room = ROOM
     while True:
         nodes, end = np.empty((room, 10)), y.copy()
-        status, duration, _, count, _ = integrate(
-            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, FIRST_LENGTH, nodes,
-            None)
+        status, duration, h, count, _ = integrate(
+            phase, end, walker.p, tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, first, nodes, None)
         if status != EVENT:
             raise StepFailed(step_failure(status, phase))
         if count < room:
             break
         room *= GROWTH  # a stiff phase takes many steps: once more, with room for them
-    kept = nodes[:count] if count else np.concatenate([[0.0, phase], y, np.zeros(8 - y.size)])[None, :]
+    size = walker.size
+    kept = nodes[:count] if count else np.array([[0.0, phase, *y[:size]]])
     return Segment(
-        phase, start, duration, stance_leg, origin, kept[:, 0].copy(), kept[:, 2 : 2 + walker.size].copy(), end,
-        ends_step(phase, end, walker.p))
+        phase, start, duration, stance_leg, origin, kept[:, 0].copy(), kept[:, 2 : 2 + size].copy(), end[:size].copy(),
+        ends_step(phase, end, walker.p)), end, h
 
 
 def next_origin(walker: Walker, segment: Segment) -> float:
@@ -110,8 +112,8 @@ def record(
             raise StepFailed(step_failure(WEDGED, phase))
         standing = walker.on(leg)
         begun = standing if segments or not standing.timed else shortened(standing, elapsed)
-        segment = replace(integrate_segment(begun, phase, y, start, leg, origin, tolerance), height=height)
-        segments.append(segment)
+        segment, y, _ = integrate_segment(begun, phase, y, start, leg, origin, tolerance)
+        segments.append(replace(segment, height=height))
         start += segment.duration
         if is_last(segment):
             strikes += 1
@@ -120,7 +122,6 @@ def record(
             origin, height, leg = next_origin(walker, segment), height + rise(walker, segment), 1 - leg
         elif len(segments) > MOST_PHASES and not any(map(is_last, segments[-MOST_PHASES:])):
             raise StepFailed(step_failure(CHATTER, phase))
-        y = segment.end.copy()
         phase, decided = succeed(phase, y, standing.p, None)
 
 

@@ -98,16 +98,21 @@ class Phase:
     def _with_forces(self, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return states, accelerations_and_forces(self.segment.phase, states, self.walker.p)[:, 4:8]
 
+    def of(self, quantity: Quantity, times: np.ndarray) -> np.ndarray:
+        """A quantity at rising times (n,)."""
+        return quantity(*self.at(times))
+
     def largest(self, quantity: Quantity, span: tuple[float, float] | None = None) -> tuple[float, float]:
         """When and how large a quantity is at most, in the whole phase or in a span of it, ends included."""
-        if span is None:
-            return largest(self.times, quantity(*self.dense), lambda times: quantity(*self.at(times)))
-        times = np.concatenate([span[:1], self.times[(self.times > span[0]) & (self.times < span[1])], span[1:]])
-        return largest(times, quantity(*self.at(times)), lambda times: quantity(*self.at(times)))
+        times, found = self.times, self.dense
+        if span is not None:
+            times = np.concatenate([span[:1], times[(times > span[0]) & (times < span[1])], span[1:]])
+            found = self.at(times)
+        return largest(times, quantity(*found), partial(self.of, quantity))
 
     def above(self, quantity: Quantity) -> list[tuple[float, float]]:
         """The spans in which a quantity is above zero."""
-        return spans_above(self.times, quantity(*self.dense), lambda times: quantity(*self.at(times)))
+        return spans_above(self.times, quantity(*self.dense), partial(self.of, quantity))
 
 
 def momentum(y: np.ndarray, p: Kind) -> np.ndarray:
@@ -139,9 +144,14 @@ def impulses(walker: Walker, before: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return momentum(after, landed) - momentum(before, p) - trailing, trailing
 
 
+def load(_: np.ndarray, forces: np.ndarray, foot: slice, side: float = 1.0, least: float = 0.0) -> np.ndarray:
+    """Normal force on a foot above `least`, or with `side` -1 its opposite."""
+    return np.asarray(side * forces[:, foot][:, NORMAL] - least)
+
+
 def least_normal(phases: list[Phase], foot: slice) -> float:
     """Least normal force on a foot in some phases, infinite without any."""
-    return -max((phase.largest(lambda _, f: -f[:, foot][:, NORMAL])[1] for phase in phases), default=-np.inf)
+    return -max((phase.largest(partial(load, foot=foot, side=-1.0))[1] for phase in phases), default=-np.inf)
 
 
 def most_friction(phase: Phase, foot: slice, span: tuple[float, float] | None = None) -> float:
@@ -158,11 +168,11 @@ def most_friction(phase: Phase, foot: slice, span: tuple[float, float] | None = 
 
 def most_friction_loaded(phases: list[Phase], foot: slice) -> float:
     """The same while the foot's normal force is above the `LOADED` part of its largest in these phases."""
-    least = LOADED * max((phase.largest(lambda _, f: f[:, foot][:, NORMAL])[1] for phase in phases), default=0.0)
+    least = LOADED * max((phase.largest(partial(load, foot=foot))[1] for phase in phases), default=0.0)
     if not least > 0.0:
         return 0.0
     return max((most_friction(phase, foot, span) for phase in phases
-                for span in phase.above(lambda _, f: f[:, foot][:, NORMAL] - least)), default=0.0)  # fmt: skip
+                for span in phase.above(partial(load, foot=foot, least=least))), default=0.0)  # fmt: skip
 
 
 def outside_the_cone(phases: list[Phase], friction: float) -> tuple[float, float]:
