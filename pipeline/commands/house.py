@@ -42,7 +42,8 @@ _OF_PROGRAM = "    meta: {measures: program}\n"
 @click.command("init", epilog=options.examples("init"))
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--update", is_flag=True, help="DIR is a study laid out by an earlier version: renew its graph.")
-def init(folder: Path, update: bool) -> None:
+@options.answers_without_rows
+def init(folder: Path, update: bool, form: options.Form) -> None:
     """Lay out a new study in DIR: parameters to edit, the graph of stages, and a README.
 
     DIR must not exist yet, or be empty. The parameters are those of the study this program comes with. With --update
@@ -50,7 +51,7 @@ def init(folder: Path, update: bool) -> None:
     changed.
     """
     if update:
-        _update(folder)
+        form.give(*_update(folder))
         return
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise StudyError(f"{shown(folder)}: is there already and not an empty folder; choose another")
@@ -61,24 +62,30 @@ def init(folder: Path, update: bool) -> None:
             disk.write(unfinished / name, content)
         if target.exists():
             target.rmdir()
-    click.echo(f"a new study is in {shown(target)}; next: cd {shown(target)}, and see its README.md")
+    form.give([f"a new study is in {shown(target)}; next: cd {shown(target)}, and see its README.md"],
+              {"study": shown(target)})
 
 
-def _update(folder: Path) -> None:
-    """Bring a study that runs the installed stages to this version. Raises `StudyError` if it has stages of its own."""
+def _update(folder: Path) -> tuple[list[str], dict[str, str]]:
+    """Bring a study that runs the installed stages to this version; what was done, in lines and by file.
+
+    Raises `StudyError` if it has stages of its own.
+    """
     study = locate(start=folder)
     if study.borrowed or study.code_root == study.root:
         raise StudyError(f"{shown(folder)}: is not a study that `init` laid out")
+    done: dict[str, str] = {}
     for name, new in _given().items():
         path = study.root / name
         old = disk.read(path)
         if name == FILE_NAME and new != old:
             disk.write(path.with_suffix(".yaml.old"), old or b"")
             disk.write(path, new)
-            click.echo(f"{shown(path)}: written anew; the old one is {path.name}.old")
+            done[shown(path)] = f"written anew; the old one is {path.name}.old"
         elif not path.exists():
             disk.write(path, new)
-            click.echo(f"{shown(path)}: added")
+            done[shown(path)] = "added"
+    return [f"{path}: {what}" for path, what in done.items()], done
 
 
 def _given() -> dict[str, bytes]:

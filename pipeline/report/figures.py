@@ -50,9 +50,10 @@ _NO_CAPTION = "No caption: what is drawn was not computed together, so it is no 
     "made by such a processor and by such versions as there are here).",
 )
 @click.option("--exact", is_flag=True, help="Any other byte is a difference, also in PDF.")
+@options.answers_without_rows
 def figures(
     study: Study, names: tuple[str, ...], into: Path | None, check: bool, against: Path | None,
-    tolerance: float | None, exact: bool,
+    tolerance: float | None, exact: bool, form: options.Form,
 ) -> None:  # fmt: skip
     """Draw the figures that are named, in seconds and from the artefacts alone; the beginning of a name is enough.
 
@@ -62,7 +63,7 @@ def figures(
     if names:
         if check or against or exact:
             raise click.UsageError("--check, --against and --exact are for all figures: give no names")
-        _draw_named(study, names, into or study.results / "drawn")
+        _draw_named(study, names, into or study.results / "drawn", form)
         return
     expected = against or study.store.place(FIGURES)
     if not expected.is_dir():
@@ -73,19 +74,28 @@ def figures(
     if check:
         how, exact = _strictness(study, exact, tolerance, against)
         found = _drawn_anew(study, expected, present, TOLERANCE if tolerance is None else tolerance)
-        _tell(found, len(present), how, exact)
+        _tell(found, len(present), how, exact, form)
     else:
-        click.echo("".join(f"{shown(expected / name)}\n" for name in present), nl=False)
+        form.give([shown(expected / name) for name in present], {"files": [shown(expected / name) for name in present]})
 
 
-def _draw_named(study: Study, names: Iterable[str], folder: Path) -> None:
+def _draw_named(study: Study, names: Iterable[str], folder: Path, form: options.Form) -> None:
     """Draw the figures whose names begin so, and tell each with its caption and what is said of its results."""
-    noted = {""}
-    for files, caption, said in draw(study, names, folder):
-        if said not in noted:
-            status.echo(said)
-        noted.add(said)
-        click.echo("\n".join([*map(shown, files), caption]))
+    noted, plain, declined = {""}, [], None
+    try:
+        for files, caption, said in draw(study, names, folder):
+            if said not in noted:
+                status.echo(said)
+            noted.add(said)
+            plain.append({"files": list(map(shown, files)), "caption": caption, "said": said})
+            if form.is_text:
+                form.give([*map(shown, files), caption], {})
+    except Declined as error:  # those that can be drawn are told first
+        declined = error
+    if not form.is_text:
+        form.give((), {"figures": plain})
+    if declined:
+        raise declined
 
 
 def _drawn_anew(study: Study, expected: Path, present: Sequence[str], tolerance: float) -> list[Difference]:
@@ -101,13 +111,14 @@ def _drawn_anew(study: Study, expected: Path, present: Sequence[str], tolerance:
         return compare(expected, Path(folder), study.results / "differences", tolerance)
 
 
-def _tell(found: Sequence[Difference], count: int, how: str, exact: bool) -> None:
+def _tell(found: Sequence[Difference], count: int, how: str, exact: bool, form: options.Form) -> None:
     """Tell what differs of `count` files, and end with 1 if some of it is beyond what is allowed."""
-    for difference in found:
-        place = f"; see {shown(difference.picture)}" if difference.picture else ""
-        click.echo(f"{difference.name} {difference.what}{place}")
     failed = [difference for difference in found if difference.fails or exact]
-    click.echo(f"{count} files, {len(found)} differ, {len(failed)} of them beyond what is allowed: {how}")
+    lines = [f"{one.name} {one.what}" + (f"; see {shown(one.picture)}" if one.picture else "") for one in found]
+    differ = [{"name": one.name, "what": one.what, "fails": one in failed,
+               "picture": shown(one.picture) if one.picture else None} for one in found]  # fmt: skip
+    form.give([*lines, f"{count} files, {len(found)} differ, {len(failed)} of them beyond what is allowed: {how}"],
+              {"files": count, "differ": differ, "compared": how})
     if failed:
         sys.exit(FAILED)
 

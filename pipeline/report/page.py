@@ -52,14 +52,15 @@ Row = dict[str, Any]
     "--into", type=click.Path(dir_okay=False, path_type=Path), help="Write FILE (default: results/report.html)."
 )
 @click.option("--no-times", is_flag=True, help="Leave out how long stages took: the same results give the same bytes.")
-def report(study: Study, into: Path | None, no_times: bool) -> None:
+@options.answers_without_rows
+def report(study: Study, into: Path | None, no_times: bool, form: options.Form) -> None:
     """Write one self-contained page: claims, figures, animation, parameters, provenance. run-all does this too."""
     made, names, path = entries(study), study.graph.usual, into or study.results / REPORT
     found = Standing(study, names)
     stale = {name: "; ".join(item.reasons) for name, item in found.found.items()}
     echo(f"{found.said(names)}; the page says so" if stale else found.doubt)
     disk.write(path, render(study, made, not no_times, stale))
-    click.echo(f"written: {shown(path)}")
+    form.give([f"written: {shown(path)}"], {"written": shown(path), "not_current": stale})
 
 
 @dataclass(frozen=True)

@@ -302,3 +302,13 @@ def test_a_map_over_the_friction_of_a_hip_begins_without_it(biped):
     for row, values in zip(rows, box.values(0, box.size), strict=True):
         walker, point = gait_beside(box.design(base, values).biped, found_gait(biped)[1].z)
         assert row[2] == pytest.approx(point.period * walker.time, rel=1e-6)
+
+
+def test_the_front_is_of_stable_designs_that_no_other_beats_in_both():
+    columns = {"ground.slope_deg": np.arange(6.0), "outcome": np.array([0, 0, 0, 1, 0, 0]),
+               "largest_multiplier": np.array([0.5, 0.6, 0.7, 0.1, 0.6, 0.5]), "period_s": np.ones(6),
+               "speed_m_s": np.array([0.2, 0.3, 0.25, 0.9, 0.35, 0.1])}
+    assert design_map.front(columns) == [
+        {"ground.slope_deg": 0.0, "largest_multiplier": 0.5, "speed_m_s": 0.2},
+        {"ground.slope_deg": 4.0, "largest_multiplier": 0.6, "speed_m_s": 0.35}]
+    assert design_map.front(columns | {"outcome": np.full(6, 2)}) == []

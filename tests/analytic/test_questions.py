@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+from stages.analytic.design.search import TARGETS
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
 from stages.analytic.questions import basin, continue_gait, design, gait, sensitivity
@@ -111,6 +112,15 @@ def test_design_says_where_it_ended_and_what_its_gait_asks_of_the_ground():
     assert any("biped.foot_radius (upper)" in line for line in answer.lines)
 
 
+def test_design_holds_a_multiplier_and_measures_by_either_name():
+    answer, _ = answered(design, goal="speed", maximise=True, vary=("biped.foot_com", "biped.foot_radius"),
+                         target=("multiplier=0.6",))
+    assert not answer.no and answer.plain["targets"] == {"multiplier": 0.6}
+    assert answer.plain["largest_multiplier"]["best"] == pytest.approx(0.6, rel=1e-6)
+    assert answer.plain["goal"]["best"] > answer.plain["goal"]["start"]
+    assert design.target_of("speed=0.3", TARGETS) == design.target_of("speed_m_s=0.3", TARGETS) == ("speed_m_s", 0.3)
+
+
 def test_design_says_no_where_a_target_is_missed():
     answer, _ = answered(design, vary=("biped.foot_com",), target=("speed_m_s=0.9",), iterations=4)
     reached = answer.plain["measures"]["speed_m_s"]
@@ -127,7 +137,7 @@ def test_design_says_no_where_a_target_is_missed():
         ({"vary": ("biped.hip_mass=1",)}, "--vary biped.hip_mass: '1' is not two numbers LOW:HIGH"),
         ({"vary": ("biped.leg_inertia",)}, "its value is 0, so its range needs bounds, as biped.leg_inertia=0:0.001"),
         ({"target": ("speed_m_s=-1",)}, "--target 'speed_m_s=-1' is not MEASURE=VALUE with a positive value"),
-        ({"target": ("speed=1",)}, "measures are speed_m_s, step_length_m, step_frequency_hz"),
+        ({"target": ("pace=1",)}, "measures are multiplier, speed, step_length, step_frequency"),
     ],
 )
 def test_design_refuses_what_cannot_be_searched(options, words):

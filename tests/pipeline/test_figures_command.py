@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from matplotlib.image import imread, imsave
@@ -94,6 +96,23 @@ def test_a_figure_that_cannot_be_drawn_says_why_after_the_others(ran):
     (toy.root / "results/figures/one.svg").unlink()
     code, out, errors = toy.command("figures", "--check")
     assert code == 0 and out.startswith("0 files, 0 differ"), "as there is none to compare with"
+
+
+def test_what_is_drawn_compared_and_written_is_told_as_json(ran):
+    toy = ran
+    code, out, _ = toy.command("figures", "tw", "--set", "picture.extra=true", "--json")
+    assert code == 0
+    assert json.loads(out) == {"figures": [{"files": ["results/drawn/two.svg"], "caption": "this is two", "said": ""}]}
+    assert json.loads(toy.command("figures", "--json")[1]) == {"files": ["results/figures/one.svg"]}
+    (toy.root / "results/figures/one.svg").write_text("by hand")
+    code, out, _ = toy.command("figures", "--check", "--json")
+    told = json.loads(out)
+    assert code == 1 and told["files"] == 1 and "byte by byte" in told["compared"]
+    assert told["differ"] == [{"name": "one.svg", "what": "has other bytes", "fails": True, "picture": None}]
+    code, out, _ = toy.command("report", "--json")
+    assert code == 0 and json.loads(out) == {"written": "results/report.html", "not_current": {
+        "picture": "results/figures/one.svg was edited or damaged"}}
+    assert toy.command("figures", "twoo", "--json")[:2] == (2, "")
 
 
 def test_figures_of_another_processor_are_compared_within_a_tolerance(toy_with_commands, monkeypatch):

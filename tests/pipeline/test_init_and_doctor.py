@@ -47,8 +47,9 @@ def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed
     code, _, errors = bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))
     assert code == 2 and "since 0.2.0 stage figures makes results/figures" in errors
     assert errors.rstrip().endswith("write it anew with: bipedstudy init . --update")
-    code, out, errors = bipedstudy(tmp_path / "mine", "init", ".", "--update", PYTHONPATH=str(repository))
-    assert code == 0 and "dvc.yaml: written anew" in out and "imu.yaml: added" in out, errors
+    code, out, errors = bipedstudy(tmp_path / "mine", "init", ".", "--update", "--json", PYTHONPATH=str(repository))
+    assert code == 0, errors
+    assert json.loads(out) == {"dvc.yaml": "written anew; the old one is dvc.yaml.old", "params/imu.yaml": "added"}
     assert path.read_text() == now and path.with_suffix(".yaml.old").read_text() == earlier
     assert slope.read_text() == mine, "parameters are the user's own"
     assert bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))[0] == 0

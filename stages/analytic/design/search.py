@@ -18,7 +18,7 @@ from scipy.optimize import linprog, minimize
 from scipy.stats import qmc
 
 from stages.analytic.derivatives.gait import gait_derivatives
-from stages.analytic.design.goals import GOALS, Goal
+from stages.analytic.design.goals import GOALS, Goal, magnitude_slopes, magnitudes
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
@@ -26,7 +26,9 @@ from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.model.walker import Vector, Walker
 from stages.biped.gait import Gait
 
-TARGETS = ("speed_m_s", "step_length_m", "step_frequency_hz")
+#: Measures that can be held, by the words that goals and `ask` have for them: field of the gait, or the multiplier.
+TARGETS = {"multiplier": "multiplier", "speed": "speed_m_s", "step_length": "step_length_m",
+           "step_frequency": "step_frequency_hz"}  # fmt: skip
 #: Price of missing a target, per unit of relative error: above any slope of the goals seen.
 PENALTY = 10.0
 #: Longest way in one go, so that the gait stays the same one; half widths of the first and of the widest box, and of
@@ -58,6 +60,11 @@ ENDINGS = {
 }
 
 
+def measure(gait: Gait, point: FixedPoint, name: str) -> float:
+    """A measure of a gait that can be held [SI]."""
+    return float(np.abs(point.floquet_multipliers).max() if name == "multiplier" else getattr(gait, name))
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A design with its gait, its parts of the goal (m,) with the goal's sign, and the shares by which it misses the
@@ -74,7 +81,11 @@ class Candidate:
     @property
     def largest_multiplier(self) -> float:
         """Largest multiplier in magnitude."""
-        return float(np.abs(self.point.floquet_multipliers).max())
+        return self.measure("multiplier")
+
+    def measure(self, name: str) -> float:
+        """A measure that can be held, by its field [SI]."""
+        return measure(self.gait, self.point, name)
 
     @property
     def value(self) -> float:
@@ -158,7 +169,7 @@ class Problem:
         except StepFailed:
             return None
         gait = describe(walker, point)
-        misses = np.array([getattr(gait, name) / value - 1 for name, value in self.targets.items()])
+        misses = np.array([measure(gait, point, name) / value - 1 for name, value in self.targets.items()])
         return Candidate(design, walker, point, gait, parts[[parts.argmin()]] if self.sign < 0 else parts, misses)
 
     def merit(self, here: Candidate) -> float:
@@ -202,6 +213,9 @@ class Problem:
         if self.sign < 0:
             parts = parts[[int(self.goal.parts(here.walker, here.point, self.tolerance).argmax())]]
         shares, units = gait.elasticities(), self.scale / gait.changes.scales
+        if "multiplier" in self.targets:
+            sizes = magnitudes(here.walker, here.point, self.tolerance)
+            shares["multiplier"] = magnitude_slopes(gait, self.tolerance)[sizes.argmax()] / sizes.max()
         misses = [(1 + miss) * shares[name] for name, miss in zip(self.targets, here.misses, strict=True)]
         return parts * units, np.array(misses).reshape(-1, len(units)) * units
 
@@ -320,7 +334,8 @@ def search_design(
     none holds the targets the nearest to them.
 
     `bounds` gives (lower, upper) of each parameter to vary, by its name in the parameter files; `targets` values of
-    `speed_m_s`, `step_length_m` or `step_frequency_hz` to hold. Raises ValueError without a gait at `z`.
+    `speed_m_s`, `step_length_m`, `step_frequency_hz` or `multiplier`, the largest one's magnitude, to hold.
+    Raises ValueError without a gait at `z`.
     """
     problem = Problem(design, bounds, targets or {}, tolerance, GOALS[goal], maximise)
     own = problem.candidate(np.clip(problem.start(), problem.lower, problem.upper), z)

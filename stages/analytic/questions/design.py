@@ -29,7 +29,7 @@ class Options:
 
     vary: tuple[str, ...] = option("-", "Parameter to vary; repeatable", default=(), metavar="FILE.KEY[=LOW:HIGH]")
     target: tuple[str, ...] = option(
-        "-", "Measure to hold, as speed_m_s=0.33; repeatable", default=(), metavar="MEASURE=VALUE")
+        "-", "Measure to hold, as speed=0.33 or multiplier=0.5; repeatable", default=(), metavar="MEASURE=VALUE")
     goal: str = option(
         "-", "What is to be least: largest multiplier, speed, friction needed in single stance, or deepest scuff",
         default="multiplier", choices=("multiplier", "speed", "friction", "scuff"))
@@ -97,14 +97,18 @@ def bounds_of(design: DesignPoint, text: str, share: float, known: Collection[st
     return name, (low, high)
 
 
-def target_of(text: str, known: tuple[str, ...]) -> tuple[str, float]:
-    """Measure and value from "MEASURE=VALUE". Raises WrongOption with the known measures."""
-    name, _, number = text.partition("=")
+def target_of(text: str, known: Mapping[str, str]) -> tuple[str, float]:
+    """Measure and value from "MEASURE=VALUE"; a measure by its word or by its field, as speed or speed_m_s.
+
+    Raises WrongOption with the known measures.
+    """
+    word, _, number = text.partition("=")
+    name = known.get(word, word)
     try:
         value = float(number)
     except ValueError:
         value = 0.0
-    if name not in known or not 0 < value < float("inf"):
+    if name not in known.values() or not 0 < value < float("inf"):
         measures = ", ".join(known)
         raise WrongOption(f"--target {text!r} is not MEASURE=VALUE with a positive value; measures are {measures}")
     return name, value
@@ -156,7 +160,7 @@ def told(
         at = f" (at its {found.bounds[name]} bound)" if name in found.bounds else f" (from {low:g} to {high:g})"
         yield f"  {name:<22} {own.design.value(name):>12.6g} -> {found.best.design.value(name):<12.6g}{at}"
     for name, value in held.items():
-        yield f"  {name:<22} {getattr(found.best.gait, name):>12.6g} (asked for {value:g})"
+        yield f"  {name:<22} {found.best.measure(name):>12.6g} (asked for {value:g})"
     if not found.met:
         missed = [f"{name} by {100 * abs(miss):.3g} %" for name, miss in zip(held, found.best.misses, strict=True)
                   if abs(miss) > HELD]
@@ -210,6 +214,7 @@ QUESTION = Question(
     examples=(
         "bipedstudy design",
         "bipedstudy design --vary biped.foot_radius=0.05:0.12 --goal friction",
+        "bipedstudy design --goal speed --maximise --target multiplier=0.6",
     ),
     draws=True,
     rows=True,

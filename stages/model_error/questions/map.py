@@ -41,10 +41,14 @@ class Options:
         "-", "Measure and its error, as step_frequency=1%: tell it as the twin has it, by the cheapest model that does",
         default=(), metavar="MEASURE=ERROR")
 
+    front: bool = option(
+        "-", "List the stable designs that no other beats in both the largest multiplier and speed", default=False)
+
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Answer every design of the map. Raises WrongOption."""
     if options.within:
+        refuse((options.front, "--front: a map with --within has no stability of each design"))
         return ask_within(parameters, options, asking)
     from stages.analytic.maps.answers import COLUMNS, NAMES, Counts
 
@@ -64,8 +68,28 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             varied = box.values(first, first + len(found))
             table.write(first, dict(zip([axis.name for axis in axes], varied.T, strict=True)))
             table.write(first, dict(zip(NAMES, found.T, strict=True)))
-        columns = {name: table.read(name, 1 if box.seed is None else -(-box.size // DRAWN)) for name in shown}
-    return Answer(list(lines(counts, options.search)), counts.as_plain(), draw=drawing(box, columns))
+        whole = options.front or box.seed is None
+        columns = {name: table.read(name, 1 if whole else -(-box.size // DRAWN)) for name in shown}
+    best = front(columns) if options.front else []
+    heads = [f"{axis.name.partition('.')[2]} [{axis.unit}]" for axis in box.axes]
+    tables = [("No other stable design beats these in both", [*heads, "multiplier [1]", "speed [m/s]"],
+               [[f"{value:.6g}" for value in row.values()] for row in best])] if best else []  # fmt: skip
+    return Answer(list(lines(counts, options.search)), counts.as_plain() | ({"front": best} if options.front else {}),
+                  tables, best, drawing(box, columns))  # fmt: skip
+
+
+def front(columns: Mapping[str, np.ndarray]) -> list[dict[str, float]]:
+    """The stable designs that no other beats in both, the least largest multiplier first: values by column."""
+    import numpy as np
+
+    from stages.analytic.maps.answers import Outcome
+
+    stable = np.flatnonzero(columns["outcome"] == int(Outcome.STABLE))
+    order = stable[np.lexsort((-columns["speed_m_s"][stable], columns["largest_multiplier"][stable]))]
+    speed = columns["speed_m_s"][order]
+    best = order[speed > np.maximum.accumulate(np.append(-np.inf, speed[:-1]))] if len(order) else order
+    names = [name for name in columns if name not in ("outcome", "largest_multiplier", "period_s", "speed_m_s")]
+    return [{name: float(columns[name][row]) for name in (*names, "largest_multiplier", "speed_m_s")} for row in best]
 
 
 def ask_within(parameters: Parameters, options: Options, asking: Asking) -> Answer:
@@ -172,13 +196,15 @@ QUESTION = Question(
     method, in parts where that is too far; what is left is searched. For each design: outcome, period, step length,
     speed, leading multipliers, friction needed in single stance, residual, and how it was answered. As in `gait` that
     is the most stable gait, of the family that leads there. Stopped and asked again, it goes on where it was.
-    The figure shows two axes as a map, more as pairs. With --within the map has the measures that are named, as the
-    twin has them: each by the cheapest model whose error is small enough, as in `ask`, and with that error.
+    The figure shows two axes as a map, more as pairs; --front lists the best of the stable designs. With --within the
+    map has the measures that are named, as the twin has them: each by the cheapest model whose error is small enough,
+    as in `ask`, and with that error.
     """,
     Options,
     ask,
-    examples=("bipedstudy map box.yaml --out map.h5",
+    examples=("bipedstudy map box.yaml --out map.h5", "bipedstudy map box.yaml --front --csv",
               "bipedstudy map box.yaml --within step_frequency=0.5% --out map.h5"),
     draws=True,
     pool=True,
+    rows=True,
 )
