@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from stages.imu.sources.opening import printable, refuse_if
+from stages.imu.sources.opening import printable, refuse
 from stages.imu.sources.schema import (
     ACCELERATION_UNITS,
     ANGULAR_RATE_UNITS,
@@ -182,9 +182,9 @@ def _text(cell: Any) -> str:
 
 def _positive(cell: Any, what: str, largest: float) -> float:
     value = number(cell)
-    refuse_if(
+    refuse((
         not 0 < value <= largest, f"{what} is {printable(cell)}, must be a number above 0 and at most {largest:g}"
-    )
+    ))
     return value
 
 
@@ -198,7 +198,7 @@ def _whole(row: Mapping[str, Any], key: str, where: str, largest: int) -> int | 
 
 
 def _one_of(cell: Any, choices: Mapping[str, Any] | Sequence[str], what: str, text: str) -> str:
-    refuse_if(text not in choices, f"{what} is {printable(cell)}, must be one of {', '.join(choices)}")
+    refuse((text not in choices, f"{what} is {printable(cell)}, must be one of {', '.join(choices)}"))
     return text
 
 

@@ -31,7 +31,7 @@ import numpy as np
 
 from stages.imu.sources.cells import device_from_row, experiment_from_row, in_seconds, recording_from_columns
 from stages.imu.sources.formats import read
-from stages.imu.sources.opening import SourceRefused, printable, refuse_if
+from stages.imu.sources.opening import SourceRefused, printable, refuse
 from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
 from stages.imu.sources.text_table import DELIMITERS, Layout
 
@@ -134,9 +134,7 @@ def between(at: np.ndarray, time: np.ndarray, value: np.ndarray, farthest: float
 def column_maps(description: Mapping[str, Any]) -> tuple[ColumnMap, ...]:
     """The column maps of a description. Raises SourceRefused for what is missing, unknown or meaningless in it."""
     files = _list(description.get("files"), "a description of CSV files needs a list of files")
-    entries = {f"files, entry {number}": entry for number, entry in enumerate(files, 1)}
-    checked = {where: _mapping(entry, where) for where, entry in entries.items()}
-    return tuple(_column_map(entry, where) for where, entry in checked.items())
+    return tuple(_column_map(entry, f"files, entry {number}") for number, entry in enumerate(files, 1))
 
 
 def _column_map(entry: Mapping[str, Any], where: str) -> ColumnMap:
@@ -156,43 +154,34 @@ def _table_map(entry: Mapping[str, Any], needed: Sequence[str], where: str) -> t
     """File, layout and columns of an entry."""
     usual = {"file": None, "delimiter": "comma", "header_rows": 0, "header": True, "decimal": None, "sheet": ""}
     file, delimiter, rows, header, decimal, sheet = (entry.get(key, value) for key, value in usual.items())
-    if not isinstance(file, str):
-        raise SourceRefused(f"{where}: needs the name of a file")
-    refuse_if(
-        delimiter not in DELIMITERS,
-        f"{where}: delimiter is {printable(delimiter)}, must be one of {', '.join(DELIMITERS)}",
-    )
-    refuse_if(
-        not isinstance(rows, int) or not 0 <= rows <= 1000,
-        f"{where}: header_rows is {printable(rows)}, must be a whole number from 0 to 1000",
-    )
-    refuse_if(not isinstance(header, bool), f"{where}: header is {printable(header)}, must be true or false")
-    refuse_if(
-        decimal not in (None, "point", "comma") or decimal == delimiter,
-        f"{where}: decimal is {printable(decimal)}, must be point, or comma with another delimiter",
-    )
     columns = {str(key): str(name) for key, name in _mapping(entry.get("columns", {}), f"{where}, columns").items()}
     _mapping(columns, f"{where}, columns", set(SAMPLE_VALUES))
     missing = [value for value in needed if value not in columns]
-    refuse_if(bool(missing), f"{where}: columns lack {', '.join(missing)}")
-    refuse_if(
-        not isinstance(sheet, str), f"{where}: sheet is {printable(sheet)}, must be the name of a sheet of the book"
+    refuse(
+        (not isinstance(file, str), f"{where}: needs the name of a file"),
+        (delimiter not in DELIMITERS,
+         f"{where}: delimiter is {printable(delimiter)}, must be one of {', '.join(DELIMITERS)}"),
+        (not isinstance(rows, int) or not 0 <= rows <= 1000,
+         f"{where}: header_rows is {printable(rows)}, must be a whole number from 0 to 1000"),
+        (not isinstance(header, bool), f"{where}: header is {printable(header)}, must be true or false"),
+        (decimal not in (None, "point", "comma") or decimal == delimiter,
+         f"{where}: decimal is {printable(decimal)}, must be point, or comma with another delimiter"),
+        (bool(missing), f"{where}: columns lack {', '.join(missing)}"),
+        (not isinstance(sheet, str), f"{where}: sheet is {printable(sheet)}, must be the name of a sheet of the book"),
     )
     comma = None if decimal is None else decimal == "comma"
     return file, Layout(DELIMITERS[delimiter], rows, header, comma, sheet), columns
 
 
 def _list(value: Any, sentence: str) -> Sequence[Any]:
-    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
-        raise SourceRefused(sentence)
-    return value
+    refuse((not isinstance(value, Sequence) or isinstance(value, str) or not value, sentence))
+    return list(value)
 
 
 def _mapping(value: Any, where: str, known: set[str] | None = None) -> Mapping[str, Any]:
     """The value, if it is a mapping with no keys but those that are known."""
-    if not isinstance(value, Mapping):
-        raise SourceRefused(f"{where}: must be a mapping of keys to values")
-    unknown = [key for key in value if known is not None and key not in known]
-    if unknown:
-        raise SourceRefused(f"{where}: unknown key {printable(unknown[0])}; known are {', '.join(sorted(known or ()))}")
-    return value
+    refuse((not isinstance(value, Mapping), f"{where}: must be a mapping of keys to values"))
+    unknown = [(True, f"{where}: unknown key {printable(key)}; known are {', '.join(sorted(known or ()))}")
+               for key in value if known is not None and key not in known]  # fmt: skip
+    refuse(*unknown)
+    return dict(value)

@@ -29,7 +29,7 @@ from stages.imu.sources.cells import (
     numbers,
     recording_from_columns,
 )
-from stages.imu.sources.opening import SourceRefused, check, printable, refuse_if
+from stages.imu.sources.opening import SourceRefused, check, printable, refuse
 from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
 
 T = TypeVar("T")
@@ -136,7 +136,7 @@ class TableSource(AbstractContextManager["TableSource"]):
         """Each experiment with its recordings; one experiment is in memory at a time."""
         experiments = {row["experiment_id"]: experiment_from_row(row) for row in self._rows("experiment")}
         extents = self.extents()
-        refuse_if(not extents, f"{self.name}: table sample is empty")
+        refuse((not extents, f"{self.name}: table sample is empty"))
         for experiment_id, first, last in extents:
             experiment = experiments.get(experiment_id) or Experiment(name=f"run {experiment_id}", origin="unknown")
             values = {"first": first, "last": last} | ({} if experiment_id is None else {"run": experiment_id})
@@ -167,7 +167,7 @@ class TableSource(AbstractContextManager["TableSource"]):
         devices = {}
         for row in self._rows("device"):
             identity = number(row["device_id"])
-            refuse_if(identity != identity, f"{self.name}: table device has a row without a device_id")
+            refuse((identity != identity, f"{self.name}: table device has a row without a device_id"))
             devices[identity] = device_from_row(row, f"{self.name}, device {identity:g}")
         return devices
 
@@ -175,10 +175,9 @@ class TableSource(AbstractContextManager["TableSource"]):
         present = self.present()
         for table, columns in TABLES.items():
             found = ", ".join(printable(name) for name in list(present)[:5]) or "no tables"
-            if table not in present:
-                raise SourceRefused(f"{self.name}: needs a table named {table}; found {found}{self.elsewhere}")
-            missing = [name for name, _, _ in columns if name not in present[table]]
-            refuse_if(bool(missing), f"{self.name}: table {table} lacks {', '.join(missing)}")
+            missing = [name for name, _, _ in columns if name not in present.get(table, ())]
+            refuse((table not in present, f"{self.name}: needs a table named {table}; found {found}{self.elsewhere}"),
+                   (bool(missing), f"{self.name}: table {table} lacks {', '.join(missing)}"))  # fmt: skip
 
     def _rows(self, table: str) -> list[dict[str, Any]]:
         names = [name for name, _, _ in TABLES[table]]
@@ -233,7 +232,7 @@ def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
             head = file.read(20)
     except OSError as error:
         raise SourceRefused(f"{path.name}: cannot be read ({error.strerror})") from error
-    refuse_if(not head.startswith(MAGIC), f"{path.name}: is not an SQLite database")
+    refuse((not head.startswith(MAGIC), f"{path.name}: is not an SQLite database"))
     # A reader of a write-ahead database creates a -shm file beside it, unless told that nobody writes.
     log = path.with_name(path.name + "-wal")
     at_rest = WRITE_AHEAD in head[18:20] and not (log.exists() and log.stat().st_size)
@@ -275,7 +274,7 @@ class SqlSource(TableSource):
         if driver is None:
             raise SourceRefused(f"{self.name}: its connection string must begin with postgresql:// or mysql://")
         self.name = TITLES[driver]
-        refuse_if("@" in (url.host or ""), f"{self.name}: its connection string has an @ in the password; write it %40")
+        refuse(("@" in (url.host or ""), f"{self.name}: its connection string has an @ in the password; write it %40"))
         arguments: dict[str, Any] = {"connect_timeout": CONNECT_S}
         options: dict[str, Any] = {"isolation_level": "REPEATABLE READ"}
         if driver == DRIVERS["mysql"]:

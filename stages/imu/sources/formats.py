@@ -21,7 +21,7 @@ import numpy as np
 
 from stages.imu.sources import text_table
 from stages.imu.sources.cells import text_of
-from stages.imu.sources.opening import SourceRefused, library, opening, place_of, printable, refuse_if
+from stages.imu.sources.opening import SourceRefused, library, opening, place_of, printable, refuse
 from stages.imu.sources.text_table import Layout, names_of
 
 Columns = Mapping[str, np.ndarray]
@@ -54,14 +54,14 @@ def _sheet_meant(path: Path, layout: Layout, wanted: Sequence[str]) -> str:
     sheets, name = sheets_of(path), printable(path.name)
     if layout.sheet:
         has = f"it has {printable(', '.join(sheets), 200)}"
-        refuse_if(layout.sheet not in sheets, f"{name} has no sheet {printable(layout.sheet)}; {has}")
+        refuse((layout.sheet not in sheets, f"{name} has no sheet {printable(layout.sheet)}; {has}"))
         return layout.sheet
     heads = {sheet: next(islice(rows_of(path, sheet), layout.header_rows, None), ()) for sheet in sheets}
     having = [sheet for sheet, head in heads.items() if set(wanted) <= set(names_of(head, layout))]
-    refuse_if(
+    refuse((
         len(having) > 1,
         f"{name} has these columns in the sheets {printable(', '.join(having), 200)}: say which by the key sheet",
-    )
+    ))
     return having[0] if having else sheets[0]
 
 
@@ -142,10 +142,10 @@ def _of_arrays(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequen
     with _arrays(path) as whole:
         found = {one: _column(path.name, one, whole) for one in wanted}
     lengths = [len(column) for column in found.values()]
-    refuse_if(
+    refuse((
         len(set(lengths)) > 1,
         f"{printable(path.name)}: its columns are {min(lengths, default=0)} to {max(lengths, default=0)} long",
-    )
+    ))
     return found
 
 
@@ -154,17 +154,15 @@ def _column(file: str, wanted: str, whole: Any) -> np.ndarray:
     values, place, column = _array(whole, wanted), 1, _COLUMN.match(wanted)
     if values is None and column:
         values, place = _array(whole, column[1]), int(column[2])
-    refuse_if(values is None, f"{printable(file)} has no array {printable(wanted)}")
     table = np.asarray(values)
-    refuse_if(
-        table.dtype.kind not in "fiu" or table.ndim > 2,
-        f"{printable(file)}: {printable(wanted)} is no table of numbers",
-    )
     table = table.reshape(-1, 1) if table.ndim < 2 or 1 in table.shape else table
-    refuse_if(
-        not 1 <= place <= table.shape[1] or (table.shape[1] > 1 and not column),
-        f"{printable(file)}: {printable(wanted)} must name one of {table.shape[1]} columns, such as "
-        f"{printable(wanted.partition('[')[0])}[1]",
+    refuse(
+        (values is None, f"{printable(file)} has no array {printable(wanted)}"),
+        (table.dtype.kind not in "fiu" or table.ndim > 2,
+         f"{printable(file)}: {printable(wanted)} is no table of numbers"),
+        (not 1 <= place <= table.shape[1] or (table.shape[1] > 1 and not column),
+         f"{printable(file)}: {printable(wanted)} must name one of {table.shape[1]} columns, such as "
+         f"{printable(wanted.partition('[')[0])}[1]"),
     )
     return np.asarray(table[:, place - 1], dtype=float)
 
@@ -260,9 +258,9 @@ def format_of(path: Path) -> Format:
     """
     ending = path.suffix.lower()
     kind = UNREAD.get(ending)
-    refuse_if(
+    refuse((
         kind is not None, f"{printable(path.name)} is {kind}, which is not read: save it as CSV, .xlsx or parquet"
-    )
+    ))
     found = next((one for one in (ARRAY_FILE, BOOK, PARQUET, BAG) if ending in one.endings), TEXT)
     return BAG if found is TEXT and (path / "metadata.yaml").is_file() else found
 

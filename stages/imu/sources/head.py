@@ -17,7 +17,7 @@ import numpy as np
 
 from stages.imu.sources.cells import number, text_of
 from stages.imu.sources.formats import BOOK, PARQUET, format_of, parquet_file, rows_of, seconds_or_numbers, sheets_of
-from stages.imu.sources.opening import SourceRefused, blocks, check, printable, refuse_if
+from stages.imu.sources.opening import SourceRefused, blocks, check, printable, refuse
 from stages.imu.sources.text_table import DELIMITERS, HEAD_ROWS, encoding_of, has_decimal_commas
 
 HEAD_LINES = 2000
@@ -167,7 +167,7 @@ def _of_text(path: Path) -> Head:
     usual = {name: int(np.median(width)) if width else 0 for name, width in widths.items()}
     # A decimal comma parts numbers as well: the sign that stands between the columns is then another one.
     order = [name for name in ("tab", "semicolon", "comma", "space") if usual[name] >= 4]
-    refuse_if(not order, f"{printable(path.name)} is no table of at least four columns")
+    refuse((not order, f"{printable(path.name)} is no table of at least four columns"))
     delimiter = order[0]
     rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=DELIMITERS[delimiter])]
     decimal = has_decimal_commas(rows[-HEAD_ROWS:], DELIMITERS[delimiter])

@@ -28,10 +28,11 @@ def printable(name: object, limit: int = 60) -> str:
     return f"'{text[:limit]}…'" if len(text) > limit else f"'{text}'"
 
 
-def refuse_if(wrong: bool, sentence: str) -> None:
-    """Raises SourceRefused with this sentence where something is wrong."""
-    if wrong:
-        raise SourceRefused(sentence)
+def refuse(*rows: tuple[bool, str]) -> None:
+    """Raises SourceRefused with the sentence of the first row that holds: whether something is wrong, and what."""
+    for wrong, sentence in rows:
+        if wrong:
+            raise SourceRefused(sentence)
 
 
 def check(path: Path) -> None:
@@ -41,7 +42,7 @@ def check(path: Path) -> None:
     except (OSError, ValueError) as error:
         raise SourceRefused(f"{printable(path.name)} cannot be read ({getattr(error, 'strerror', error)})") from error
     what = "a folder" if stat.S_ISDIR(mode) else "a pipe, device or socket"
-    refuse_if(not stat.S_ISREG(mode), f"{printable(path.name)} cannot be read: it is {what}, not a file")
+    refuse((not stat.S_ISREG(mode), f"{printable(path.name)} cannot be read: it is {what}, not a file"))
 
 
 @contextmanager
@@ -70,8 +71,8 @@ def library(name: str, extra: str, path: Path) -> Any:
 def place_of(file: str, wanted: str, has: Sequence[str]) -> int:
     """Where a column stands among the names that a file has. Raises SourceRefused unless it is there once."""
     name = f"{printable(file)} has no column {printable(wanted)}; it has {printable(', '.join(has[:12]), 200)}"
-    refuse_if(wanted not in has, name)
-    refuse_if(has.count(wanted) > 1, f"{printable(file)} has the column {printable(wanted)} more than once")
+    refuse((wanted not in has, name),
+           (has.count(wanted) > 1, f"{printable(file)} has the column {printable(wanted)} more than once"))
     return has.index(wanted)
 
 

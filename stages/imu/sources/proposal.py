@@ -16,7 +16,7 @@ import numpy as np
 from stages.imu.sources.cells import UNITS, moments
 from stages.imu.sources.formats import ARRAY_FILE, BAG, COLUMNS, IMU, format_of, groups_of, read, topics
 from stages.imu.sources.head import APDM, Head, Maker, head_of, maker_of
-from stages.imu.sources.opening import SourceRefused, printable, refuse_if
+from stages.imu.sources.opening import SourceRefused, printable, refuse
 from stages.imu.sources.text_table import Layout
 
 USUAL_RATES = (10.0, 5000.0)  # Hz
@@ -135,7 +135,7 @@ def _of_bag(path: Path) -> Proposed:
         columns = {value: f"{topic}:{field}" for value, field in COLUMNS.items()}
         entries += _entry(path, (), rate, ("m/s^2", "rad/s"), _mapped(columns))
         told += [f"{topic}: {count} messages of {IMU}, m/s^2 and rad/s by its definition", said]
-    refuse_if(not entries, f"{printable(path.name)} has no topic of {IMU}")
+    refuse((not entries, f"{printable(path.name)} has no topic of {IMU}"))
     return entries, told
 
 
@@ -156,9 +156,9 @@ def _of_arrays(path: Path) -> Proposed:
         of_force, of_rate = (_unit_by_size(values, kind) for values, kind in zip(kinds, "ag"))
         entries += _entry(path, (), rate, (of_force[0], of_rate[0]), _mapped(found))
         told += [f"{group or 'arrays'}: {force} and {rates}, as {APDM} has them", of_force[1], of_rate[1], said]
-    refuse_if(
+    refuse((
         not entries, f"{printable(path.name)} has no group with an accelerometer's and a gyroscope's array"
-    )
+    ))
     return entries, told
 
 
@@ -260,11 +260,11 @@ def _unit(head: Head, columns: dict[str, int], kind: str, maker: Maker | None) -
     what, known = ("acceleration", tuple(GRAVITY)) if kind == "a" else ("angular rate", TURNS)
     if not mine:
         return ("m/s^2", "no accelerometer found") if kind == "a" else ("", "")
-    refuse_if(
+    refuse((
         head.other_unit(mine[0]),
         f"the column {printable(head.name(mine[0]))} is in a unit that is not read: bring it to "
         f"{', '.join(known[:-1])} or {known[-1]}",
-    )
+    ))
     said = head.said_unit(mine[0], known)
     if said:
         return said, f"{what} in {said}: written in the file"

@@ -17,7 +17,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from stages.imu.sources.cells import moments, number
-from stages.imu.sources.opening import SourceRefused, blocks, check, place_of, printable, refuse_if
+from stages.imu.sources.opening import SourceRefused, blocks, check, place_of, printable, refuse
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 LEAST_READ = 0.5  # of the cells that hold anything: below it the column is something else than numbers
@@ -136,11 +136,9 @@ class _Column:
         whole = np.concatenate(self.parts) if self.parts else np.empty(0)
         self.parts.clear()
         column = f"{printable(file)}: the column {printable(self.name)}"
-        refuse_if(len(whole) > 0 and not self.filled, f"{column} is empty")
-        refuse_if(
-            bool(np.isfinite(whole).sum() < LEAST_READ * self.filled),
-            f"{column} cannot be read ({printable(self.odd, 30)} is no {'time' if self.may_be_written else 'number'})",
-        )
+        refuse((len(whole) > 0 and not self.filled, f"{column} is empty"),
+               (bool(np.isfinite(whole).sum() < LEAST_READ * self.filled), f"{column} cannot be read "
+                f"({printable(self.odd, 30)} is no {'time' if self.may_be_written else 'number'})"))  # fmt: skip
         return whole
 
 
