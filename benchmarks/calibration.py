@@ -25,7 +25,8 @@ from benchmarks.marked import put
 from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.blind_score import Scored, as_plain, draw, from_plain, model_of, score, summary
+from stages.biped.question import as_plain
+from stages.calibration.blind_score import Scored, draw, from_plain, model_of, score, summary
 from stages.calibration.estimation import run_fit
 from stages.calibration.estimation.campaign import alone, fit_campaign, side_by_side
 from stages.calibration.observation.measured_run import SIDES, Layout, Sampling

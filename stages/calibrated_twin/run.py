@@ -64,27 +64,21 @@ class Inputs:
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Correct, check, walk. Raises NoGait where the drawn design does not walk, SourceRefused."""
-    inputs, reasons = at_rest(inputs)
-    work = _Work(as_mounted(parameters), inputs)
-    robots = []
-    for number, kind in enumerate(dict.fromkeys(fit.kind for fit in inputs.calibration.fits)):
+    work = _Work(as_mounted(parameters), *at_rest(inputs))
+    robots: dict[str, Fitted] = {}
+    for number, kind in enumerate(dict.fromkeys(fit.kind for fit in work.inputs.calibration.fits)):
         progress(0.1 + 0.3 * number, f"the twin with the numbers found, {kind}")
-        fitted, why = work.corrected(kind)
-        robots.append(fitted)
-        reasons += why
+        robots[kind] = work.corrected(kind)
     names = work.model.shared
-    by_kind = {one.kind: one for one in robots}
-    pairs = (pairs_of(by_kind[WITH_OUTSOLE], by_kind[WITHOUT], names, work.near)
-             if WITH_OUTSOLE in by_kind and WITHOUT in by_kind else ())
+    pairs = (pairs_of(robots[WITH_OUTSOLE], robots[WITHOUT], names, work.near)
+             if WITH_OUTSOLE in robots and WITHOUT in robots else ())
     checks: list[Check] = []
-    for one in inputs.calibration.held_out:
+    for one in work.inputs.calibration.held_out:
         progress(0.8, f"{one.name}, held out")
-        done, why = work.checked(one, by_kind[one.kind])
-        checks += done
-        reasons += why
-    walk, why = work.walk(robots[0]) if robots else (None, [])
-    return Result(tuple(robot_of(one, names, work.near) for one in robots), pairs, tuple(checks),
-                  tuple(reasons + why), walk)
+        checks += work.checked(one, robots[one.kind])
+    walk = work.walk(next(iter(robots.values()))) if robots else None
+    return Result(tuple(robot_of(one, names, work.near) for one in robots.values()), pairs, tuple(checks),
+                  tuple(work.reasons), walk)
 
 
 def at_rest(inputs: Inputs) -> tuple[Inputs, list[str]]:
@@ -97,10 +91,10 @@ def at_rest(inputs: Inputs) -> tuple[Inputs, list[str]]:
 
 
 class _Work:
-    """The model that was fitted, the twin, and the runs by name."""
+    """The model that was fitted, the twin, the runs by name, and the reasons why something could not be done."""
 
-    def __init__(self, parameters: Parameters, inputs: Inputs) -> None:
-        self.parameters, self.inputs = parameters, inputs
+    def __init__(self, parameters: Parameters, inputs: Inputs, reasons: list[str]) -> None:
+        self.parameters, self.inputs, self.reasons = parameters, inputs, reasons
         drawn = drawn_design(parameters)
         gait = find_gait(drawn.biped, drawn.slope, FINE)
         self.near = gait[1].z
@@ -119,10 +113,9 @@ class _Work:
                 if not left:
                     break
 
-    def corrected(self, kind: str) -> tuple[Fitted, list[str]]:
+    def corrected(self, kind: str) -> Fitted:
         """Fits of a kind, and corrections of the first that the twin walks."""
         fits, drawn = self.inputs.calibration.of_kind(kind), drawn_design(self.parameters, kind)
-        reasons: list[str] = []
         corrections: dict[int, Corrected] = {}
         for place, fit in enumerate(fits):
             if len(corrections) == self.parameters.settings.corrected:
@@ -134,13 +127,13 @@ class _Work:
             try:
                 corrections[place] = corrected(drawn, stored, one.run, self.model, one.known, self.robot.run)
             except StepFailed as reason:
-                reasons.append(f"{fit.name}: not corrected: {reason}")
+                self.reasons.append(f"{fit.name}: not corrected: {reason}")
         told = self.inputs.calibration
         pull = float(np.mean([self.model.layout.pull(fit.unknowns) for fit in fits]))
         return Fitted(kind, drawn, fits, corrections, told.drawn, pull,
-                      Discrepancy.told(self.model.shared, told.misses)), reasons
+                      Discrepancy.told(self.model.shared, told.misses))
 
-    def checked(self, held: HeldOut, fitted: Fitted) -> tuple[list[Check], list[str]]:
+    def checked(self, held: HeldOut, fitted: Fitted) -> list[Check]:
         """A held-out run walked by the twin: with numbers and start as the model has them, then with both corrected.
 
         The start's correction is that of the run itself: what the model's fit misses of the twin's own.
@@ -162,8 +155,8 @@ class _Work:
                 start = 2.0 * held.unknowns - again.unknowns
                 done.append(self._check(CORRECTED, better, start, held, one))
         except StepFailed as reason:
-            return done, [f"{held.name}: {reason}"]
-        return done, []
+            self.reasons.append(f"{held.name}: {reason}")
+        return done
 
     def _check(
         self, numbers: str, design: DesignPoint, unknowns: Vector, held: HeldOut, one: Recorded
@@ -176,14 +169,15 @@ class _Work:
         late = float(np.abs(made.strikes[:count] - one.run.strikes[:count]).max())
         return Check(held.name, held.kind, numbers, late, *rms_of(residuals, one.run, self.model))
 
-    def walk(self, fitted: Fitted) -> tuple[Walk | None, list[str]]:
+    def walk(self, fitted: Fitted) -> Walk | None:
         """The twin's walk on the nominal ramp with a robot's corrected numbers, begun in that robot's gait."""
         design = design_of(fitted.drawn, self.model.shared, fitted.found - fitted.bias)
         try:
             steps, priors = self.parameters.settings.fitted_steps, self.parameters.priors
-            return self.robot.settled(design, self.near, steps, priors), []
+            return self.robot.settled(design, self.near, steps, priors)
         except (NoGait, StepFailed) as reason:
-            return None, [f"the calibrated twin: {reason}"]
+            self.reasons.append(f"the calibrated twin: {reason}")
+            return None
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -159,14 +158,8 @@ def scored(seed: int, runs: int, parameters: Parameters) -> Scored:
                   fit.chi2 / fit.count, fit.evaluations)
 
 
-def as_plain(one: Scored) -> dict[str, Any]:
-    """A campaign as JSON knows it."""
-    return {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in
-            dataclasses.asdict(one).items()}
-
-
 def from_plain(plain: Mapping[str, Any]) -> Scored:
-    """The campaign of `as_plain`."""
+    """The campaign of `stages.biped.question.as_plain`."""
     return Scored(**{key: np.array(value, dtype=float) if isinstance(value, list) and key != "names" else value
                      for key, value in plain.items()} | {"names": tuple(plain["names"])})
 
