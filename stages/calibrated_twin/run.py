@@ -25,7 +25,7 @@ from stages.calibrated_twin.parameters import Parameters
 from stages.calibrated_twin.result import CORRECTED, Check, Number, Pair, Result, Robot
 from stages.calibrated_twin.robot import TwinRobot
 from stages.calibration.estimation.held_out import Corrected, corrected, rms_of
-from stages.calibration.estimation.run_fit import Model, RunFit, fit_near, run_equations
+from stages.calibration.estimation.run_fit import Model, fit_near
 from stages.calibration.information.identifiability import FINE, SLOPE, first_model
 from stages.calibration.intervals.model_error import SPARE, Discrepancy
 from stages.calibration.observation.measured_run import SIDES
@@ -121,11 +121,8 @@ class _Work:
             if len(corrections) == self.parameters.settings.corrected:
                 break
             one = self.runs[fit.name]
-            at = self.model.robot(drawn, fit.design)
-            stored = RunFit(fit.design, fit.own, fit.unknowns, run_equations(
-                at, fit.own, fit.unknowns, one.run, self.model), fit.walks, fit.converged, fit.why)
             try:
-                corrections[place] = corrected(drawn, stored, one.run, self.model, one.known, self.robot.run)
+                corrections[place] = corrected(drawn, fit, one.run, self.model, one.known, self.robot.run)
             except StepFailed as reason:
                 self.reasons.append(f"{fit.name}: not corrected: {reason}")
         told = self.inputs.calibration

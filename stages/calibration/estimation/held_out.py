@@ -16,7 +16,7 @@ from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Equations, Model, RunFit, fit_near, fit_run, run_equations
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
-from stages.calibration.result import HeldOut, Trace
+from stages.calibration.result import FittedRun, HeldOut, Trace
 
 #: The run that a robot with a design, with a run's unknowns, makes when it is sampled like another. Raises StepFailed.
 Simulator = Callable[[DesignPoint, Vector, MeasuredRun], MeasuredRun]
@@ -33,7 +33,8 @@ class Corrected:
 
 
 def corrected(
-    design: DesignPoint, fit: RunFit, run: MeasuredRun, model: Model, known: Sequence[Known], simulate: Simulator
+    design: DesignPoint, fit: RunFit | FittedRun, run: MeasuredRun, model: Model, known: Sequence[Known],
+    simulate: Simulator,
 ) -> Corrected:
     """One correction step of a run's fit. Raises StepFailed where the simulator or the model does not walk."""
     there = model.robot(design, fit.design, fit.own)
