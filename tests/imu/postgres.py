@@ -75,7 +75,7 @@ def running(tls: bool = False) -> Iterator[Server]:
             command += ["-c", "ssl=on"]
             command += ["-c", f"ssl_cert_file={folder}/server.crt", "-c", f"ssl_key_file={folder}/server.key"]
         server = subprocess.Popen(command, **how)
-        _wait_for(folder / f".s.PGSQL.{port}", server)
+        _wait_for(folder / "base/postmaster.pid", server)
         yield Server(folder, port)
     finally:
         if server is not None:
@@ -84,9 +84,10 @@ def running(tls: bool = False) -> Iterator[Server]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _wait_for(socket: Path, server: subprocess.Popen[bytes]) -> None:
+def _wait_for(state: Path, server: subprocess.Popen[bytes]) -> None:
+    """Until the server says in its file that it takes calls: its socket is there before."""
     for _ in range(1800):
-        if socket.exists():
+        if state.exists() and "ready" in state.read_text():
             return
         if server.poll() is not None:
             break

@@ -47,9 +47,8 @@ GRACE_S = 10  # after the server should have ended a statement by itself, or ref
 FORM = "postgresql://user:password@host/database"
 LOGIN, MISSING = "refuses this user and password", "has no database of that name"
 FORBIDDEN, LOCKED = "does not let this user read the tables", "is locked by a writer; try again when it is done"
-LOCKED_FILE, BROKEN = (
-    "is locked by a program that writes to it; try again when it is done", "is a broken SQLite database"
-)
+LOCKED_FILE = "is locked by a program that writes to it; try again when it is done"
+BROKEN = "is a broken SQLite database"
 SLOW, UNREACHABLE = "did not answer in time", "cannot be reached"
 
 #: Words by which an engine's sentence is recognised, all of them needed, and what is said in its place.
@@ -98,8 +97,7 @@ class TableSource(AbstractContextManager["TableSource"]):
 
     #: Column whose order is that of arrival.
     order = "sample_id"
-    elsewhere = ""  # words on where the tables are, if not where they were looked for
-    in_the_open = False  # whether the rows come over a network that could read them
+    elsewhere, in_the_open = "", False  # where the tables are, in words; whether others on the way can read the rows
 
     def __init__(self, name: str) -> None:
         self.name = name
