@@ -7,8 +7,12 @@ import random
 import shutil
 import signal
 import time
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+
+from pipeline.questions.asking import BlockTable
 
 NUMBERS = [random.Random(seed).randrange(1000) for seed in (3, 4, 5, 6)]
 
@@ -150,6 +154,20 @@ def test_a_table_has_the_same_bytes_however_its_parts_were_computed(toy):
     assert toy.command(*ask, "--jobs", "2", "--pause", "0.3", "--marks", "marks", "--out", "again.h5")[0] == 0
     alone = (toy.root / "alone.h5").read_bytes()
     assert alone == (toy.root / "beside.h5").read_bytes() == (toy.root / "again.h5").read_bytes()
+
+
+@pytest.mark.parametrize("order", [[1, 0, 3, 2], [3, 0, 2, 1]])
+def test_a_table_of_many_columns_has_the_same_bytes_in_any_order_of_its_blocks(tmp_path, order):
+    """A compressed chunk is written once: where each block wrote it anew, chunks moved and the file was larger."""
+    values, files = np.random.default_rng(1).random((12, 4000)).round(3), []
+    columns = [SimpleNamespace(name=f"x{at}", unit="1", description="", words=()) for at in range(12)]
+    for blocks in (range(4), order):
+        table = BlockTable(tmp_path / "table.h5", columns, 4000, {})
+        for first in (1000 * block for block in blocks):
+            table.write(first, {f"x{at}": row[first : first + 1000] for at, row in enumerate(values)})
+        table.close()
+        files.append((tmp_path / "table.h5").read_bytes())
+    assert files[0] == files[1]
 
 
 def test_a_part_that_is_refused_or_dies_is_said_and_the_others_are_kept(toy):
