@@ -6,6 +6,9 @@ numerical error of each number, and stages that read the one read the other, so 
 A tuple of dataclasses becomes a table, a dataset for each column. The words are netCDF's, so that its readers
 understand them (`hdf5.py`).
 
+A result's artefact tells what it and the files beside it hold, so that they can be taken where nothing else came along
+(`sealed`).
+
 The same numbers give the same bytes on every run: no clock time, one library version, fields in order. Whether a stage
 finds the same numbers to the last bit is another matter: on another processor it may not (`processor.py`).
 A field `files` (path -> content) is not stored here; the pipeline writes it beside the artefact.
@@ -24,7 +27,7 @@ from typing import Any, TypeVar
 
 import h5py
 
-from pipeline.cache import hdf5
+from pipeline.cache import disk, hdf5
 from pipeline.cache.differences import differences, is_of_floats
 from pipeline.errors import ArtefactError
 
@@ -32,6 +35,9 @@ from pipeline.errors import ArtefactError
 _FORM, _NUMBER = "bipedstudy artefact", 3
 FORMAT = f"{_FORM} {_NUMBER}"
 PROVENANCE, LOOSER = "provenance", "looser"
+#: Attributes of a result's provenance: digest of the file that says nothing else, and of this one but for that digest.
+CONTENT, _OWN = "content", "sha256"
+_WITH_ZEROS, _ZEROS = "with zeros in place of these digits: ", "0" * 64
 #: Attribute of a number, an array or a column: its largest difference from what looser settings give. Of a file: why
 #: its numbers have none.
 _ERROR, _WITHOUT = "numerical_error", "without_errors"
@@ -58,9 +64,9 @@ def encoded(
 ) -> tuple[bytes, bytes]:
     """The HDF5 file of a result dataclass that says nothing else, and the one that says how it was made as well.
 
-    `about` (title, source, license, ...) are further attributes of the latter. `looser` is the result at looser
-    settings, or why there is none. One with files is not handed on: who reads it reads the files of the result beside
-    it. Raises `TypeError` for what cannot be stored.
+    The latter is sealed. `about` (title, source, license, ...) are further attributes of it. `looser` is the result at
+    looser settings, or why there is none. One with files is not handed on: who reads it reads the files of the result
+    beside it. Raises `TypeError` for what cannot be stored.
     """
     with in_memory(result) as file:
         if isinstance(looser, str):
@@ -73,8 +79,20 @@ def encoded(
         plain = image(file)
         for name, text in (about or {}).items():
             file.attrs[name] = text
-        file[PROVENANCE].attrs.update(sorted(provenance.items()))
-        return plain, image(file)
+        own = {CONTENT: disk.digest(plain), _OWN: _WITH_ZEROS + _ZEROS}
+        file[PROVENANCE].attrs.update(sorted({**provenance, **own}.items()))
+        return plain, sealed(image(file))
+
+
+def sealed(content: bytes) -> bytes:
+    """An artefact with the digest of all its bytes in its place, as it was if that stood there; b"" without the place.
+
+    It tells damage and edits, not forgery: whoever writes an artefact can seal it.
+    """
+    head, mark, tail = content.partition(_WITH_ZEROS.encode())
+    rest = tail[len(_ZEROS) :]
+    digits = disk.digest(b"".join((head, mark, _ZEROS.encode(), rest))).encode()
+    return b"".join((head, mark, digits, rest)) if mark else b""
 
 
 def _errors(file: Any, looser: Any) -> dict[str, float]:

@@ -81,6 +81,8 @@ def _normalised(name: str) -> str:
 
 
 Ingredients = dict[str, Any]
+#: The attribute of an artefact that has all of them, as JSON.
+INGREDIENTS = "ingredients"
 _HERE = Path(__file__).parent
 WRITER = (_HERE / "artefact.py", _HERE / "hdf5.py", _HERE / "differences.py", _HERE.parent / "parameters/looser.py")
 
@@ -188,7 +190,7 @@ def attributes(parts: Ingredients, requests: Iterable[Any] = (), above: Iterable
         "versions": _lines(parts["versions"]),
         "processor": processor.words(),
         "inputs": _lines(parts["inputs"]),
-        "code": json.dumps(parts["code"], indent=1, sort_keys=True),
+        INGREDIENTS: json.dumps(parts, indent=1, sort_keys=True),
     }
 
 

@@ -1,6 +1,7 @@
 """What has been computed: results/.cache/<key>/ holds every file a stage made, with a manifest that vouches for them.
 
-Entries are never changed, so undoing an edit finds the old one. The files in the results folder are copies.
+Entries are never changed, so undoing an edit finds the old one. The files in the results folder are copies. Where they
+came without the cache, as from another machine, each stage's artefact tells what it and the files beside it hold.
 
 A seal tells damage, not forgery: whoever sends a results folder can write any manifest. So only outs of dvc.yaml are
 written and removed, whatever manifests and records say, and never through a link that leads out of the folder.
@@ -22,14 +23,16 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.cache import disk, fingerprint
-from pipeline.cache.fingerprint import Ingredients
-from pipeline.errors import StudyError
+from pipeline.cache.fingerprint import INGREDIENTS, Ingredients
+from pipeline.errors import ArtefactError, StudyError
 from pipeline.graph import OWN, beneath, is_inside
 
 _MANIFEST = "manifest.json"
 _MAKING = "making-"
 _ASIDE = "-old"
 _RESULTS = "results/"
+#: What is raised by words that have not the form they should have.
+_ILL_FORMED = (ValueError, KeyError, TypeError, AttributeError, RecursionError)
 _SHAPE = {"code": dict, "parameters": dict, "inputs": dict, "versions": dict, "outs": list}
 CURRENT, QUESTIONS, SWEEPS = "current", "questions", "sweeps"
 
@@ -136,9 +139,47 @@ class Store:
                     path.unlink()
 
     def current(self, stage: str) -> Entry | None:
-        """The entry whose files were last put into the results folder, if that was completed."""
+        """The entry whose files were last put into the results folder, if that was completed; else the arrived one."""
         record = self._last(stage)
-        return self.entry(record["key"]) if record and record["complete"] else None
+        found = self.entry(record["key"]) if record and record["complete"] else None
+        return self.arrived(stage) if found is None else found
+
+    def arrived(self, stage: str) -> Entry | None:
+        """The entry that a stage's artefact in the results folder tells of, if all its files hold what it says.
+
+        Its time is not known, and 0.
+        """
+        own = f"{_RESULTS}{stage}.h5"
+        with contextlib.suppress(OSError, ArtefactError, *_ILL_FORMED):
+            content = disk.read(self.place(own), disk.ARTEFACT)
+            if content is None:
+                return None
+            from pipeline.cache import artefact  # with h5py, which takes its time
+
+            if artefact.sealed(content) != content:
+                return None
+            about = artefact.provenance(content, own)
+            beside = (line.split(" ", 2) for line in about["files"].splitlines())
+            outs = {path: asdict(Out(digest, int(size), digest)) for digest, size, path in beside}
+            outs[own] = asdict(Out(disk.digest(content), len(content), about[artefact.CONTENT]))
+            body = {"stage": stage, "ingredients": json.loads(about[INGREDIENTS]), "outs": outs,
+                    "summary": about["summary"], "seconds": 0.0}  # fmt: skip
+            entry = _checked_entry(body, about["key"])
+            return entry if entry is not None and not self.disturbed(entry) else None
+        return None
+
+    def take_in(self, entry: Entry) -> None:
+        """Keep an entry that arrived as one that was computed here; where nothing can be written it stays as it is."""
+        record = self._last(entry.stage)
+        if record and record["complete"] and record["key"] == entry.key:
+            return
+        with contextlib.suppress(OSError):
+            if self.entry(entry.key) is None:
+                folder = self.new_folder(entry.key)
+                for path, out in entry.outs.items():
+                    disk.write(folder / path, _checked(self.place(path), out))
+                self.keep(folder, entry)
+            self.put_in_place(entry)
 
     def last_keys(self) -> set[str]:
         """Keys of the entries whose files were last put into the results folder, completed or not.
@@ -202,7 +243,7 @@ class Store:
             seal = record.pop("seal")
             whole = seal == _seal(record) and record["stage"] == stage and isinstance(record["key"], str)
             return record if whole and all(is_inside(path) for path in record["files"]) else None
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        except _ILL_FORMED:
             return None
 
     def _left_behind(self, stage: str) -> set[str]:
@@ -222,16 +263,18 @@ def _entry(content: bytes | None, key: str) -> Entry | None:
     """What a manifest says of an entry: looked at once, as a run asks several times for the same ones."""
     try:
         stored = json.loads(content or b"")
-        body = stored["entry"]
-        if stored["seal"] != _seal(body):
-            return None
-        outs = {path: Out(**out) for path, out in body["outs"].items()}
-        entry = Entry(**{**body, "outs": outs})
-        parts = entry.ingredients
-        fits = all(isinstance(parts[name], kind) for name, kind in _SHAPE.items())
-        return entry if fits and entry.key == key and all(_beneath(path, parts["outs"]) for path in outs) else None
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return _checked_entry(stored["entry"], key) if stored["seal"] == _seal(stored["entry"]) else None
+    except _ILL_FORMED:
         return None
+
+
+def _checked_entry(body: dict[str, Any], key: str) -> Entry | None:
+    """The entry of a manifest's `body`; None unless it is that of `key`. Raises `_ILL_FORMED` for another form."""
+    outs = {path: Out(**out) for path, out in body["outs"].items()}
+    entry = Entry(**{**body, "outs": outs})
+    parts = entry.ingredients
+    fits = all(isinstance(parts[name], kind) for name, kind in _SHAPE.items()) and parts["stage"] == entry.stage
+    return entry if fits and entry.key == key and all(_beneath(path, parts["outs"]) for path in outs) else None
 
 
 def _beneath(path: str, outs: Iterable[str]) -> bool:

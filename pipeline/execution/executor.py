@@ -72,6 +72,8 @@ class Planner:
         store = self.study.store
         key, last = fingerprint.key(parts), store.current(name)
         entry = last if last is not None and last.key == key else store.entry(key)
+        if entry is None and (arrived := store.arrived(name)) is not None and arrived.key == key:
+            last = entry = arrived
         if last is None:
             present = [out for out in stage.outs if store.place(out).exists()]
             reasons = [f"{present[0]} is there, but nothing says how it was made"] if present else ["never run"]
@@ -216,6 +218,8 @@ class _Run:
         entry = assessment.entry
         if entry is not None and name not in self.force:
             current = assessment.state is State.CURRENT
+            if current:
+                self.study.store.take_in(entry)
             if current or self.study.store.put_in_place(entry):
                 self._finish(assessment, entry, "current" if current else "restored", 0.0)
                 return

@@ -226,17 +226,19 @@ class Computing:
 
     def _stored(self, stage: Stage, result: Any, other: Any) -> dict[str, Any]:
         """Write the files of a result; what they are, and its summary. Their content is told without provenance."""
-        plain, told = artefact.encoded(result, self.job.provenance or {}, self.job.about, other)
-        files = _files(stage, result, plain)
-        content = {name: disk.digest(data) for name, data in files.items()}
-        files[stage.artefact] = told
+        files, summary = _files(stage, result, b""), " ".join(str(result.summary()).split())
+        content = {name: disk.digest(data) for name, data in files.items() if name != stage.artefact}
+        beside = "\n".join(f"{each} {len(files[name])} {name}" for name, each in sorted(content.items()))
+        made = {**(self.job.provenance or {}), "summary": summary, "files": beside}
+        plain, files[stage.artefact] = artefact.encoded(result, made, self.job.about, other)
+        content[stage.artefact] = disk.digest(plain)
         for name, data in files.items():
             disk.write(self.folder / name, data)
         outs = {
             name: {"sha256": disk.digest(data), "size": len(data), "content": content[name]}
             for name, data in sorted(files.items())
         }
-        return {"outs": outs, "summary": " ".join(str(result.summary()).split())}
+        return {"outs": outs, "summary": summary}
 
     def _written(self, contents: Mapping[str, bytes]) -> dict[str, File]:
         """Put files where the stages of this process find them; no one needs them after it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import time
 from dataclasses import dataclass, field, replace
 
@@ -12,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from pipeline.cache import artefact
+from pipeline.cache import artefact, disk
 from pipeline.errors import ArtefactError
 from stages.biped.quantity import quantity
 
@@ -111,7 +112,16 @@ def test_what_a_result_says_alone_does_not_depend_on_how_it_was_made():
     plain, told = artefact.encoded(example(), {"key": "k"}, {"title": "t"}, "nobody knows")
     assert plain != told
     assert_same(artefact.decode(plain, Everything, "x.h5"), artefact.decode(told, Everything, "x.h5"))
-    assert artefact.provenance(plain, "x.h5") == {} and artefact.provenance(told, "x.h5") == {"key": "k"}
+    about = artefact.provenance(told, "x.h5")
+    assert artefact.provenance(plain, "x.h5") == {} and about["key"] == "k" and about["content"] == disk.digest(plain)
+
+
+def test_a_result_vouches_for_each_of_its_bytes():
+    plain, told = artefact.encoded(example(), {"key": "k"})
+    assert artefact.sealed(told) == told and artefact.sealed(plain) == b""
+    for at in random.Random(1).sample(range(len(told)), 200):
+        spoilt = told[:at] + bytes([told[at] ^ 1]) + told[at + 1 :]
+        assert artefact.sealed(spoilt) != spoilt, at
 
 
 def test_units_symbols_and_descriptions_are_stored(tmp_path):
