@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import io
+import math
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -25,6 +27,9 @@ from pipeline.study import Study, shown
 #: Largest rms difference of two pictures, in grey levels of 255, called the same. A change of a figure's data by 1e-3
 #: gives at least three times as much (tests/figures/test_golden.py); a single thin curve changed so may give less.
 TOLERANCE = 0.25
+#: Largest relative difference of two numbers of a figure called the same, and the part of a curve's largest number that
+#: counts as nothing.
+NUMBERS, _NOTHING = 1e-3, 1e-6
 _NO_CAPTION = "No caption: what is drawn was not computed together, so it is no comparison."
 
 
@@ -57,8 +62,9 @@ def figures(
 ) -> None:  # fmt: skip
     """Draw the figures that are named, in seconds and from the artefacts alone; the beginning of a name is enough.
 
-    Without names list all figures, or with --check draw them anew and compare. Differences are drawn into
-    results/differences.
+    Without names list all figures, or with --check draw them anew and compare; results/figures are not drawn anew where
+    they are current and compared with others. Pictures that different versions of Matplotlib drew are compared by the
+    numbers beside them. Differences are drawn into results/differences.
     """
     if names:
         if check or against or exact:
@@ -73,7 +79,10 @@ def figures(
         status.say(study, *study.graph.needed_for((study.graph.maker(FIGURES),)))
     if check:
         how, exact = _strictness(study, exact, tolerance, against)
-        found = _drawn_anew(study, expected, present, TOLERANCE if tolerance is None else tolerance)
+        allowed, kept, own = TOLERANCE if tolerance is None else tolerance, study.results / "differences", None
+        if against is not None and _are_current(study):
+            own = study.store.place(FIGURES)
+        found = compare(expected, own, kept, allowed) if own else _drawn_anew(study, expected, present, kept, allowed)
         _tell(found, len(present), how, exact, form)
     else:
         form.give([shown(expected / name) for name in present], {"files": [shown(expected / name) for name in present]})
@@ -98,7 +107,15 @@ def _draw_named(study: Study, names: Iterable[str], folder: Path, form: options.
         raise declined
 
 
-def _drawn_anew(study: Study, expected: Path, present: Sequence[str], tolerance: float) -> list[Difference]:
+def _are_current(study: Study) -> bool:
+    """Whether results/figures are there as they would be drawn now."""
+    standing = status.Standing(study, (study.graph.maker(FIGURES),))
+    return not (standing.found or standing.doubt) and study.store.place(FIGURES).is_dir()
+
+
+def _drawn_anew(
+    study: Study, expected: Path, present: Sequence[str], kept: Path, tolerance: float
+) -> list[Difference]:
     """Draw all figures anew beside a display, and compare them with those in `expected`, whose names are `present`."""
     shows, count = display.for_terminal(False, False), len({Path(name).stem for name in present})
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
@@ -108,7 +125,7 @@ def _drawn_anew(study: Study, expected: Path, present: Sequence[str], tolerance:
                     shows.points(min(number, count), max(count, 1), f"{number} figures drawn")
         finally:
             shows.close()
-        return compare(expected, Path(folder), study.results / "differences", tolerance)
+        return compare(expected, Path(folder), kept, tolerance)
 
 
 def _tell(found: Sequence[Difference], count: int, how: str, exact: bool, form: options.Form) -> None:
@@ -265,17 +282,87 @@ def _pixels(picture: Path) -> Any:
 
 
 def difference(expected: Path, drawn: Path, kept: Path, tolerance: float) -> Difference:
-    """How the pixels of two PNG files differ."""
-    name, size = drawn.name, rms(expected, drawn)
-    if size <= tolerance:
-        return Difference(name, f"has other bytes, pixels differ by {size:.2g} of 255 rms", False)
+    """How two PNG files differ: in their pixels or, where different programs drew them, in the numbers beside them."""
+    name, size, programs = drawn.name, rms(expected, drawn), [_drawn_by(path) for path in (expected, drawn)]
+    if all(programs) and programs[0] != programs[1]:
+        what, fails = _by_numbers(expected.with_suffix(".csv"), drawn.with_suffix(".csv"))
+        what += f"; {programs[0]} drew it, and here {programs[1]}"
+    elif size <= tolerance:
+        what, fails = f"has other bytes, pixels differ by {size:.2g} of 255 rms", False
+    elif size < math.inf:
+        what, fails = f"differs by {size:.2g} of 255 rms (allowed {tolerance:g})", True
+    else:
+        what, fails = "has another size", True
+    if not fails:
+        return Difference(name, what, False)
     for path, suffix in ((expected, "expected"), (drawn, "drawn")):
         disk.write(kept / f"{drawn.stem}-{suffix}.png", path.read_bytes())
-    if size == float("inf"):
-        return Difference(name, "has another size", True, kept / f"{drawn.stem}-drawn.png")
+    if size == math.inf:
+        return Difference(name, what, True, kept / f"{drawn.stem}-drawn.png")
     target = kept / f"{drawn.stem}-difference.png"
     _draw_difference(expected, drawn, target)
-    return Difference(name, f"differs by {size:.2g} of 255 rms (allowed {tolerance:g})", True, target)
+    return Difference(name, what, True, target)
+
+
+def _drawn_by(picture: Path) -> str:
+    """The program that a PNG file says it was drawn by; nothing where it does not say."""
+    from PIL import Image
+
+    with Image.open(picture) as opened:
+        return str(opened.info.get("Software", ""))
+
+
+def _by_numbers(expected: Path, drawn: Path) -> tuple[str, bool]:
+    """What is said of two figures by the numbers (CSV) beside them, and whether that is a failure."""
+    one, other = (disk.read(path, disk.TEXT) for path in (expected, drawn))
+    if one is None and other is None:
+        return "has no numbers to compare", False
+    said = differing_numbers(one or b"", other or b"")
+    return (f"shows other numbers: {said}", True) if said else ("shows the same numbers", False)
+
+
+def differing_numbers(expected: bytes, drawn: bytes) -> str:
+    """What differs by most between the numbers of two figures (CSV), in words; nothing where they are the same."""
+    one, other = map(_curves, (expected, drawn))
+    worst, said = 1.0, ""
+    for curve in {**one, **other}:
+        before, after = one.get(curve, []), other.get(curve, [])
+        if len(before) != len(after):
+            return f"{curve} has {len(after)} points, not {len(before)}"
+        for axis in (0, 1):
+            pairs = [(was[axis], now[axis]) for was, now in zip(before, after)]
+            largest = max((abs(_number(text) or 0.0) for pair in pairs for text in pair), default=0.0)
+            for was, now in pairs:
+                size = _apart(was, now, _NOTHING * largest)
+                if size > worst:
+                    worst, said = size, f"{curve} has {'xy'[axis]} = {now}, not {was} (allowed: {100 * NUMBERS:g} %)"
+    return said
+
+
+def _curves(content: bytes) -> dict[str, list[tuple[str, str]]]:
+    """The points of each curve in the numbers of a figure."""
+    found: dict[str, list[tuple[str, str]]] = {}
+    lines = (line for line in content.decode(errors="replace").splitlines() if not line.startswith("#"))
+    for row in csv.reader(lines):
+        panel, curve, x, y = (*row, "", "", "", "")[:4]
+        found.setdefault(f'"{curve}" in panel {panel}', []).append((x, y))
+    return found
+
+
+def _number(text: str) -> float | None:
+    """The finite number that a cell holds."""
+    try:
+        return float(text) if math.isfinite(float(text)) else None
+    except ValueError:
+        return None
+
+
+def _apart(before: str, after: str, least: float) -> float:
+    """By how much two cells differ, in what is allowed; those that are no numbers not at all or infinitely."""
+    one, other = _number(before), _number(after)
+    if one is None or other is None:
+        return 0.0 if before == after else math.inf
+    return abs(other - one) / (NUMBERS * max(abs(one), abs(other)) + least) if one != other else 0.0
 
 
 def _draw_difference(expected: Path, drawn: Path, target: Path) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import shutil
 
 import numpy as np
 import pytest
 from matplotlib.image import imread, imsave
 
-from pipeline.report.figures import TOLERANCE, compare, rms
+from pipeline.report.figures import TOLERANCE, compare, differing_numbers, rms
 
 
 @pytest.fixture
@@ -61,6 +62,56 @@ def test_missing_new_and_resized_pictures_fail(folders):
         "new.png": ("is missing", True),
         "old.png": ("is no longer drawn", True),
     }
+
+
+def two_programs(expected, drawn, numbers, other):
+    """Give the folders a figure that two versions of a program drew, and its numbers in both."""
+    for folder, version, text in ((expected, "3.10", numbers), (drawn, "3.11", other)):
+        grey = np.full((40, 60, 3), 0.5)
+        grey[10:30, 20 if version == "3.10" else 23] = 0.0
+        imsave(folder / "a.png", grey, metadata={"Software": f"Painter {version}"})
+        if text is not None:
+            (folder / "a.csv").write_text(text)
+
+
+NUMBERS = "# panel a: x: time [s]\npanel,series,x,y\n" + "".join(
+    f'a,"{name}",{x / 10:.6g},{y}\n' for name, y in (("the gait", "2.5"), ("nothing", "1e-17"), ("words", "slow"))
+    for x in range(11))  # fmt: skip
+
+
+def test_pictures_of_two_programs_are_compared_by_their_numbers(folders):
+    two_programs(*folders[:2], NUMBERS, NUMBERS.replace("2.5", "2.5001").replace("[s]", "[ s ]"))
+    text, picture = compare(*folders)
+    assert (text.name, text.fails, picture.fails) == ("a.csv", False, False) and not folders[2].exists()
+    assert picture.what == "shows the same numbers; Painter 3.10 drew it, and here Painter 3.11"
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    (("2.5", "2.525"), '"the gait" in panel a has y = 2.525, not 2.5 (allowed: 0.1 %)'),
+    (("0.7,1e-17", "0.7,1e-7"), '"nothing" in panel a has y = 1e-7, not 1e-17 (allowed: 0.1 %)'),
+    (("0.3,slow", "0.3,fast"), '"words" in panel a has y = fast, not slow (allowed: 0.1 %)'),
+    (("0.3,slow", "0.3,nan"), '"words" in panel a has y = nan, not slow (allowed: 0.1 %)'),
+    (('a,"words",0.5,slow\n', ""), '"words" in panel a has 10 points, not 11'),
+    (("the gait", "a gait"), '"the gait" in panel a has 0 points, not 11'),
+])  # fmt: skip
+def test_a_curve_that_is_off_fails_with_a_picture_whoever_drew_it(folders, change, said):
+    two_programs(*folders[:2], NUMBERS, NUMBERS.replace(*change))
+    (picture,) = (each for each in compare(*folders) if each.fails)
+    assert picture.name == "a.png" and picture.what.startswith(f"shows other numbers: {said}; ")
+    assert picture.picture == folders[2] / "a-difference.png" and picture.picture.exists()
+
+
+def test_a_picture_without_numbers_is_compared_where_one_program_drew_both(folders):
+    two_programs(*folders[:2], None, None)
+    (found,) = compare(*folders)
+    assert found.what.startswith("has no numbers to compare; ") and not found.fails
+    imsave(folders[0] / "a.png", np.zeros((40, 60, 3)), metadata={"Software": "Painter 3.11"})
+    assert compare(*folders)[0].fails
+
+
+def test_numbers_that_are_not_four_words_a_row_are_no_failure_of_the_program():
+    assert differing_numbers(b"panel,series\n\n\xff", b"panel,series\n\n\xff") == ""
+    assert differing_numbers(b"panel,series\n", b"") == '"series" in panel panel has 0 points, not 1'
 
 
 def test_the_tolerance_is_a_fraction_of_a_grey_level():
@@ -154,6 +205,21 @@ def test_the_command_draws_from_the_artefacts_that_lie_there(ran):
     code, _, errors = toy.command("figures", "--check")
     assert code == 2 and errors.startswith("note: not current: bounce (results/bounce.h5 is missing)")
     assert errors.endswith("error: results/bounce.h5 is not there yet; make it with: bipedstudy run-all\n")
+
+
+def test_current_figures_are_not_drawn_anew_to_compare_them_with_others(ran):
+    shutil.copytree(ran.root / "results/figures", ran.root / "others")
+    undrawn = "from pipeline.report import figures; figures.draw = None; "
+    check = ("figures", "--check", "--against", "others")
+    assert ran.command(*check, before=undrawn)[1].startswith("1 files, 0 differ")
+    (ran.root / "others/two.svg").write_text("another")
+    code, out, _ = ran.command(*check, before=undrawn)
+    assert code == 1 and out.startswith("two.svg is no longer drawn")
+    assert ran.command("figures", "--check", before=undrawn)[0] == 1, "which draws"
+    (ran.root / "results/figures/one.svg").write_text("by hand")
+    assert ran.command(*check, before=undrawn)[0] == 1, "as they are not current"
+    (ran.root / "others/two.svg").unlink()
+    assert ran.command(*check)[1].startswith("1 files, 0 differ")
 
 
 def test_stale_stages_are_named_before_figures_are_compared(ran):
