@@ -28,7 +28,8 @@ from pipeline.stage_modules import home_of, importable, result_class, stage_modu
 class Study:
     """Where everything is. `settings` are the texts given to `--set`, `asked` those given to requests, by name.
 
-    A `borrowed` study is not the user's: it was taken because there is none around the working folder.
+    `cache` is one of another results folder, which is read as well. A `borrowed` study is not the user's: it was taken
+    because there is none around the working folder.
     """
 
     root: Path
@@ -38,6 +39,7 @@ class Study:
     package: str = "stages"
     asked: tuple[tuple[str, str], ...] = ()
     borrowed: bool = False
+    cache: Path | None = None
 
     @cached_property
     def graph(self) -> Graph:
@@ -47,7 +49,7 @@ class Study:
     @cached_property
     def store(self) -> Store:
         """The cache of the results folder. Raises `StudyError` if a link stands where this program writes."""
-        return Store(self.results, {stage.name: stage.outs for stage in self.graph.stages.values()})
+        return Store(self.results, {stage.name: stage.outs for stage in self.graph.stages.values()}, self.cache)
 
     @cached_property
     def code_root(self) -> Path:

@@ -79,11 +79,12 @@ class Entry:
 class Store:
     """The cache of one results folder. `outs` maps each stage to the paths that dvc.yaml lists as its outs.
 
-    Raises `StudyError` if a link stands in place of a folder that this program writes to.
+    What it lacks is taken from the cache `shared`, if there is one, in which nothing is written. Raises `StudyError`
+    if a link stands in place of a folder that this program writes to.
     """
 
-    def __init__(self, results: Path, outs: Mapping[str, tuple[str, ...]]) -> None:
-        self.results, self.outs = results, outs
+    def __init__(self, results: Path, outs: Mapping[str, tuple[str, ...]], shared: Path | None = None) -> None:
+        self.results, self.outs, self.shared = results, outs, shared
         self.folder = results / ".cache"
         for path in (self.folder, self.folder / CURRENT, self.folder / QUESTIONS, results / SWEEPS / ".cache",
                      *(results / name for name in OWN)):  # fmt: skip
@@ -93,7 +94,15 @@ class Store:
 
     def entry(self, key: str) -> Entry | None:
         """The entry of this key, or None if there is none, its manifest is damaged, or names what is no out."""
-        return _entry(disk.read(self.folder / key / _MANIFEST, disk.MEMO), key)
+        return self._found(key)[1]
+
+    def _found(self, key: str) -> tuple[Path, Entry | None]:
+        """The folder with an entry's files, and the entry."""
+        for cache in (self.folder, *([self.shared] if self.shared else [])):
+            entry = _entry(disk.read(cache / key / _MANIFEST, disk.MEMO), key)
+            if entry is not None:
+                return cache / key, entry
+        return self.folder / key, None
 
     def new_folder(self, key: str) -> Path:
         """An empty folder in which a worker makes the files of `key`."""
@@ -144,15 +153,17 @@ class Store:
         found = self.entry(record["key"]) if record and record["complete"] else None
         return self.arrived(stage) if found is None else found
 
-    def arrived(self, stage: str) -> Entry | None:
-        """The entry that a stage's artefact in the results folder tells of, if all its files hold what it says.
-
-        Its time is not known, and 0.
+    def arrived(self, stage: str, key: str = "") -> Entry | None:
+        """The entry (of a `key`) that a stage's artefact in the results folder tells of, if all its files hold what it
+        says, and it is not known that they were half replaced. Its time is not known, and 0.
         """
+        record = self._last(stage)
+        if record and not record["complete"]:
+            return None
         own = f"{_RESULTS}{stage}.h5"
         with contextlib.suppress(OSError, ArtefactError, *_ILL_FORMED):
             content = disk.read(self.place(own), disk.ARTEFACT)
-            if content is None:
+            if content is None or key.encode() not in content:
                 return None
             from pipeline.cache import artefact  # with h5py, which takes its time
 
@@ -170,11 +181,11 @@ class Store:
 
     def take_in(self, entry: Entry) -> None:
         """Keep an entry that arrived as one that was computed here; where nothing can be written it stays as it is."""
-        record = self._last(entry.stage)
-        if record and record["complete"] and record["key"] == entry.key:
+        record, stored = self._last(entry.stage), self.entry(entry.key) is not None
+        if stored and record and record["complete"] and record["key"] == entry.key:
             return
         with contextlib.suppress(OSError):
-            if self.entry(entry.key) is None:
+            if not stored:
                 folder = self.new_folder(entry.key)
                 for path, out in entry.outs.items():
                     disk.write(folder / path, _checked(self.place(path), out))
@@ -201,7 +212,8 @@ class Store:
         Files of the stage's earlier results that the entry has not are removed. Raises `StudyError` if a link on the
         way to one of these files leads out of the folder (nothing is copied).
         """
-        stored = {path: self.folder / entry.key / path for path in entry.outs}
+        folder, _ = self._found(entry.key)
+        stored = {path: folder / path for path in entry.outs}
         if not all(_is_as_made(stored[path], out) for path, out in entry.outs.items()):
             return False
         fresh = [path for path, out in entry.outs.items() if not _is_as_made(self.place(path), out)]

@@ -91,8 +91,23 @@ def requests(function: Command) -> Command:
     return command
 
 
+def cached(function: Command) -> Command:
+    """`--cache`; the command gets a `Study` that takes stored results from there too."""
+
+    @click.option("--cache", metavar="DIR", type=click.Path(exists=True, file_okay=False, path_type=Path),
+                  help="Take results from the cache of this results folder too; it is only read.")
+    @functools.wraps(function)
+    def with_cache(found: Study, cache: Path | None, **options: Any) -> Any:
+        hidden = cache and cache.absolute() / ".cache"
+        shared = hidden if hidden and hidden.is_dir() else cache and cache.absolute()
+        return function(dataclasses.replace(found, cache=shared), **options)
+
+    return with_cache
+
+
 def running(function: Command) -> Command:
-    """`--jobs`, `--force`, `--dry-run`, `--wait`, `-v`: how stages are run."""
+    """`--cache`, `--jobs`, `--force`, `--dry-run`, `--wait`, `-v`: how stages are run."""
+    function = cached(function)
     for option in (
         click.option(
             "--jobs", "-j", metavar="N", type=click.IntRange(min=1), help="Stages side by side (default: cores)."

@@ -32,6 +32,7 @@ _IN_CACHE = {"restorable": "in cache"}
 
 @click.command("status", epilog=options.examples("status"))
 @options.own_study
+@options.cached
 @options.answers
 def status(study: Study, form: options.Form) -> None:
     """Say which stages are current, and why the others are not. Runs nothing."""

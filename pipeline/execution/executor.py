@@ -72,7 +72,7 @@ class Planner:
         store = self.study.store
         key, last = fingerprint.key(parts), store.current(name)
         entry = last if last is not None and last.key == key else store.entry(key)
-        if entry is None and (arrived := store.arrived(name)) is not None and arrived.key == key:
+        if entry is None and (arrived := store.arrived(name, key)) is not None and arrived.key == key:
             last = entry = arrived
         if last is None:
             present = [out for out in stage.outs if store.place(out).exists()]

@@ -44,6 +44,9 @@ def test_edited_code_and_files_without_a_history_are_said(done):
     done.edit("PACKAGE/bounce/run.py", "contact_stiffness)", "contact_stiffness * 1.02)")
     assert f"bounce ({done.package}/bounce/run.py changed)" in said(done, "bounce")
     shutil.rmtree(done.root / "results/.cache")
+    assert said(done, "fall") == "" and together(done.study(), ["fall"]), "it says that itself"
+    with open(done.root / "results/fall.h5", "ab") as file:
+        file.write(b"x")
     assert "results/fall.h5 is there, but nothing says how it was made" in said(done, "fall")
     assert not together(done.study(), ["fall"])
 
