@@ -34,7 +34,7 @@ _INDENT = 12
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim in four parts: what is said and implied, what is measured, the verdict, its causes."""
+    """A claim: what is said (`plain` without terms) and implied, what is measured, the verdict, its causes."""
 
     id: str
     section: str
@@ -48,6 +48,7 @@ class Claim:
     numbers: list[str] = field(default_factory=list)
     beside: str = ""
     figures: list[str] = field(default_factory=list)
+    plain: str = ""
 
     @property
     def full_verdict(self) -> str:
@@ -61,6 +62,7 @@ class Claim:
 
     def parts(self) -> Iterator[tuple[str, str]]:
         """The parts with their names, in the order in which they are read; what is empty is left out."""
+        yield from [("in short", self.plain)] if self.plain else ()
         yield "says", f'"{self.words}" ({self.section})'
         yield "implies", self.implies
         yield "measured", self.measured
@@ -82,10 +84,14 @@ class Claims:
     tables: list[dict[str, Any]] = field(default_factory=list)
     level: str = levels.DEFAULT
 
+    def key(self) -> list[tuple[str, str]]:
+        """The verdicts that occur, counted, in words, and how each looks."""
+        counts = Counter(claim.verdict for claim in self.claims)
+        return [(f"{counts[one]} {words}", style) for one, (words, style) in VERDICTS.items() if counts[one]]
+
     def counted(self) -> str:
         """The verdicts that occur, counted, in words."""
-        counts = Counter(claim.verdict for claim in self.claims)
-        many = [f"{counts[verdict]} {words}" for verdict, (words, _) in VERDICTS.items() if counts[verdict]]
+        many = [words for words, _ in self.key()]
         at = "" if self.level == levels.DEFAULT else f" at accuracy {self.level}"
         return f"{len(self.claims)} claims{at}: {', '.join(many)}."
 

@@ -11,7 +11,8 @@ import base64
 import contextlib
 import dataclasses
 import json
-from collections.abc import Collection, Iterator, Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -68,7 +69,9 @@ class Content:
     """Everything the page shows. `stages` and `parameters` are rows by column name, `missing` are stages without a
     result, and why.
 
+    `about` stands below the title; `answers` are rows of question, answer, errors and means, for the first screen.
     `figures` are rows too: name, title and text, and either `picture`, an address of data, or `fragment` of a page;
+    `pieces`, boxes of left, top, width, height: first the whole picture, then those that a narrow page shows;
     `data`, files beside the page by name and path (numbers, a picture for print, the results shown); `claims` that it
     shows something of. One that `opens` stands first on the page, one that is `beside_parameters` above their table.
     """
@@ -81,6 +84,9 @@ class Content:
     parameters: dict[str, list[Row]]
     versions: dict[str, str]
     missing: dict[str, str]
+    about: str = ""
+    answers: Sequence[Row] = ()
+    claims_first: bool = False
 
     def shown_in(self, claim: str) -> list[Row]:
         """Figures that show something of a claim."""
@@ -123,7 +129,7 @@ def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mappi
     parts = [
         [(entry.key, entry.seconds if with_times else 0, entry.summary if entry.refused else "")
          for entry in made.values()],
-        dict(stale), *(disk.digest(disk.read(path) or b"") for path in files),
+        study.params.parent.name, dict(stale), *(disk.digest(disk.read(path) or b"") for path in files),
     ]  # fmt: skip
     return disk.digest(json.dumps(parts).encode())[:32]
 
@@ -170,6 +176,14 @@ def address(picture: bytes | None) -> str:
     return "" if picture is None else "data:image/png;base64," + base64.b64encode(picture).decode()
 
 
+def pieces(picture: bytes) -> list[list[float]]:
+    """Boxes of a PNG that says into which pieces a narrow page may cut it, as `Content` has them, or the whole."""
+    found = re.search(rb"tEXtpieces\0([-\d. ;]*;)", picture[:4096])
+    size = " ".join(str(int.from_bytes(picture[place : place + 4], "big") / 100.0) for place in (16, 20))
+    whole, *rest = (found[1].decode() if found else size).strip(";").split(";")
+    return [[float(number) for number in box.split()] for box in (f"0 0 {whole}", *rest)]
+
+
 def undrawn(study: Study) -> list[str]:
     """A sentence for each figure that the captions have and the results have not: its reason is its caption.
 
@@ -198,7 +212,10 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
     return Content(
         claims=claims.read(study) if CLAIMS in files else Claims(),
         figures=list(_figures(files, words, {path for entry in there for path in entry.outs})),
-        title=str(words.get("title", "Report")),
+        title=str(words.get("title", "Report")).replace("{study}", study.params.parent.name),
+        about=str(words.get("about", "")),
+        answers=words.get("answers") or (),
+        claims_first=bool(words.get("claims_first", True)),
         synthetic=str(words.get("synthetic", "")),
         stages=[_provenance(entry, with_times) for entry in there],
         parameters={file: list(_parameters(study, file, values)) for file, values in sorted(parameters.items())},
@@ -242,6 +259,7 @@ def _figures(files: Mapping[str, bytes], words: Mapping[str, Any], outs: Collect
         yield {
             "name": name, "title": caption.get("title", name), "text": caption.get("text", ""),
             "picture": address(files[path]) if path.endswith(".png") else "",
+            "pieces": pieces(files[path]) if path.endswith(".png") else (),
             "fragment": files[path].decode() if path.endswith(".html") else "",
             "claims": caption.get("claims", ()), "data": list(_data(name, caption.get("shows", ()), outs)),
             **{key: bool(caption.get(key, False)) for key in PLACES},

@@ -34,6 +34,7 @@ class Claim:
 
     id: str = quantity("-", "short name")
     section: str = quantity("-", "where the paper says it")
+    plain: str = quantity("-", "what it says, in one sentence without its terms")
     words: str = quantity("-", "the paper's words")
     implies: str = quantity("-", "the quantity and limit that they imply")
     measured: str = quantity("-", "what this study computes")
@@ -56,6 +57,7 @@ class Result:
     determinants: dict[str, Determinants] = quantity("-", "determinants of gait, by model")
     digits: dict[str, Digits] = quantity("-", "what rounded parameters leave open of each model's gait")
     biped: BipedSummary = quantity("-", "what the study says of this biped")
+    another: tuple[str, ...] = quantity("-", "in what this is another biped than the paper's; none: it is the paper's")
     claims: tuple[Claim, ...] = quantity("-", "the paper's claims")
     level: str = quantity("-", "accuracy of the study")
     files: dict[str, bytes] = quantity("-", "the claims, by path in the results folder")

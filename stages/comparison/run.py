@@ -15,7 +15,7 @@ from typing import Any
 
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import require
-from stages.comparison.claims.judge import judge
+from stages.comparison.claims.judge import another_biped, judge
 from stages.comparison.claims.numerics import constraints_reduce_effort
 from stages.comparison.claims.paper import FREQUENCY_HZ
 from stages.comparison.claims.verdict import DOES_NOT_APPLY, mm
@@ -74,7 +74,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     claims = judge(e, Evidence(parameters, inputs.looser) if inputs.looser else None)
     tables = tables_of(biped, determined, digits)
     files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, claims), level, biped)}
-    return Result(models, twin, measured, score, determined, digits, biped, claims, level, files)
+    another = another_biped(parameters)
+    return Result(models, twin, measured, score, determined, digits, biped, another, claims, level, files)
 
 
 def determinants(e: Evidence) -> dict[str, Determinants]:

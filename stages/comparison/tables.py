@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import fields
@@ -9,6 +10,8 @@ from typing import Any
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 
+#: Millimetres and milliseconds below this are none to a reader.
+LEAST = 1e-3
 #: Units that tables show instead of SI ones: factor and name.
 SHOWN = {"m": (1e3, "mm"), "s": (1e3, "ms")}
 
@@ -20,5 +23,21 @@ def side_by_side(title: str, columns: Mapping[str, Any]) -> Table:
         factor, unit = SHOWN.get(field.metadata["unit"], (1.0, field.metadata["unit"]))
         values = (factor * float(getattr(one, field.name)) for one in columns.values())
         name = field.metadata["description"] + ("" if unit == "1" else f" [{unit}]")
-        rows.append((name, *(f"{value:.4g}" if math.isfinite(value) else "" for value in values)))
+        rows.append((name, *(in_digits(value, LEAST if factor != 1.0 else 0.0) for value in values)))
     return title, ("", *columns), rows
+
+
+def in_digits(value: float, least: float) -> str:
+    """A number in the digits that people read; what is smaller than `least` only as that."""
+    if 0.0 < abs(value) < least:
+        return f"< {least:g}"
+    return "" if not math.isfinite(value) else f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+
+
+def as_yaml(what: str, parts: Mapping[str, Any]) -> bytes:
+    """What a stage generated as YAML, entries of lists in lines of their own. JSON is YAML."""
+    lines = [f"# Generated: {what}."]
+    for name, value in parts.items():
+        entries = [f"- {json.dumps(each, ensure_ascii=False)}" for each in value] if isinstance(value, list) else []
+        lines += [f"{name}:", *entries] if entries else [f"{name}: {json.dumps(value, ensure_ascii=False)}"]
+    return ("\n".join(lines) + "\n").encode()

@@ -24,6 +24,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from stages.drawing.drawn_numbers import as_csv
+from stages.drawing.panels import pieces
 
 #: Okabe and Ito's palette, one colour a source.
 ANALYTIC, MULTIBODY, TWIN, MEASURED, GROUND = "#0072B2", "#D55E00", "#000000", "#999999", "#8C6D46"
@@ -136,13 +137,15 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
         yield
 
 
-def in_few_colours(picture: Image.Image) -> bytes:
+def in_few_colours(picture: Image.Image, pieces: str = "") -> bytes:
     """A picture as PNG with the 256 colours that fit it best: a quarter of the size, and no difference to be seen.
 
-    It says which Matplotlib drew it, as each sets text in its own way.
+    It says which Matplotlib drew it, as each sets text in its own way, and its `pieces` for a narrow page.
     """
     buffer, about = io.BytesIO(), PngInfo()
     about.add_text("Software", f"Matplotlib {matplotlib.__version__}")
+    if pieces:
+        about.add_text("pieces", pieces)
     few = picture.convert("RGB").quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     few.save(buffer, "png", compress_level=6, pnginfo=about)
     return buffer.getvalue()
@@ -175,7 +178,7 @@ def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True, said: str
         figure.savefig(buffer, format="png" if said else "rgba", dpi=dpi, bbox_inches=box)
         size = figure.canvas.get_width_height()
         drawn = Image.open(buffer) if said else Image.frombytes("RGBA", size, buffer.getvalue())
-        files[f"figures/{name}.png"] = in_few_colours(drawn)
+        files[f"figures/{name}.png"] = in_few_colours(drawn, "" if said else pieces(figure))
         if pdf:
             buffer = io.BytesIO()
             nameless = {"CreationDate": None, "Producer": None, "Creator": None}

@@ -23,9 +23,9 @@ from stages.analytic.model.walker import Vector
 from stages.biped.processes import Progress, ignore
 from stages.model_error.designs import NUMBERS, kind, numbers
 from stages.model_error.measures import NAMES
-from stages.model_error.miss import COVERED, Learnt, Miss
+from stages.model_error.miss import Learnt, Miss
 from stages.model_error.parameters import Parameters
-from stages.model_error.result import PENALTY, SHARED, TWIN
+from stages.model_error.result import EVEN, PENALTY, SHARED, TWIN, WIDTH
 from stages.model_error.run import design_of
 from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung
 
@@ -33,10 +33,6 @@ if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import GaitTangents
 
 MULTIPLIER = NAMES.index("multiplier")
-#: A half width that covers so much of a normal distribution is so many of its standard deviations.
-WIDTH = float(norm.ppf(0.5 + 0.5 * COVERED))
-#: The digits of a parameter leave it anywhere between its edges: standard deviation over half width.
-EVEN = 1.0 / math.sqrt(3.0)
 #: Names of the measures that the constraint model's derivatives have.
 DERIVED = {"period": "period_s", "step_frequency": "period_s", "step_length": "step_length_m", "speed": "speed_m_s"}
 #: A probability of so little more stays as it is: a dearer rung would not change what is decided.

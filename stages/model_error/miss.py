@@ -13,12 +13,10 @@ import numpy as np
 from scipy.stats import t as student
 
 from stages.model_error.designs import FITTED
-from stages.model_error.result import PENALTY, SHARED, TWIN, Result
+from stages.model_error.result import COVERED, PENALTY, SHARED, TWIN, Result
 
 #: Prior sizes of the slopes over the spread of the misses; leaving one out decides among them.
 PRIORS = (0.0, 0.1, 0.3, 1.0, 3.0)
-#: Probability that a stated error holds, if misses are normal.
-COVERED = 0.95
 #: Half width that a number of all draws alike is given, as a share of its size.
 ALIKE = 0.25
 #: Fewest draws from which a spread is told.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
@@ -18,6 +19,11 @@ PENALTY, TWIN = 2, 3
 #: Processor time [s] of a gait by each at its first tolerance, the median of drawn designs on one machine. They order
 #: the rungs, and are told.
 PRICES = 0.05, 0.06, 0.2, 1.5
+#: Probability that a stated error holds, if misses are normal, and how many standard deviations such an error is.
+COVERED = 0.95
+WIDTH = NormalDist().inv_cdf(0.5 + 0.5 * COVERED)
+#: The digits of a parameter leave it anywhere between its edges: standard deviation over half width.
+EVEN = 1.0 / 3.0**0.5
 
 
 @dataclass(frozen=True)
@@ -37,8 +43,8 @@ class Result:
         "-", "what the solver's error leaves of them, from a second search at ten times the tolerance",
         dimensions=("rung", "design", "measure"))
     at_the_design: np.ndarray = quantity(
-        "-", "errors of the measures at the study's own design: what the solver leaves, the median of the draws, and "
-        "what the model misses beside its bias; shares, but of multipliers",
+        "-", "errors of the measures at the study's own design: what the solver leaves, the median of the draws; the "
+        "model's bias, by which an answer is corrected; what the model may miss beside it; shares, but of multipliers",
         dimensions=("rung", "measure", "part"))
     without_gait: tuple[str, ...] = quantity("-", "designs of which a rung has no gait, and why")
 
@@ -73,7 +79,7 @@ class Result:
                                                                "designs"), rows),
             ("What solver and model leave of a measure at the study's own design",
              ("model", *(f"{name} [{'of it' if share else '1'}]" for name, _, share in MEASURES)),
-             [[name, *(float(shown(float(whole))[0]) for whole in self.at_the_design[rung].sum(axis=1))]
+             [[name, *(float(shown(float(whole))[0]) for whole in self.at_the_design[rung][:, (0, 2)].sum(axis=1))]
               for rung, name in enumerate(MODELS)]),
             ("Designs without a gait", ("why",), [[why] for why in self.without_gait]),
         ]  # fmt: skip

@@ -49,7 +49,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         without += [f"design {number + 1}: {reason}" for reason in reasons]
         twins -= not np.isnan(values[number, TWIN, 0])
     known = np.array([numbers(design) for design in drawn])
-    nothing = np.full((len(RUNGS), len(MEASURES), 2), np.nan)
+    nothing = np.full((len(RUNGS), len(MEASURES), 3), np.nan)
     result = Result(settings.seed, kind(base), known, values.swapaxes(0, 1), errors.swapaxes(0, 1), nothing,
                     tuple(without))  # fmt: skip
     return dataclasses.replace(result, at_the_design=left_at(result, numbers(base)))
@@ -92,10 +92,12 @@ def further_draws(parameters: Parameters, count: int) -> list[Design]:
 
 
 def left_at(result: Result, own: np.ndarray) -> np.ndarray:
-    """What the solver (the median of the draws) and the model leave of each measure at a design of these numbers."""
+    """What the solver leaves of each measure (median of the draws), the model's known miss, what it may miss beside."""
     learnt = Learnt(result)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of a rung without any gait
         solver = np.nanmedian(np.where(SHARED, result.solver_errors / result.values, result.solver_errors), axis=1)
-    model = [[learnt.at(rung, measure, own).error for measure in range(len(MEASURES))] for rung in range(len(RUNGS))]
-    return np.stack([solver, np.array(model)], axis=-1)
+    misses = [[learnt.at(rung, measure, own) for measure in range(len(MEASURES))] for rung in range(len(RUNGS))]
+    model = np.array([[(each.bias, each.error) for each in one] for one in misses])
+    model[..., 0] = np.where(SHARED, np.expm1(model[..., 0]), model[..., 0])
+    return np.concatenate([solver[..., None], model], axis=-1)

@@ -28,9 +28,10 @@ from stages.analytic.phases.impact import (
 from stages.analytic.phases.motion import DOUBLE_STANCE, HOVERING, SINGLE_STANCE, SLIDING_BACK, SLIDING_FORWARD
 from stages.analytic.phases.section import section_state
 from stages.analytic.run import run
+from stages.analytic.walk.on_a_ramp import on_a_ramp
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
-from stages.analytic.walk.validity import dense_states, on_a_ramp
+from stages.analytic.walk.validity import dense_states
 from stages.ground.friction_coefficients import Friction
 from tests.analytic.designs import (
     FRICTION,

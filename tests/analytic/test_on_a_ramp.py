@@ -9,7 +9,7 @@ import pytest
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.result import Validity
-from stages.analytic.walk.validity import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
+from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
 

@@ -8,9 +8,10 @@ import pytest
 from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.phases.section import section_state
 from stages.analytic.run import without_impact
+from stages.analytic.walk.on_a_ramp import on_a_ramp
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
-from stages.analytic.walk.validity import assess, friction_used, on_a_ramp
+from stages.analytic.walk.validity import assess, friction_used
 
 
 @pytest.fixture(scope="module")

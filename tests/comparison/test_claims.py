@@ -215,6 +215,13 @@ def test_rounding_is_told_no_finer_than_the_reference_is_sure():
         assert judged(PARAMETERS, of(tight, error=error, before=1e-12, doubt=5e-13)).verdict == verdict
 
 
+def test_each_claim_begins_with_a_sentence_in_plain_words():
+    for name, one in judge.STATEMENTS.items():
+        assert one.plain.endswith(".") and len(one.plain.split()) <= 25 and ";" not in one.plain, name
+    short = shown.Claim("a", "1", "b", "c", "d", "open", "", [], [], plain="Short.")
+    assert shown.as_text(short, 80).splitlines()[1] == "  in short  Short."
+
+
 def test_the_models_of_the_tradeoff_are_called_what_it_calls_them():
     assert (numerics.ROLLING, numerics.PENALTY) == (constraint_ways.ROLLING, penalty_ways.PENALTY)
 

@@ -79,6 +79,13 @@ def test_what_a_gait_does_not_tell_stays_empty():
     assert of_walk(make_walk(steps=2), RADIUS, 0.333, 9.81).speed_variation != 0, "NaN"
 
 
+def test_a_table_has_numbers_for_people():
+    found = Determinants(step_frequency=12345.6, step_length=5e-14, froude_number=5e-14, foot_clearance=0.0)
+    rows = dict(side_by_side("title", {"one": found})[2])
+    assert (rows["step frequency [Hz]"], rows["step length [mm]"]) == ("12346", "< 0.001")
+    assert rows["largest clearance of the swing foot [mm]"] == "0"
+
+
 def test_the_gait_turns_with_the_velocity_and_the_factor_at_which_it_changes_most():
     lengths = {"stiction_velocity": (0.1616, 0.16, 0.1568), "friction_velocity": (0.16, 0.16, 0.16)}
     rows = [FrictionVariation(key, factor, 0.48, length)

@@ -113,7 +113,8 @@ def ways():
 def misses():
     """Made-up errors of four models: the dearer, the smaller; the last one's is its solver's alone."""
     none = np.zeros((4, 12, 5))
-    left = np.array([[[1e-8, 0.04], [1e-8, 0.003], [2e-7, 5e-6], [1e-7, 0.0]]]).repeat(5, axis=0).swapaxes(0, 1)
+    of_each = np.array([[[1e-8, -0.01, 0.04], [1e-8, -0.01, 0.003], [2e-7, 0.0, 5e-6], [1e-7, 0.0, 0.0]]])
+    left = of_each.repeat(5, axis=0).swapaxes(0, 1)
     return ModelError(1, "made up", np.ones((12, 3)), none, none, left, ())
 
 

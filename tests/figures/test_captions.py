@@ -14,11 +14,12 @@ import yaml
 from stages.biped import processes
 from stages.comparison.claims.judge import STATEMENTS
 from stages.comparison.stride import NoEvidence
+from stages.comparison.tables import as_yaml
 from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
 from stages.figures.entry import Inputs
 from stages.figures.result import Caption
-from stages.figures.run import as_yaml, synthetic
+from stages.figures.run import synthetic
 from tests.comparison.made_up import make_agreement
 from tests.figures.made_up_results import analytic, comparison, given, parameters, results
 from tests.figures.made_up_results import drawn as made_up_figure
@@ -114,10 +115,10 @@ def test_a_figure_that_fails_leaves_its_reason_and_the_account_of_what_was_not_f
 
 def test_captions_survive_yaml():
     one = Caption("a", 'quotes " and: colons', "µ ≤ 3 # no comment", ("b",), True, False, ("twin",))
-    read = yaml.safe_load(as_yaml([one], "line\nbreak"))
+    first = {"title": "a title: one", "synthetic": "line\nbreak", "answers": [{"answer": "ä # no comment"}]}
+    read = yaml.safe_load(as_yaml("a test", {**first, "figures": [vars(one)]}))
     assert read == {
-        "title": run.TITLE,
-        "synthetic": "line\nbreak",
+        **first,
         "figures": [
             {"name": "a", "title": 'quotes " and: colons', "text": "µ ≤ 3 # no comment", "claims": ["b"], "opens": True,
              "beside_parameters": False, "shows": ["twin"]}
@@ -128,6 +129,8 @@ def test_captions_survive_yaml():
 def test_the_stage_draws_all_in_their_places_with_captions_beside(monkeypatch):
     monkeypatch.setattr(run, "NAMES", ("extremes", "figure_04_normal_force", "gait_animation"))
     monkeypatch.setattr(processes.os, "cpu_count", lambda: 1)
+    monkeypatch.setattr(run, "answers", lambda inputs: ())
+    monkeypatch.setattr(run, "title", lambda parameters: {"title": "a title"})
     said = []
     made = run.run(parameters(), SimpleNamespace(**results()), lambda share, what: said.append(share))
     assert [caption.name for caption in made.captions] == ["gait_animation", "figure_04_normal_force", "extremes"]

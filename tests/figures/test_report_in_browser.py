@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 
+import matplotlib.pyplot as plt
 import pytest
 
 from pipeline.commands.claims import VERDICTS, Claim, Claims
 from pipeline.report import page as page_of
+from stages.drawing import style
 from tests.comparison.made_up import make_walk
 from tests.figures import browser
 from tests.figures.made_up_results import drawn, twin
@@ -25,15 +27,22 @@ def page(tmp_path_factory):
     faster.walk = make_walk(speed=0.31)
     fragment = drawn("gait_animation", twin=faster)
     words = "1 < 2 & <b>more</b>"
-    claims = [Claim(f"{verdict}", "1.2", words, "1 < 2", "x" * 200, verdict, "", ["made up"], ["a.b 1"])
+    claims = [Claim(f"{verdict}", "1.2", words, "1 < 2", "x" * 200, verdict, "", ["made up"], ["a.b 1"], plain="Plain.")
               for verdict in VERDICTS]  # fmt: skip
     table = {"title": "Table", "columns": ["", "one", "two"], "rows": [["a row", "1.0", ""]]}
     row = {"name": "analytic", "summary": "walks", "key": "0" * 32, "seconds": "1.0", "size": "1.00", "inputs": ""}
-    captions = {"figures": [{"name": "gait_animation", "title": "Gait", "text": "made up"}]}
-    figures = list(page_of._figures({"results/figures/gait_animation.html": fragment.encode()}, captions, ()))
+    captions = {"figures": [{"name": "gait_animation", "title": "Gait", "text": "made up"},
+                            {"name": "wide", "title": "Wide", "text": "a wide one"}]}  # fmt: skip
+    with style.drawing():
+        picture = style.pictures("wide", plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 2.0))[0], 80, pdf=False)
+    files = {"results/figures/gait_animation.html": fragment.encode(),
+             "results/figures/wide.png": picture["figures/wide.png"]}  # fmt: skip
+    figures = list(page_of._figures(files, captions, ()))
+    answers = [{"question": "Does it walk?", "answer": "Yes.", "errors": "solver 1 %", "means": "Build it."}]
     content = page_of.Content(
         Claims(claims, ["One sentence."], [table]), figures, "A report", "All of it.", [row],
         {"biped": [{"key": "hip_mass", "value": "0.3", "unit": "kg", "source": "made up"}]}, {"python": "3"}, {},
+        answers=answers,
     )  # fmt: skip
     (folder / "report.html").write_bytes(page_of.html(content, "seal", "1", {}))
     opened = browser.Page((folder / "report.html").as_uri(), folder / "profile")
@@ -60,9 +69,19 @@ def test_every_claim_has_a_place_in_the_strip_of_verdicts(page):
     strip = "[...document.querySelectorAll('.strip a')]"
     widths = page.value(strip + ".map(part => part.getBoundingClientRect().width)")
     assert min(widths) > 10 and max(widths) - min(widths) < 1
-    said = page.value("document.querySelector('header').innerText")
-    assert f"{count} claims: 1 hold" in said
+    assert f"{count} claims: 1 hold" in page.value("document.getElementById('claims').nextElementSibling.innerText")
+    key = page.value("[...document.querySelectorAll('.key li')].map(one => one.innerText.trim())")
+    assert key == [f"1 {words}" for words, _ in VERDICTS.values()]
     assert page.value(strip + ".every(part => document.getElementById(part.getAttribute('href').slice(1)))")
+
+
+def test_the_first_screen_answers_and_each_figure_is_one_click_from_it(page):
+    assert page.value("document.querySelector('.answers').getBoundingClientRect().bottom") < 900
+    assert "Does it walk?" in page.value("document.querySelector('.answers').innerText")
+    links = page.value("[...document.querySelectorAll('header a')].map(one => one.getAttribute('href').slice(1))")
+    assert {"gait_animation", "wide", "claims", "numbers"} <= set(links)
+    assert all(page.value(f"document.getElementById('{place}') !== null") for place in links)
+    assert page.value("document.querySelector('.cards td[data-name=said]').innerText.startsWith('Plain.')")
 
 
 def test_the_animation_plays_by_key_and_by_button_and_stops(page):
@@ -113,6 +132,7 @@ def test_dark_and_light(page, scheme, is_dark):
     )
     assert (brightness < 200) == is_dark
     page.until("document.querySelector('#gait .scene').clientWidth > 0")
+    assert ("invert" in page.value("getComputedStyle(document.querySelector('.picture svg')).filter")) == is_dark
     ink = page.value("getComputedStyle(document.getElementById('gait')).getPropertyValue('--line').trim()")
     assert ink == ("#eee" if is_dark else "#222")
 
@@ -122,7 +142,8 @@ def test_it_fits_a_phone(page):
     try:
         assert page.value("document.documentElement.scrollWidth") <= 390
         wide = page.value(
-            "[...document.querySelectorAll('main *')].filter(part => part.getBoundingClientRect().right > 391).length"
+            "[...document.querySelectorAll('main *:not(svg *)')]"
+            ".filter(part => part.getBoundingClientRect().right > 391).length"
         )
         assert wide == 0
         sizes = page.value(
@@ -131,6 +152,9 @@ def test_it_fits_a_phone(page):
         )
         assert min(sizes) >= 13
         assert page.value("getComputedStyle(document.querySelector('.cards td')).display") == "block"
+        pictures = "[...document.querySelectorAll('.picture svg')]"
+        shown = page.value(f"{pictures}.map(one => one.getBoundingClientRect().width)")
+        assert shown[0] == 0.0 and len(shown) == 3 and min(shown[1:]) > 300.0 and max(shown) < 370.0
     finally:
         page.resize(1200, 900)
 

@@ -86,7 +86,7 @@ def test_claims(ran):
     assert found["claims"] == [
         {"id": "force", "section": "1", "words": "one newton", "implies": "1 N", "measured": "4.905e+05 N",
          "verdict": "does not hold", "condition": "", "causes": ["it is another toy"],
-         "rests_on": ["ground.gravity 9.81"], "numbers": [], "beside": "", "figures": []}
+         "rests_on": ["ground.gravity 9.81"], "numbers": [], "beside": "", "figures": [], "plain": ""}
     ]  # fmt: skip
     assert found["headlines"] == ["it is a toy"] and found["tables"][0]["rows"] == [["weight", "2"]]
     lines = ran.command("claims")[1].splitlines()

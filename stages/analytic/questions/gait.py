@@ -72,7 +72,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
 def told(found: GaitReport, error: GaitError) -> tuple[list[str], dict[str, Any]]:
     """A gait in words and as JSON."""
-    from stages.analytic.walk.validity import on_a_ramp
+    from stages.analytic.walk.on_a_ramp import on_a_ramp
 
     judged = on_a_ramp(found.validity, found.gait.stable)
     own = {"limp": found.limp, "put_down": found.put_down}

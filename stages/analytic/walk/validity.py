@@ -24,7 +24,6 @@ from stages.analytic.result import ROUND_OFF, Validity
 from stages.analytic.walk.recording import Segment, in_single_stance, is_last, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.biped.between_steps import largest, quadrature, spans_above
-from stages.biped.quantity import quantity
 
 #: Times at which a phase is looked at first, in each of the integrator's steps.
 SAMPLES_PER_STEP = 6
@@ -247,51 +246,3 @@ def assess_step(walker: Walker, segments: list[Segment], friction: float) -> Val
         deepest_scuff_angle=float(deepest.at(np.array([when]))[0][0, 0]),
         feet_push_only=bool(min(least, landing[1]) >= -1e-9 and trailing[1] >= -1e-9),
     )
-
-
-WALKS, WALKS_IF, DOES_NOT = "walks", "walks if", "does not walk"
-
-
-@dataclass(frozen=True)
-class OnARamp:
-    """The verdict; `because` are the conditions of "walks if", or what speaks against it."""
-
-    verdict: str = quantity("-", "walks, walks if, or does not walk")
-    because: tuple[str, ...] = quantity("-", "conditions, or reasons why not")
-
-    @property
-    def sentence(self) -> str:
-        """The verdict with its conditions or reasons."""
-        if self.verdict == WALKS:
-            return f"{WALKS} on a plain ramp"
-        if self.verdict == WALKS_IF:
-            return f"{WALKS} on a plain ramp if {'; and '.join(self.because)}"
-        return f"{DOES_NOT} on a plain ramp: {'; '.join(self.because)}"
-
-
-def on_a_ramp(validity: Validity, stable: bool) -> OnARamp:
-    """Judge a gait by what it asks of the ground.
-
-    The model holds the foot that bears the robot whatever that takes: ground that cannot ends the gait. What it asks
-    under the trailing foot, which is about to leave, and below ground in mid-swing can be had in other ways.
-    """
-    there_is, pull = validity.friction_there_is * (1.0 + ROUND_OFF), min(0.0, validity.least_normal_force_stance)
-    alone, landing, trailing = (
-        validity.friction_single_stance, validity.impulse_friction_landing, validity.impulse_friction_trailing)
-    ground, pulled = f"the ground has {validity.friction_there_is:.3g}", validity.impulse_normal_trailing < 0.0
-    slips = trailing > there_is or validity.time_outside_cone > 0.0
-    against = (
-        (not stable, "a step enlarges what disturbs it"),
-        (pull < 0.0, f"the ground would have to pull the stance foot with {-pull:.3g} N"),
-        (alone > there_is, f"the stance foot needs friction {alone:.3g}, {ground}"),
-        (landing > there_is, f"the impulse on the landing foot needs friction {landing:.3g}, {ground}"))
-    conditions = (
-        (validity.deepest_scuff > 0.0, "it has stepping blocks or feet that retract, as the swing foot passes "
-         f"{1e3 * validity.deepest_scuff:.2g} mm below ground"),
-        (pulled, "the trailing foot may lift at heel strike, as the ground would have to pull it"),
-        (slips and not pulled, f"the trailing foot may slip, as the impulse there needs friction {trailing:.3g} and "
-         f"{ground}"))
-    for verdict, rows in ((DOES_NOT, against), (WALKS_IF, conditions)):
-        if because := tuple(sentence for holds, sentence in rows if holds):
-            return OnARamp(verdict, because)
-    return OnARamp(WALKS, ())

@@ -237,6 +237,7 @@ STATEMENTS = (
             "campaign.bare_runs",
         ),
         units={"kg": "mass turning", "m": "thickness longer longer_half"},
+        plain="Rubber under the feet makes the robot step more slowly, because it makes the legs longer.",
     ),
     Statement(
         "push_slows",
@@ -247,6 +248,7 @@ STATEMENTS = (
         push_slows,
         judge_push_slows,
         (*RUNS, "campaign.seed", "imu.skipped_steps"),
+        plain="How hard the robot is pushed at the start decides in part how fast it then steps.",
     ),
     Statement(
         "prototype_is_model",
@@ -257,5 +259,6 @@ STATEMENTS = (
         prototype_is_model,
         judge_prototype_is_model,
         (*RUNS, *CALIBRATION),
+        plain="The robot that was built has the masses and lengths of the model.",
     ),
 )

@@ -253,6 +253,7 @@ STATEMENTS = (
         ("analytic.tolerance", "analytic.transition"),
         units={"m/s": "slip descent"},
         method=True,
+        plain="If only accelerations are held, and nothing stops the landing foot, it slips or sinks into the ground.",
     ),
     Statement(
         "contact_set",
@@ -264,6 +265,7 @@ STATEMENTS = (
         judge_contact_set,
         STUDIED,
         units={"N": "default best beyond"},
+        plain="A springy ground that is a little stiffer or softer than usual pushes more like hard ground.",
     ),
     Statement(
         "contact_set_figure_8",
@@ -275,6 +277,7 @@ STATEMENTS = (
         judge_contact_set_figure_8,
         STUDIED,
         units={"m": "least creep_moves other", "m/s": "creep other_velocity", "N/mm^e": "stiffness"},
+        plain="With the ground stiffness that was chosen, both models move the hip alike.",
     ),
     Statement(
         "rolling_without_slip",
@@ -285,6 +288,7 @@ STATEMENTS = (
         rolling_without_slip,
         judge_rolling_without_slip,
         ("ground.static_friction", "analytic.transition"),
+        plain="The feet roll and never slip, because the ground has enough friction.",
     ),
     Statement(
         "friction_velocities",
@@ -296,5 +300,6 @@ STATEMENTS = (
         judge_friction_velocities,
         STUDIED,
         units={"m/s": "creep"},
+        plain="At which speeds friction passes from sticking to sliding does not matter for the walk.",
     ),
 )

@@ -211,6 +211,7 @@ STATEMENTS = (
         judge_hip_displacement,
         RESTS_ON,
         units={"m": "limit_step limit_cycle step two_steps cycle parts from_limit hardest"},
+        plain="On hard and on springy ground the hip takes the same path, to 0.3 mm.",
     ),
     Statement(
         "hip_velocity",
@@ -221,6 +222,7 @@ STATEMENTS = (
         judge_hip_velocity,
         RESTS_ON,
         units={"m/s": "limit_step limit_cycle step impact"},
+        plain="On hard and on springy ground the hip moves equally fast, to 5 mm/s.",
     ),
     Statement(
         "integration_tolerance",
@@ -231,5 +233,6 @@ STATEMENTS = (
         judge_integration_tolerance,
         (*RESTS_ON, "error_budget.paper_constraint_tolerance", "error_budget.paper_penalty_tolerance"),
         units={"m": "integration whole rest parts"},
+        plain="What the two models differ by comes from how exactly they were computed.",
     ),
 )

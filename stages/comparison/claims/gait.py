@@ -161,6 +161,7 @@ STATEMENTS = (
         multipliers_minimised,
         judge_multipliers_minimised,
         SOLVER,
+        plain="The design was chosen to be as stable as it can be.",
     ),
     Statement(
         "stable_gait",
@@ -170,6 +171,7 @@ STATEMENTS = (
         stable_gait,
         judge_stable_gait,
         (*SOLVER, *PLANAR),
+        plain="The robot walks down a slope of 2 degrees and recovers from small disturbances.",
     ),
     Statement(
         "chaos_amplifies",
@@ -180,6 +182,7 @@ STATEMENTS = (
         chaos_amplifies,
         judge_chaos_amplifies,
         ("analytic.steps", *SOLVER),
+        plain="A tiny difference between two computations can grow until they tell of quite different walks.",
     ),
     Statement(
         "step_frequency",
@@ -190,5 +193,6 @@ STATEMENTS = (
         judge_step_frequency,
         SOLVER,
         units={"Hz": "frequency rounding part", "deg": "slopes"},
+        plain="The robot takes 2.08 steps a second.",
     ),
 )

@@ -68,6 +68,7 @@ def judged(parameters: Parameters, measured: Measured, looser: Measured | None =
     return Claim(
         id=about.id,
         section=about.section,
+        plain=about.plain,
         words=about.words,
         implies=about.implies,
         measured=re.sub(r"[-+]?\bnan\b", "?", judgement.measured),  # a number that is not known

@@ -218,6 +218,7 @@ STATEMENTS = (
         judge_sensor_range,
         (*TWIN, "ground.contact_stiffness", "ground.contact_damping", "campaign.bandwidth_hz"),
         units={"g": "hip foot spread filtered", "deg/s": "rate", "s": "above period times"},
+        plain="The sensors can follow everything that happens to them in a walk.",
     ),
     Statement(
         "hip_path_drifts",
@@ -231,6 +232,7 @@ STATEMENTS = (
         (*RUNS, "campaign.acceleration_bias_sd", "campaign.angular_rate_gain_sd", "imu.foot_radius"),
         units={"m": "way twice step_length said twin simple", "rad": "angle"},
         method=True,
+        plain="Where the hip goes cannot be told well from accelerometers, because errors add up.",
     ),
     Statement(
         "measurement_encloses",
@@ -240,6 +242,7 @@ STATEMENTS = (
         encloses,
         judge_encloses,
         (*RUNS, *TWIN),
+        plain="The computed curves lie within the spread of what was measured.",
     ),
     Statement(
         "measurement_slower",
@@ -250,5 +253,6 @@ STATEMENTS = (
         judge_slower,
         (*RUNS, *TWIN),
         units={"Hz": "frequency twin lower upper"},
+        plain="The real robot steps a little more slowly than the models.",
     ),
 )

@@ -182,6 +182,7 @@ STATEMENTS = (
         RESTS_ON,
         units={"m": "error"},
         method=True,
+        plain="To treat the ground as rigid takes less computing than to treat it as a stiff spring.",
     ),
     Statement(
         "tight_tolerances_add_rounding",
@@ -194,6 +195,7 @@ STATEMENTS = (
         ("tradeoff.walked_steps",),
         units={"m": "error before"},
         method=True,
+        plain="Asking a solver for too much accuracy makes its result worse.",
     ),
     Statement(
         "stiff_solver",
@@ -204,5 +206,6 @@ STATEMENTS = (
         judge_stiff_solver,
         RESTS_ON,
         method=True,
+        plain="A solver for stiff equations suits this robot.",
     ),
 )

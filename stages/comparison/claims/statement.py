@@ -19,6 +19,7 @@ OF_ITS_ROW = "of its row"
 @dataclass(frozen=True)
 class Statement:
     """A sentence of the paper: where it stands, its words, the quantity and limit that they imply, and its judgement.
+    `plain` says it in one sentence that needs none of its terms.
 
     `measure` gives the numbers in the order in which `judge` takes them, after the limits of the comparison: each has
     the name that it has there. `rests_on` are the parameters, file.key, other than the biped's that they follow from;
@@ -35,6 +36,7 @@ class Statement:
     rests_on: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     method: bool = False
+    plain: str = field(kw_only=True)
 
     def measured(self, e: Evidence) -> Measured:
         """The numbers, or why there are none."""

@@ -224,6 +224,7 @@ STATEMENTS = (
         judge_twin_settles,
         RESTS_ON,
         units={"s": "first period"},
+        plain="The detailed model, started like the simple one, takes a few uneven steps and then walks evenly.",
     ),
     Statement(
         "ramp_length",
@@ -234,6 +235,7 @@ STATEMENTS = (
         judge_ramp_length,
         ("twin.block_length", "twin.expected_step", "twin.inertia"),
         units={"m": "step needed reach rolls block"},
+        plain="A ramp of 2 m with 11 sets of blocks has room for the walk.",
     ),
     Statement(
         "push_converges",
@@ -244,6 +246,7 @@ STATEMENTS = (
         judge_push_converges,
         (*RESTS_ON, "campaign.push_sd", *(f"twin_pushes.{key}" for key in PUSHES)),
         units={OF_ITS_ROW: "limits_of"},
+        plain="Pushed off by hand, the robot soon finds its walk.",
     ),
     Statement(
         "twin_like_simple",
@@ -255,5 +258,6 @@ STATEMENTS = (
         judge_twin_like_simple,
         RESTS_ON,
         units={"s": "details period"},
+        plain="The detailed and the simple model walk almost alike.",
     ),
 )

@@ -40,7 +40,7 @@ def panel(axes: Axes, result: Result, measure: int) -> None:
     """One measure; a model's own error is a floor, drawn as a line: no setting of its solver goes below it."""
     axes.set(xscale="log", yscale="log", ylim=(0.5 * PRICES[0], 3.0 * PRICES[-1]), xlim=(LEAST, 2.0))
     for rung, (name, colour, marker) in enumerate(zip(MODELS, COLOURS, MARKERS, strict=True)):
-        solver, model = result.at_the_design[rung, measure]
+        solver, _, model = result.at_the_design[rung, measure]
         price = PRICES[rung]
         if np.isfinite(solver):
             axes.plot(max(solver, LEAST), price, marker, color=colour, markerfacecolor="none", markersize=4)

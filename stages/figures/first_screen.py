@@ -1,0 +1,163 @@
+"""What a report says first: whether the biped walks, how fast, how stable, what was measured, each with its error.
+
+Numbers of the gait are the constraint model's, corrected by what it is known to miss of the twin, as `ask` gives them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+
+from stages.about import ATTRIBUTES
+from stages.analytic.result import Result as Analytic
+from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
+from stages.comparison.result import Result as Comparison
+from stages.figures.entry import Inputs
+from stages.imu.result import Result as Ingested
+from stages.model_error.measures import NAMES
+from stages.model_error.result import EVEN, SHARED, WIDTH
+from stages.model_error.result import Result as ModelError
+from stages.twin.result import with_doubt
+
+#: Measures as the constraint model's uncertainties name them.
+FIELDS = {"step_frequency": "step_frequency_hz", "step_length": "step_length_m", "speed": "speed_m_s",
+          "multiplier": "multiplier_1"}  # fmt: skip
+PAPERS = "The passive biped of Vasileiou, Smyrli, Drogosis and Papadopoulos (2021)"
+#: A stability of less probability is left open.
+SURE, UNSURE = 0.9, "Its errors leave open whether it is stable"
+#: Errors below this are told as below it; a disturbance has faded when this part of it is left.
+LEAST, FADED = 1e-5, 0.1
+
+
+class Answer(NamedTuple):
+    """One thing that a report says first: where its errors come from, what it `means` for who builds a walker."""
+
+    question: str
+    answer: str
+    errors: str
+    means: str
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number, and by how much solver, model and inputs may move it, in its unit; NaN: not known."""
+
+    value: float
+    solver: float
+    model: float
+    inputs: float
+
+    @property
+    def error(self) -> float:
+        """What is known of its errors, together; zero if nothing is."""
+        solver, model, inputs = np.nan_to_num([self.solver, self.model, self.inputs])
+        return float(solver + math.hypot(model, inputs))
+
+    def text(self, factor: float = 1.0) -> str:
+        """The number times a factor with its error, in as many digits as that leaves."""
+        value, error = factor * self.value, factor * self.error
+        return with_doubt(value, error) if error > LEAST * abs(value) else f"{value:.4g}"
+
+    def parts(self, share: bool = True) -> str:
+        """What each source of error leaves of it, to one digit, as a share or a number."""
+        factor, unit, scale = (100.0, " %", abs(self.value)) if share else (1.0, "", 1.0)
+        return ", ".join(
+            f"{name} " + ("not known" if not math.isfinite(part) else f"< {factor * LEAST:.5f}".rstrip("0") + unit
+                          if part < LEAST * scale else f"{float(f'{factor * part / scale:.1g}'):g}{unit}")
+            for name, part in (("solver", self.solver), ("model", self.model), ("inputs", self.inputs)))  # fmt: skip
+
+
+def measure(analytic: Analytic, learnt: ModelError | None, name: str) -> Measure:
+    """A measure of the gait with its errors. What a model misses was learnt of stable gaits alone."""
+    place, gait = NAMES.index(name), analytic.gait
+    found = float(np.hypot(*gait.floquet_multipliers[0])) if name == "multiplier" else getattr(gait, FIELDS[name])
+    own = next((one for one in analytic.uncertainties if one.name == FIELDS[name]), None)
+    slopes = own.slope_most - own.slope_least if own and name == "multiplier" else 0.0
+    inputs = EVEN * WIDTH * math.hypot(own.independent, 0.5 * slopes) if own else 0.0
+    errors = learnt.at_the_design[0, place] if learnt is not None and gait.stable else np.full(3, math.nan)
+    solver, bias, model = (float(part) for part in errors * (found if SHARED[place] else 1.0))
+    known = math.isfinite(model)
+    return Measure(max(found + bias, 0.0) if known else found, solver, model if known else math.nan, inputs)
+
+
+def answers(inputs: Inputs) -> tuple[Answer, ...]:
+    """The answers, as far as there are results."""
+    if why := inputs.missing.get("analytic"):
+        return (Answer("Does it walk?", "No gait is known.", "", why),)
+    found = {name: measure(inputs.analytic, inputs.model_error, name) for name in FIELDS}
+    return (walks(inputs), fast(found), stable(inputs, found["multiplier"]), *measured(inputs.imu, found))
+
+
+def walks(inputs: Inputs) -> Answer:
+    """Whether it walks on a plain ramp, and what that asks for."""
+    judged = on_a_ramp(inputs.analytic.validity, inputs.analytic.gait.stable)
+    how, means = {
+        WALKS: ("Yes, on a plain ramp.", "It needs neither stepping blocks nor feet that retract."),
+        WALKS_IF: ("Yes, on conditions.", f"It walks if {'; and if '.join(judged.because)}."),
+        DOES_NOT: ("Not on a plain ramp.", f"Why not: {'; '.join(judged.because)}."),
+    }[judged.verdict]
+    twin = inputs.missing.get("twin", "") or f"The twin: {inputs.twin.outcome}, {inputs.twin.steps} steps"
+    return Answer("Does it walk?", how, f"By the constraint model. {twin}.", means)
+
+
+def fast(found: dict[str, Measure]) -> Answer:
+    """Speed, step frequency and step length."""
+    speed, frequency = found["speed"], found["step_frequency"]
+    low, high = frequency.value - frequency.error, frequency.value + frequency.error
+    means = (f"A metre takes {1.0 / speed.value:.3g} s. A robot that takes fewer than {low:.3g} or more than "
+             f"{high:.3g} steps a second differs from this design, or its ramp does.")  # fmt: skip
+    steps = f"{frequency.text()} steps a second, each {found['step_length'].text(1e3)} mm."
+    return Answer("How fast?", f"{speed.text()} m/s: {steps}", f"Errors of the speed: {speed.parts()}.", means)
+
+
+def stable(inputs: Inputs, multiplier: Measure) -> Answer:
+    """What a step leaves of a disturbance, and which starts end in the gait."""
+    value, basin = multiplier.value, inputs.stability and inputs.stability.basin
+    likely = NormalDist(value, max(multiplier.error / WIDTH, 1e-12)).cdf(1.0)
+    likely, word = (likely, "stable") if value < 1.0 else (1.0 - likely, "unstable")
+    chance = "above 0.999" if likely > 0.999 else f"of {likely:.2g}"
+    faded = math.ceil(math.log(FADED) / math.log(value)) if 0.0 < value < 1.0 else 1
+    means = (f"A small disturbance has faded to a tenth after {faded} step{'s' * (faded > 1)}" if value < 1.0 else
+             "A small disturbance grows from step to step") if likely > SURE else UNSURE  # fmt: skip
+    means += f"; of the starts tried, {100 * basin.share:.0f} % end in this gait." if basin else "."
+    how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, with a probability {chance}."
+    return Answer("How stable?", how, f"Errors of this multiplier: {multiplier.parts(share=False)}.", means)
+
+
+def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer]:
+    """What own recordings show beside what the model says; nothing for synthetic ones."""
+    if imu is None or imu.origin == "synthetic":
+        return
+    shown = []
+    for name, factor, unit in (("step_frequency", 1.0, "steps a second"), ("step_length", 1e3, "mm a step")):
+        rows = np.array([[getattr(run.report, name), getattr(run.report, f"{name}_error")] for run in imu.runs])
+        values, errors = rows[np.isfinite(rows[:, 0])].T
+        if len(values):  # several tell their scatter, one alone its own error
+            error = WIDTH * max(np.std(values, ddof=len(values) > 1), errors.max()) / math.sqrt(len(values))
+            shown.append((Measure(float(values.mean()), math.nan, math.nan, float(error)), found[name], factor, unit))
+    robot, model = shown[0][:2]
+    alike = abs(robot.value - model.value) <= robot.error + model.error
+    off, runs = robot.value / model.value - 1.0, f"{len(imu.runs)} run{'s' * (len(imu.runs) > 1)}"
+    yield Answer(
+        "What was measured?",
+        "; ".join(f"{one.text(by)} {unit} (model: {other.text(by)})" for one, other, by, unit in shown) + ".",
+        f"Errors of what was measured: from the scatter of {runs}.",
+        f"The robot steps {100 * abs(off):.2g} % {'faster' if off > 0 else 'slower'} than the model, "
+        + ("within their errors: nothing speaks against the design." if alike else
+           "more than their errors: a calibration tells which parameter differs."),
+    )  # fmt: skip
+
+
+def title(compared: Comparison | None) -> dict[str, str | bool]:
+    """Title, what stands below, and whether claims go before numbers. A report puts the study's name for {study}."""
+    differing = compared.another if compared else ("it has no gait",)
+    if not differing:
+        return {"title": PAPERS, "about": ATTRIBUTES["references"], "claims_first": True}
+    rest = f"; and {len(differing) - 2} more" if len(differing) > 2 else ""
+    return {"title": "{study}: a passive biped", "claims_first": False,
+            "about": f"Not the paper's biped: {'; '.join(differing[:2])}{rest}."}  # fmt: skip
