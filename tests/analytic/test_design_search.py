@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,12 +18,12 @@ from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model.kinds import directions
 from stages.analytic.model.walker import build_walker
-from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.parameters import Settings
 from stages.analytic.phases.motion import HIP_STICKS
-from stages.analytic.questions import design as design_question
 from stages.analytic.walk.recording import in_single_stance
 from stages.ground.slope import Slope
-from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, found_gait, gait_beside
+from stages.model_error.questions import design as design_question
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, found_gait, gait_beside
 from tests.analytic.test_detailed import LAME
 from tests.analytic.test_questions import Listener
 
@@ -292,7 +293,7 @@ def test_a_search_makes_a_gait_that_limps_more_stable():
 
 @pytest.mark.parametrize("biped", [LAME, RUBBING])
 def test_the_deepest_scuff_of_a_stride_or_a_rubbing_hip_is_lessened(biped):
-    parameters = Parameters(biped, SLOPE, FRICTION, RUBBER, Settings(1e-8, 1, 100.0))
+    parameters = SimpleNamespace(biped=biped, slope=SLOPE, friction=FRICTION, analytic=Settings(1e-8, 1, 100.0))
     options = design_question.Options(vary=("biped.foot_com=0.098:0.102",), goal="scuff", iterations=4)
     answer = design_question.ask(parameters, options, Listener())
     assert answer.plain["goal"]["best"] < answer.plain["goal"]["start"]

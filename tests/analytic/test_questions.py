@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,12 +11,15 @@ import pytest
 from stages.analytic.design.search import TARGETS
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
-from stages.analytic.questions import basin, continue_gait, design, gait, sensitivity
+from stages.analytic.questions import basin, continue_gait, gait, sensitivity
 from stages.biped.quantity import faults
 from stages.biped.question import WrongOption, interval
+from stages.model_error.questions import design
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1
 
-PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))
+SETTINGS = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0)
+PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, SETTINGS)
+OF_DESIGN = SimpleNamespace(biped=TABLE_1, slope=SLOPE, friction=FRICTION, analytic=SETTINGS)
 
 
 class Listener:
@@ -36,7 +40,7 @@ def answered(question, **options):
     listener = Listener()
     given = question.Options(**options)
     assert not list(faults(given))
-    answer = question.ask(PARAMETERS, given, listener)
+    answer = question.ask(OF_DESIGN if question is design else PARAMETERS, given, listener)
     json.dumps(answer.plain)
     return answer, listener
 
