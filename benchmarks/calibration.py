@@ -5,7 +5,7 @@
 
 With --keep campaigns that are done stay in the folder, and a stopped command goes on. With --time one campaign of so
 many runs is fitted on all cores and timed; with --differences derivatives are differences of walks. --page puts the
-table into docs/calibration.md.
+table into docs/calibration_tests.md.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def main() -> None:
                 + table(campaigns(asked.first, asked.campaigns, asked.runs, parameters, asked.keep)))
     print(text)
     if asked.page:
-        put(ROOT / "docs/calibration.md", name, text)
+        put(ROOT / "docs/calibration_tests.md", name, text)
 
 
 if __name__ == "__main__":

@@ -28,11 +28,11 @@ from stages.extremes.engines import (
     COMPILED,
     COULOMB,
     CRASHED,
+    DETAILED,
     ENGINES,
     GAIT,
     HUNG,
     JOINTS,
-    MARCH,
     REFUSED,
     TOGETHER,
     TREE,
@@ -60,34 +60,47 @@ OF_A_STAGE: dict[str, Callable[[Parameters], Any]] = {
 }  # fmt: skip
 COLUMNS = ("engine", "axis", "value", "changes", "status", "error", "audit", "reference", "reason")
 
-EXPLANATION = """# The extremes
+EXPLANATION = """# Where each model is right
 
-{points} points over all models, {summary}.
-Measured on {measured}.
-Made by `benchmarks/extremes_table.py`; all points are in `extremes.csv`.
+This page says for which parameters each model was compared with an independent reference, and how it came out. You need
+it when your robot is far from the paper's, or when a command warns of its parameters.
 
-- *right*: within 1e-4 (leg lengths, pendulum times) of a reference of another make. Gaits and steps: SciPy's DOP853 or
-  Radau on the readable equations; where legs ring fast and long, and with Coulomb feet, a rerun at tolerance 1e-12
-  beside the energy audit. Where round-off of the springs' forces attains no tighter tolerance than the answer's, the
-  rerun is ten times looser, and the difference bounds the error from above. Assembly "joints" and the compiled penalty
-  walker: the tree at 1e-9. Tree and twin, and the compiled walker where the tree gets nowhere: a rerun at a hundredth
-  of the tolerance beside the energy balance, which has its own column. Rigid limit: the constraint model with Coulomb
-  feet. Detailed designs (frames, legs that differ, springs, friction and counterweight at the hip): as gaits, a
-  stride's steps in a row, and as far from the gait of the same machine whose legs are called the other way round; with
-  friction at the hip the reference is the rerun. Derivatives: of the period by slope, foot mass and leg length,
-  against extrapolated differences. Error estimate: that of the hip over three steps, within a factor of 2 of the true
-  one.
-- *inaccurate*: further off, but the tolerance asked for or the model's own energy audit tells.
-- *refused*: the parameter check or the search for gaits says no, with a reason. That no gait exists is not proven.
-- *failed*: the run ended early with a reason: a fall, a standstill, the limit on solver steps.
-- *unconfirmed*: an answer whose reference run ended early, or is looser than the answer and differs.
-- *wrong*, *crashed*, *hung*: a reference contradicts an answer and nothing in it tells; an exception; no end.
+Of {points} points in all models: {summary}. {defects}
 
-Draws vary all parameters together, by turns within a factor 2 of the study's and over the whole axes.
-`bipedstudy run`, `run-all` and `gait` warn of parameters whose nearest point here is not right, or is further than a
-factor {reach:.2g} away in the dimensionless numbers of design, contact and (by half) solver.
+`bipedstudy run`, `run-all` and `gait` warn where the nearest point of this map is not right. They also warn where it is
+further than a factor {reach:.2g} away in the dimensionless numbers of design, contact and (by half) solver.
 
 ![Map of the extremes](extremes.png)
+
+## What the words mean
+
+- *right*: within 1e-4 of the reference, in leg lengths and pendulum times.
+- *inaccurate*: further off, but within the requested tolerance, or shown by the model's own energy audit.
+- *refused*: the check of parameters or the search for gaits says no, with a reason. This is no proof that no gait
+  exists.
+- *failed*: the run ended early with a reason: a fall, a standstill, the limit on solver steps.
+- *unconfirmed*: the reference run ended early, or is less exact than the answer and differs.
+- *wrong*, *crashed*, *hung*: the reference contradicts an answer that shows no sign of it, an exception, no end.
+
+## What each model was compared with
+
+- **Gaits and steps**: SciPy's DOP853 or Radau on the equations as they are derived. With Coulomb feet, and where legs
+  oscillate fast and long, a second run at tolerance 1e-12 together with the energy audit. Where round-off allows no
+  tighter tolerance, the second run is ten times looser, and the difference is an upper bound.
+- **Detailed designs** (frames, unequal legs, hip springs, friction): the same for the two steps of a stride, and the
+  gait of the same robot with its legs exchanged. With friction at the hip: the second run.
+- **Joints and compiled penalty model**: Exudyn's minimal coordinates ("tree") at tolerance 1e-9.
+- **Tree and twin**: a second run at a hundredth of the tolerance, together with the energy balance.
+- **Rigid limit**: the constraint model with Coulomb feet.
+- **Derivatives** of the period by slope, foot mass and leg length: extrapolated differences.
+- **Error estimate** of the hip over three steps: the true error, within a factor of 2.
+
+In *all together*, all parameters are random at once: every other point within a factor 2 of the study's values, the
+others over the whole range. All points are in `extremes.csv`. Measured on {measured}, by
+`benchmarks/extremes_table.py`.
+
+The study's own parameters are listed only where a model is not right there. *Refused* without a reason: no periodic
+gait was found.
 """
 
 
@@ -176,18 +189,22 @@ def main(engine: str | None) -> None:
             engine, axis, value, status, error, audit, reference, reason = row
             numbers = [f"{number:.3g}" if number == number else "" for number in (error, audit)]
             writer.writerow([engine, axis, f"{value:g}", changes, status, *numbers, reference, reason[:160]])
-    words = EXPLANATION.format(
-        points=len(result.status), summary=result.summary().partition(": ")[2], measured=when,
-        reach=10**REACH,
-    )  # fmt: skip
     lines = json.dumps(envelope(result, when), allow_nan=False).replace('["', '\n["')
     warned.TABLE.write_text(lines + "\n", encoding="utf-8")
     defects = [row for row in result.rows() if row[3] in (WRONG, CRASHED, HUNG)]
+    words = EXPLANATION.format(
+        points=len(result.status), summary=result.summary().partition(": ")[2], measured=when, reach=10**REACH,
+        defects="Those that are wrong without a sign, crashed, or did not end are listed last." if defects else
+                "No point was wrong without a sign, crashed, or did not end.",
+    )  # fmt: skip
     listed = ("Defects", ["engine", "axis", "value", "status", "error", "reason"],
               [[r[0], r[1], f"{r[2]:g}", r[3], f"{r[4]:.1e}", r[7]] for r in defects])  # fmt: skip
-    marched = [[f"{r[2]:g}", r[1][7:], f"{r[4]:.1e}", r[7]] for r in result.rows() if r[0] == MARCH]
-    marches = "Steps in a row", ["steps", "at", "largest distance from the gait", "end"], marched
-    tables = [*result.tables(), marches, *([listed] if defects else [])]
+    counts, (_, columns, rows) = result.tables()
+    own = [row for row in rows if row[1] == USUAL and row[3].startswith("1 of 1")]
+    parts = [(f"Ranges: {name}", columns[1:], [[cell.replace(": no periodic gait", "") for cell in row[1:]]
+                                               for row in rows if row[0] == name and row not in own])
+             for name in (GAIT, COULOMB, DETAILED, COMPILED, TREE, TWIN)]  # fmt: skip
+    tables = [counts, *parts, *([listed] if defects else [])]
     (DOCS / "extremes.md").write_text(words + "".join(markdown(table) for table in tables), encoding="utf-8")
     with style.drawing():
         pictures = style.pictures("extremes", work_and_extremes.draw_extremes(SimpleNamespace(extremes=result)), 150)

@@ -203,13 +203,13 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=10)
     parser.add_argument("--seed", type=int, default=7000)
     parser.add_argument("--grounds", action="store_true", help="the same on softer and harder ground")
-    parser.add_argument("--page", action="store_true", help="put the table into docs/calibration.md")
+    parser.add_argument("--page", action="store_true", help="put the table into docs/calibration_tests.md")
     asked = parser.parse_args()
     fits = Fits(asked.seed)
     text = "\n".join((of_grounds if asked.grounds else of_trials)(fits, asked.trials))
     print(text)
     if asked.page:
-        put(ROOT / "docs/calibration.md", "mujoco grounds" if asked.grounds else "mujoco ours", text)
+        put(ROOT / "docs/calibration_tests.md", "mujoco grounds" if asked.grounds else "mujoco ours", text)
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ def settings_rows() -> Iterator[list[str]]:
         for key, entry in yaml_text.read(path, path.name).value.items():
             if levels.has(entry):
                 about = entry.plain()
-                yield [f"{path.stem}.{key}", *map(shown, about[levels.PART]), about["source"]]
+                yield [f"{path.stem}.{key}", *map(shown, about[levels.PART])]
 
 
 def result(level: str, stage: str, kind: type) -> Any:
@@ -168,26 +168,30 @@ def page(costs: dict[str, Any]) -> str:
     stages = list(costs[LEVELS[-1]]["stages"])
     lines = [
         "# What accuracy costs", "",
-        "Made by `python -m benchmarks.prices`. For a number within an error, use `bipedstudy ask` (docs/asking.md).",
-        "For the accuracy of the whole study, use `--accuracy draft`, `paper` or `reference`. Times are processor",
-        "seconds, on an otherwise idle machine with two cores, with the compiled code in place. Their scale: ten",
-        f"million turns of an empty Python loop took {loop():.2f} s on it.", "",
+        "This page helps to choose how exactly the study is computed, by time and error. For one number within an",
+        "error, use `bipedstudy ask` ([asking.md](asking.md)). For the whole study, use `--accuracy draft`, `paper` or",
+        "`reference`.", "",
+        "Times are processor seconds on an idle computer with two cores, with compiled code in place. As a scale, ten",
+        f"million turns of an empty Python loop took {loop():.2f} s there. Made by `python -m benchmarks.prices`.", "",
         "## Which model", "",
-        "Largest error of each measure at the study's own design, solver and model together, against the twin.", "",
+        "Largest error of each measure against the twin, from solver and model together, for the study's own design.",
+        "",
         *markdown([str(each) for each in columns], [[str(each) for each in row] for row in rows]), "",
         "## Which level of the study", "",
         *markdown(["stage", *LEVELS], [
             *([stage, *(f"{costs[level]['stages'][stage]:.1f}" for level in LEVELS)] for stage in stages),
             ["all, with starting", *(f"{costs[level]['processor']:.0f}" for level in LEVELS)],
             ["by the clock, two cores", *(f"{costs[level]['clock']:.0f}" for level in LEVELS)]]), "",
-        "Settings that a level decides. A value that is set by hand holds at every level.", "",
-        *markdown(["setting", *LEVELS, "why"], list(settings_rows())), "",
-        "Verdicts. One that its errors could change is *not decided at this accuracy*.", "",
-        *markdown(["claim", *LEVELS], [[of[0].id, *(claim.verdict for claim in of)] for of in claims]), "",
+        "These settings depend on the level; `params/` has the reasons. A value that you set yourself holds at every",
+        "level.", "",
+        *markdown(["setting", *LEVELS], list(settings_rows())), "",
+        "Verdicts that depend on the level: " + (", ".join(f"`{of[0].id}`" for of in claims if len({
+            claim.verdict for claim in of}) > 1) or "none") + ".", "",
         *fronts(json.loads(KEPT.read_text(encoding="utf-8"))), "",
-        "## Which elements of a scene", "",
-        "Two steps from the same mid-stance at tolerance 1e-7: ratios of solver steps and of time, and changes of the",
-        "second heel strike. Times are ratios to read within a third.", "",
+        "## Which elements of a model", "",
+        "What an element of a model costs and changes, over two steps from the same mid-stance at tolerance 1e-7.",
+        "Solver steps and time are ratios; those of time are uncertain by a third. The last columns are changes of the",
+        "second heel strike.", "",
         *markdown(["element", "steps", "time", "strike [ms]", "hip there [mm]"], list(scenes())),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"

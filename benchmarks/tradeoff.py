@@ -36,6 +36,7 @@ from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells
 from stages.tradeoff.run import constraint_plans, measure, penalty_plans, projected_plan, twin_plan
 
 ROOT = Path(__file__).resolve().parent.parent
+LISTED = ("constraint model, rolling", "penalty model", "twin")
 KEPT, PICTURE = ROOT / "stages/tradeoff/accuracy/table.json", ROOT / "docs/prices.png"
 #: Rounds end when they have taken this much processor time [s].
 LONG = 0.4
@@ -149,20 +150,21 @@ def as_result(kept: dict[str, Any]) -> tuple[Result, list[float]]:
 def fronts(kept: dict[str, Any]) -> list[str]:
     """The section of docs/prices.md on ways to solve: what nothing measured beats, for each model."""
     result, times = as_result(kept)
-    made = "; ".join(f"{kind} {said['made']}" for kind, said in kept["about"].items())
+    made = ", ".join(f"{kind} {said['made']}" for kind, said in kept["about"].items())
     lines = [
         "## Which way to solve", "", f"Kept by `python -m benchmarks.tradeoff` ({made}).",
-        f"Each way walks {kept['walked_steps']} steps from one mid-stance. Time is that of one step, in yardsticks:",
+        f"Each way walks {kept['walked_steps']} steps from one mid-stance. The unit of time is",
         f"{kept['yardstick']}.",
-        "Shown are the ways that no other beats at the hip and in time; `bipedstudy show tradeoff` has all.", "",
+        "Listed are the ways of three models that no other beats in both time and hip error; `bipedstudy show",
+        "tradeoff` has all.", "",
         "![Work and precision](prices.png)", ""]  # fmt: skip
     for model in result.references:
         ratio = gain(result.rows, model.model, times)
         if math.isfinite(ratio):
-            lines += [f"{model.model[0].upper()}{model.model[1:]}: the default way is {ratio:.1f} times as fast "
-                      "as the paper's setting, at the hip error of that.", ""]  # fmt: skip
+            lines += [f"{model.model[0].upper()}{model.model[1:]}: the default is {ratio:.1f} times as fast "
+                      "as the paper's setting, at the same hip error.", ""]  # fmt: skip
     rows = []
-    for model in result.references:
+    for model in (each for each in result.references if each.model in LISTED):
         pairs = [(row, cost) for row, cost in zip(result.rows, times) if row.model == model.model]
         chosen = front([row for row, _ in pairs], [cost for _, cost in pairs], ERRORS[0])
         rows += [[model.model, row.way, row.setting, *cells(row.errors), f"{cost:.3g}"]
@@ -171,9 +173,9 @@ def fronts(kept: dict[str, Any]) -> list[str]:
     lines += markdown(columns, rows)
     return [
         *lines, "", "`accuracy: {hip_position_m: 1e-5}` in `params/analytic.yaml`, `multibody.yaml` or `twin.yaml`, or",
-        "`--accuracy hip_position_m=1e-5` for all of them, takes the cheapest setting that was measured",
-        f"{MARGIN:g} times better than asked. The run checks it on the design it has and refines it where needed;",
-        "`--verify` shows what it found."]  # fmt: skip
+        "`--accuracy hip_position_m=1e-5` for all of them, chooses the cheapest setting whose measured",
+        f"error is {MARGIN:g} times smaller. The run checks it on its own design and refines it where needed;",
+        "`--verify` shows the errors that it found."]  # fmt: skip
 
 
 def main() -> None:
@@ -188,7 +190,7 @@ def main() -> None:
         KEPT.write_text(as_text(merged(old, new)), encoding="utf-8")
     with style.drawing():
         result, times = as_result(json.loads(KEPT.read_text(encoding="utf-8")))
-        figure = work_and_extremes.work_and_precision(result, times, "time of a step [yardsticks]")
+        figure = work_and_extremes.work_and_precision(result, times, "time [steps of the constraint model at 1e-10]")
         PICTURE.write_bytes(style.pictures("x", figure, 200)["figures/x.png"])
 
 

@@ -107,11 +107,11 @@ def main() -> None:
                 **wrong_logs.SILENT}  # fmt: skip
     families = {name: one for name, one in families.items() if not chosen.family or name in chosen.family}
     sizes = " | ".join(f"errors x {times:g}" for times in chosen.times)
-    print(f"| family | {sizes} | wrong and accepted | unsaid |\n" + "|---" * (len(chosen.times) + 3) + "|")
+    print(f"| family | {sizes} | wrong and accepted | not reported |\n" + "|---" * (len(chosen.times) + 3) + "|")
     for name, family in families.items():
         counts = [judged(family, times, parameters, walks, imu) for times in chosen.times]
-        cells = [" / ".join(str(count[one]) for one in (ACCEPTED, WITH_REMARKS, REFUSED)) for count in counts]
-        cells += [" / ".join(str(count[one]) for count in counts) for one in ("wrong", "unsaid")]
+        cells = ["/".join(str(count[one]) for one in (ACCEPTED, WITH_REMARKS, REFUSED)) for count in counts]
+        cells += ["/".join(str(count[one]) for count in counts) for one in ("wrong", "unsaid")]
         print(f"| {name.replace('_', ' ')} | {' | '.join(cells)} |", flush=True)
     print("\n| clock | recordings | used | true ms, worst | reported ms, median | true over reported, worst | falsely "
           "confident |\n|---|---|---|---|---|---|---|")  # fmt: skip

@@ -1,7 +1,7 @@
 """Blind calibrations of the Exudyn twin: robots built at random, walked, sensed, sent, ingested and fitted.
 
     python -m benchmarks.twin_calibration --keep FOLDER [--seed 6001 --runs 24] [--against 5001 --blind 40]
-    python -m benchmarks.twin_calibration --keep FOLDER --model frames --seed 8001 --against 7001 --page fresh
+    python -m benchmarks.twin_calibration --keep FOLDER --model frames --seed 8001 --against 7001 --page untouched
 
 Each run has a build, an outsole, a ramp, a push and sensors of its own, as campaign.yaml has them, and is fitted
 without a look at them. What fits of the first seed's runs miss is the discrepancy of the model; those of the other seed
@@ -51,7 +51,7 @@ from tests.imu.made_logs import Log, made_log
 ROOT = Path(__file__).resolve().parent.parent
 #: Models that are fitted: without frames above the springs, and with the drawing's.
 PLAIN, FRAMES = "plain", "frames"
-TITLES = {PLAIN: "Without frames in the model", FRAMES: "With the drawing's frames"}
+TITLES = {PLAIN: "Without frames in the model", FRAMES: "With the frames of the nominal design"}
 COMMON = ("foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping")
 CLOCKS = ("hip_clock", "foot_clock")
 OWN = ("ground.slope_deg", *CLOCKS)
@@ -193,7 +193,7 @@ def table(
     lines = ["| parameter | mean error, % | scatter, % | noise holds | sandwich holds | discrepancy holds | "
              "its half width, % | error left, rms, % |", "|---|---|---|---|---|---|---|---|"]
     for row, name in enumerate(names):
-        counts = " | ".join(f"{int(one[:, row].sum())} of {len(fits)}" for one in holds)
+        counts = " | ".join(f"{int(one[:, row].sum())}/{len(fits)}" for one in holds)
         after = np.sqrt((((centred - truth) / scales)[:, row] ** 2).mean())
         lines.append(f"| {name} | {100 * share[:, row].mean():+.3f} | {100 * share[:, row].std():.3f} | {counts} | "
                      f"{100 * np.median((half / scales)[:, row]):.3f} | {100 * after:.3f} |")
@@ -206,7 +206,7 @@ def table(
         lines.append(f"Intervals that hold the truth, {what}: {shares}.")
     sigmas = [one["sigmas"] for one in fits]
     not_noise = [np.mean([min(each["by_phase"], each["white"]) < 1e-3 for each in one["structure"]]) for one in fits]
-    lines.append(f"{len(fits)} of {len(runs)} fits came to rest, and {len(trained)} of the {len(own)} that tell the "
+    lines.append(f"{len(fits)} of {len(runs)} fits converged, and {len(trained)} of the {len(own)} for the "
                  f"discrepancy. Residuals are {min(sigmas):.2f} to {max(sigmas):.2f} "
                  f"times the noise; {100 * np.mean(not_noise):.0f} % of the signals are not noise by one of the tests.")
     return lines
@@ -221,7 +221,7 @@ def main() -> None:
     parser.add_argument("--blind", type=int, default=40)
     parser.add_argument("--keep", type=Path, default=None)
     parser.add_argument("--model", choices=(PLAIN, FRAMES), default=None, help="one model alone (default: both)")
-    parser.add_argument("--page", default=None, metavar="MARK", help="put the tables into docs/calibration.md there")
+    parser.add_argument("--page", default=None, metavar="MARK", help="put the tables into its page there")
     parser.add_argument("--only-table", action="store_true", help="tell of what is kept, run nothing")
     asked = parser.parse_args()
     kinds = (asked.model,) if asked.model else (PLAIN, FRAMES)
@@ -242,7 +242,7 @@ def main() -> None:
         text += f"\n\n{TITLES[kind]}:\n\n" + "\n".join(table(kind, own, runs, clock_sd))
     print(text)
     if asked.page:
-        put(ROOT / "docs/calibration.md", asked.page, text)
+        put(ROOT / "docs/calibration_tests.md", asked.page, text)
 
 
 if __name__ == "__main__":

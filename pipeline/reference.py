@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import typing
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -23,9 +25,9 @@ from pipeline.study import Study, locate
 FILE = Path(__file__).resolve().parent.parent / "docs/reference.md"
 _HEAD = """# Reference
 
-Every command and every parameter. Made from the code by `python -m pipeline.reference`; do not edit.
+This page lists every command and every parameter; `python -m pipeline.reference` makes it from the code.
 """
-_SHARED = ("--params", "--results", "--set")
+_EVERY = ("`--params`", "`--results`", "`--set`")  #: Most commands have these: they are not named again.
 
 
 def text(study: Study) -> str:
@@ -35,26 +37,26 @@ def text(study: Study) -> str:
 
 def _commands() -> Iterator[str]:
     context = click.Context(cli, info_name="bipedstudy")
-    yield "## Commands\n"
-    yield (
-        "Commands end with 0, with 1 if something failed, with 2 and a sentence if the input is wrong, and with 3 if"
-        " the answer is no.\nMost take `--params DIR`, `--results DIR` and `--set FILE.KEY=VALUE`, not repeated below:"
-        " the folder of the parameter files, that of\nthe results, and a parameter to change for this command, as often"
-        " as wanted.\n"
-    )
-    for name in cli.list_commands(context):
-        command = cli.get_command(context, name)
-        assert command is not None
-        arguments = [_argument(item) for item in command.params if isinstance(item, click.Argument)]
-        yield f"### bipedstudy {' '.join([name, *arguments])}\n"
-        yield f"{_paragraphs(command.help or '')}\n"
-        options = [item for item in command.params if isinstance(item, click.Option)]
-        rows = [_option(item) for item in options if item.opts[0] not in _SHARED]
-        if rows:
-            yield from [*layout.markdown(("option", "meaning"), rows), ""]
-        if command.epilog:
-            lines = [line.strip() for line in command.epilog.splitlines() if line.strip().startswith("bipedstudy")]
-            yield f"Examples: {', '.join(f'`{line}`' for line in lines)}\n"
+    commands = {name: command for name in cli.list_commands(context) if (command := cli.get_command(context, name))}
+    options = {n: [_option(one) for one in c.params if isinstance(one, click.Option)] for n, c in commands.items()}
+    common = {row for row, count in Counter(itertools.chain(*options.values())).items() if count > 1}
+    yield "## Commands\n\nOptions of several commands; most have `--params`, `--results` and `--set`:\n"
+    yield from [*layout.markdown(("option", "meaning"), sorted(common)), ""]
+    for name, command in commands.items():
+        yield from _command(name, command, options[name], common)
+
+
+def _command(name: str, command: click.Command, options: list[tuple[str, str]], common: set[Any]) -> Iterator[str]:
+    arguments = [_argument(item) for item in command.params if isinstance(item, click.Argument)]
+    yield f"### bipedstudy {' '.join([name, *arguments])}\n"
+    yield f"{_paragraphs(command.help or '')}\n"
+    if rows := [row for row in options if row not in common]:
+        yield from [*layout.markdown(("option", "meaning"), rows), ""]
+    named = [row[0] for row in options if row in common and not row[0].startswith(_EVERY)]
+    if shared := [option.rpartition("`")[0] + "`" for option in named]:
+        yield f"Also {', '.join(shared)}\n"
+    if command.epilog:
+        yield f"Example: `{next(line for line in map(str.strip, command.epilog.splitlines()) if line[:1] == 'b')}`\n"
 
 
 def _argument(item: click.Argument) -> str:
@@ -77,37 +79,41 @@ def _paragraphs(words: str) -> str:
 
 def _parameters(study: Study) -> Iterator[str]:
     known = study.parameters_classes()
-    yield "## Parameters\n"
-    yield (
-        "By file of `params/`. Values and their sources stand in the files. *Read by*: the stages that a change makes"
-        " stale.\n"
-    )
+    yield "## Parameters\n\nBy file of `params/`, which has values and sources. A change makes its readers stale.\n"
     for file, kinds in sorted(loading.sections(known.values()).items()):
-        yield f"### {file}.yaml\n"
         fields = {key: pair for kind in kinds for key, pair in declared(kind).items()}
-        read = {name: {key for kind in loading.sections([cls]).get(file, ()) for key in declared(kind)}
-                for name, cls in known.items()}  # fmt: skip
-        rows = [(f"`{file}.{key}`", *_field(*pair), ", ".join(name for name, keys in read.items() if key in keys))
-                for key, pair in fields.items()]  # fmt: skip
-        yield from [*layout.markdown(("parameter", "meaning", "unit", "allowed", "read by"), rows), ""]
+        yield from [f"### {file}.yaml\n", *(f"- `{file}.{key}` {_field(*pair)}" for key, pair in fields.items()), ""]
+        readers: dict[str, list[str]] = {key: [] for key in fields}
+        for name, cls in known.items():
+            for key in {key for kind in loading.sections([cls]).get(file, ()) for key in declared(kind)}:
+                readers[key].append(name)
+        yield from _readers(readers, len(known))
         for key, (field, kind) in fields.items():
             if (inner := _rows(field, kind)) is not None:
                 yield f"Columns of `{file}.{key}`:\n"
-                columns = [(f"`{name}`", *_field(*pair)) for name, pair in declared(inner).items()]
-                yield from [*layout.markdown(("column", "meaning", "unit", "allowed"), columns), ""]
+                yield from [*(f"- `{name}` {_field(*pair)}" for name, pair in declared(inner).items()), ""]
 
 
-def _field(field: dataclasses.Field[Any], kind: Any) -> tuple[str, str, str]:
-    """Meaning, unit and what is allowed."""
+def _readers(readers: dict[str, list[str]], stages: int) -> Iterator[str]:
+    groups: dict[str, list[str]] = {}
+    for key, names in readers.items():
+        groups.setdefault("every stage" if len(names) == stages else ", ".join(names), []).append(f"`{key}`")
+    *few, (_, most) = sorted((len(keys), words) for words, keys in groups.items())
+    yield from (f"Read by {words}: {', '.join(groups[words])}.\n" for _, words in few)
+    yield f"Read by {most}: {'the others' if few else 'all'}.\n"
+
+
+def _field(field: dataclasses.Field[Any], kind: Any) -> str:
+    """What is allowed, with its unit, and the meaning."""
     about = field.metadata
     described = about["description"] + (f", {about['symbol']}" if about["symbol"] else "")
     if _rows(field, kind):
-        return described, "", "a table"
+        return f"(a table): {described}"
     if field.default is not dataclasses.MISSING:
-        described += f" (without it: {'none' if field.default is None else field.default})"
+        described += " (optional)" if field.default is None else f" (default: {field.default})"
     free = "a file" if about["file"] else "true, false" if kind is bool else "a word" if about["unit"] == "-" else ""
     limits = allowed(field) if about["choices"] or not free else free
-    return described, "" if about["unit"] == "-" else about["unit"], limits
+    return f"({limits.replace(' and ', ', ')}): {described}"
 
 
 def _rows(field: dataclasses.Field[Any], kind: Any) -> type | None:

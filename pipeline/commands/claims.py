@@ -135,11 +135,12 @@ def as_text(claim: Claim, width: int) -> str:
 
 
 def as_markdown(found: Claims) -> str:
-    """All claims: a table of verdicts, every claim with its parts, and the tables."""
+    """All claims: a table of verdicts, every claim with what is judged, and the tables."""
     verdicts = [(f"[{claim.id}](#{claim.id})", claim.section, claim.full_verdict) for claim in found.claims]
     lines = [found.counted(), "", *layout.markdown(("claim", "section", "verdict"), verdicts), ""]
     for claim in found.claims:
-        lines += [f"### {claim.id}", "", *(f"- *{name}*: {text}" for name, text in claim.parts()), ""]
+        parts = [f"- *{name}*: {text}" for name, text in claim.parts() if name not in ("rests on", "shown in")]
+        lines += [f"### {claim.id}", "", *parts, ""]
     for table in found.tables:
         lines += [f"## {table['title']}", "", *layout.markdown(table["columns"], table["rows"]), ""]
     return "\n".join(lines).rstrip()

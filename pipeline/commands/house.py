@@ -218,7 +218,7 @@ def _there(folder: Path) -> Path:
 @click.option("--keep", metavar="N", type=click.IntRange(min=1), help="Keep the N newest results of each stage.")
 @click.option("--older-than", metavar="TIME", help="Only what is older: 30d, 12h.")
 @click.option("--max-size", metavar="SIZE", help="Only the oldest, until all results take no more: 500MB, 2GB.")
-@click.option("--journals", is_flag=True, help="Also what questions and sweeps keep: asked again, they compute anew.")
+@click.option("--journals", is_flag=True, help="Also stored answers of questions and sweeps; they compute anew.")
 @click.option("--machine-code", is_flag=True, help="Also machine code of earlier sources, if only this checkout, on "
               "this branch and in this environment, used it.")  # fmt: skip
 @click.option("--wait", is_flag=True, help="Wait for another run in the same results folder.")

@@ -181,8 +181,8 @@ def sweep(
 ) -> None:  # fmt: skip
     """Compute a stage at every point that the file SPEC describes, and write one table with a row for each.
 
-    docs/sweeps.md shows how a SPEC is written. What was computed before is not computed again, also after an
-    interruption. A point without a result is a row with its reason; ends with 3 if no point has one.
+    docs/sweeps.md shows how a SPEC is written. Points that were computed before, also by a sweep that was stopped, are
+    not computed again. A point without a result is a row with its reason; ends with 3 if no point has a result.
     """
     from pipeline.sweep import spec as specs
     from pipeline.sweep.sweep import Sweep

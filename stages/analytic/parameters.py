@@ -27,7 +27,7 @@ class Settings(ConstraintTolerance):
         "-", "trailing foot from heel strike to toe-off: rolls whatever it takes, or has Coulomb friction and no pull",
         choices=("rolling", "coulomb"), default="rolling")
     outsole: float = parameter(
-        "m", "rubber under the feet, whose effect on the gait is told", bound=Bound(above=0), default=0.002)
+        "m", "rubber under the feet, whose effect on the gait is reported", bound=Bound(above=0), default=0.002)
     accuracy: str | Accuracy = accuracy("tolerance")
 
     def limited(self, friction: Friction) -> Friction | None:

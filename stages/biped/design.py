@@ -119,7 +119,7 @@ class Biped:
         default=None)
 
     feet_retract: bool = parameter(
-        "-", "whether a foot is drawn in while it swings, so that it touches nothing", default=False)
+        "-", "whether a foot retracts while it swings, so that it touches nothing", default=False)
     strike_time: float | None = parameter(
         "s", "time of a step at which a foot that retracts is put down, wherever it is then; without it, it lands by "
         "itself", symbol="T", bound=Bound(above=0, maximum=10), default=None)
@@ -211,7 +211,7 @@ class Biped:
             (self.hip_rest_angle != 0 and self.hip_stiffness == 0, "hip_rest_angle",
              "0 rad without hip_stiffness (no spring is there to rest)"),
             (timed and not self.feet_retract, "strike_time",
-             "none without feet_retract: true (a foot is drawn in until it is put down)"),
+             "none without feet_retract: true (a foot retracts until it is put down)"),
             (timed and self.legs != "rigid", "strike_time",
              "none with compliant legs (rigid legs can be put down at any time)"),
             (timed and self.hip_friction > 0, "strike_time", "none with hip_friction (not known together)"))

@@ -59,7 +59,7 @@ class Robot:
     def by_what(self) -> str:
         """What its intervals are told by."""
         if self.other_runs:
-            return f"what fits of {self.other_runs} other machines' runs miss"
+            return f"the errors of fits of {self.other_runs} other robots' runs"
         return "the fit's noise and the whole of what the correction took off" if self.corrected_runs else (
             "the fit's noise and residuals alone")
 
@@ -123,7 +123,7 @@ class Result:
                 for one in robot.numbers
             ]
             tables.append((f"Robot {robot.kind}, {robot.runs} runs; sd by {robot.by_what}",
-                           ("parameter", "drawn", "found", "corrected by the twin", "corrected", "sd", "truth"), rows))
+                           ("parameter", "nominal", "fitted", "by the twin", "corrected", "sd", "truth"), rows))
         pairs: list[tuple[str, ...]] = [
             (one.name, f"{1e3 * one.longer:.2f} +- {1e3 * one.longer_sd:.2f}", f"{1e3 * one.true_longer:.2f}",
              f"{1e3 * one.heavier:.1f}", f"{100 * one.slower:+.2f} +- {100 * one.slower_sd:.2f}",

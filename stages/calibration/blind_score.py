@@ -61,7 +61,7 @@ def drawn_robot(design: DesignPoint, names: tuple[str, ...], rng: np.random.Gene
 
 
 def draw(seed: int, runs: int, parameters: Parameters) -> Drawn:
-    """A campaign of `runs` runs. Raises NoGait where no drawn robot walks."""
+    """A campaign of `runs` runs. Raises NoGait where no sampled robot walks."""
     rng = np.random.default_rng([seed, runs])
     drawing, model = model_of(parameters)
     for _ in range(MOST_DRAWS):
@@ -75,7 +75,7 @@ def draw(seed: int, runs: int, parameters: Parameters) -> Drawn:
         known = (Known(TOTAL_MASS, mass * (1 + SCALE * rng.normal()), SCALE * mass, "scale"),)
         slopes = np.array([slope for _, slope, _ in made])
         return Drawn(tuple(run for run, _, _ in made), known, robot, slopes, tuple(u for _, _, u in made))
-    raise NoGait("no drawn robot walks")
+    raise NoGait("no sampled robot walks")
 
 
 def _run(

@@ -53,19 +53,19 @@ class Settings(Fitted):
         "1", "standard error of a declared bandwidth of the sensors, relative", bound=POSITIVE)
     slope_reading_sd_deg: float = parameter("deg", "standard error of a ramp's inclination", bound=POSITIVE)
     tilt_sd_deg: float = parameter("deg", "standard deviation of a sensor's tilt after the ingest", bound=POSITIVE)
-    held_out_runs: int = parameter("1", "next runs of each robot that it foretells", bound=Bound(minimum=0))
+    held_out_runs: int = parameter("1", "next runs of each robot that are forecast", bound=Bound(minimum=0))
     fitted_steps: int = parameter("1", "steps of a run that it uses", bound=Bound(minimum=3))
     outsole: Following = parameter(
         "m", "thickness of the outsole, as a caliper shows it; null: campaign.outsole", bound=NOT_NEGATIVE)
     corrected_runs: int | None = parameter(
         "1", "runs of each robot that the twin corrects; null: all that are fitted", bound=Bound(minimum=0))
     discrepancy_runs: int = parameter(
-        "1", "next runs of further machines whose fits tell what the model puts wrong; fewer than three tell nothing",
+        "1", "runs of further robots whose fits show the model's error; fewer than three show nothing",
         bound=Bound(minimum=0))
     begun_s: Following = parameter(
-        "s", "beginning of a run from which it is foretold; null: 0.15 s of Table 1's robot", bound=POSITIVE)
+        "s", "first part of a run, from which the rest is forecast; null: 0.15 s of Table 1's robot", bound=POSITIVE)
     weighed_mass: float | None = parameter(
-        "kg", "mass of a lab's own robot as weighed; null: not weighed", bound=POSITIVE)
+        "kg", "measured mass of a lab's own robot; null: not weighed", bound=POSITIVE)
     weighed_sd: float = parameter("1", "standard error of the scale, relative", bound=POSITIVE)
 
     @property

@@ -101,7 +101,7 @@ class Failed:
 
 @dataclass(frozen=True)
 class Result:
-    """What the campaign's sensors can tell of the design, and what a blind fit of some of its runs found."""
+    """What the campaign's sensors can determine of the design, and what a blind fit of some of its runs found."""
 
     runs: int = quantity("1", "runs of the campaign")
     told: tuple[Told, ...] = quantity("-", "a row for each parameter")
@@ -123,10 +123,10 @@ class Result:
     def summary(self) -> str:
         """What was found, in one line."""
         shares = [100 * row.sd / row.value for row in self.told if row.value]
-        unseen = f"; {len(self.not_seen)} combination is not seen" if self.not_seen else ""
-        blind = f"; {len(self.fits)} fitted blind" if self.fits else ""
+        unseen = f"; {len(self.not_seen)} combination is not determined" if self.not_seen else ""
+        blind = f"; {len(self.fits)} fitted" if self.fits else ""
         best, worst = min(shares), max(shares)
-        return f"{self.runs} runs tell parameters to {best:.2g} to {worst:.2g} %, once weighed{unseen}{blind}"
+        return f"{self.runs} runs determine parameters to {best:.2g} to {worst:.2g} %, given the mass{unseen}{blind}"
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
         """Standard deviations, fits and predictions, as (title, columns, rows of text)."""
@@ -143,17 +143,17 @@ class Result:
                 self.names, self.units, self.drawn, fit.design, np.diag(fit.covariance), fit.truth, strict=True)
         ]
         tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = [
-            ("What the campaign's sensors can tell",
+            ("What the campaign's sensors can determine",
              ("parameter", "value", "sd, one run", f"sd, {self.runs} runs", "goes with", "correlation"), rows),
-            ("Fitted blind by the constraint model, each run alone; what it leaves out is not in the sd",
-             ("run", "parameter", "drawn", "found", "sd", "truth"), found)]
+            ("Fitted by the constraint model without the truth, each run alone; the model's error is not in the sd",
+             ("run", "parameter", "nominal", "fitted", "sd", "truth"), found)]
         if len(self.misses.shares) > 1:
             off = 100 * self.misses.shares
             spread: list[tuple[str, ...]] = [
                 (name, f"{mean:+.2f}", f"{sd:.2f}")
                 for name, mean, sd in zip(self.names, off.mean(axis=0), off.std(axis=0, ddof=1), strict=True)
             ]
-            tables.append((f"What such fits miss, by {len(off)} runs of other machines",
+            tables.append((f"Errors of such fits, from {len(off)} runs of other robots",
                            ("parameter", "mean %", "sd %"), spread))
         told: list[tuple[str, ...]] = [
             (one.name, f"{one.sigmas:.2f}", f"{one.fit_force:.3f}", f"{one.fit_rate:.4f}", f"{one.foretold_force:.3f}",
@@ -162,6 +162,6 @@ class Result:
         ]
         if told:
             tables.append((
-                f"Runs held out, foretold from {self.held_out[0].begun:g} s",
-                ("run", "fit in noises", "fit m/s^2", "fit rad/s", "foretold m/s^2", "foretold rad/s"), told))
+                f"Runs held out, forecast from {self.held_out[0].begun:g} s",
+                ("run", "fit in noises", "fit m/s^2", "fit rad/s", "forecast m/s^2", "forecast rad/s"), told))
         return tables

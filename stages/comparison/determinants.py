@@ -90,7 +90,7 @@ def of_walk(walk: Walk, radius: float, leg_length: float, gravity: float) -> Det
     )
 
 
-TITLE = ("What rounded parameters leave open, at the worst (multibody model and twin: by the constraint model's "
+TITLE = ("Uncertainty from rounded parameters, at the worst (multibody model and twin: by the constraint model's "
          "elasticities)")
 #: Fields of `Determinants` and the numbers of the constraint model's gait that they are.
 NUMBERS = {"step_frequency": "step_frequency_hz", "step_length": "step_length_m", "speed": "speed_m_s"}

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -18,7 +18,7 @@ from stages.biped.walk import require
 from stages.comparison.claims.judge import another_biped, judge
 from stages.comparison.claims.numerics import constraints_reduce_effort
 from stages.comparison.claims.paper import FREQUENCY_HZ
-from stages.comparison.claims.verdict import DOES_NOT_APPLY, mm
+from stages.comparison.claims.verdict import DOES_NOT_APPLY
 from stages.comparison.determinants import Determinants, digits_of, of_walk
 from stages.comparison.evidence import NAN, Evidence, Inputs, known, largest
 from stages.comparison.parameters import Parameters
@@ -73,7 +73,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     digits = digits_of(e.results.analytic.uncertainties, models_alone)
     claims = judge(e, Evidence(parameters, inputs.looser) if inputs.looser else None)
     tables = tables_of(biped, determined, digits)
-    files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, claims), level, biped)}
+    files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, determined, claims), level, biped)}
     another = another_biped(parameters)
     return Result(models, twin, measured, score, determined, digits, biped, another, claims, level, files)
 
@@ -97,21 +97,19 @@ def determinants(e: Evidence) -> dict[str, Determinants]:
     return {name: one for name, one in found.items() if one is not None}
 
 
-def headlines(biped: BipedSummary, claims: Sequence[Claim]) -> list[str]:
-    """The sentences, each from the results."""
-    differing = (biped.limit_difference, biped.period_difference, biped.length_difference)
+def headlines(biped: BipedSummary, determined: Mapping[str, Determinants], claims: Sequence[Claim]) -> list[str]:
+    """How fast, how stable, how far the models agree, how the claims come out: a sentence each, from the results."""
     judged = all(claim.verdict != DOES_NOT_APPLY for claim in claims)
-    apart = (
-        f"As penalty contact hardens, its hip comes to differ from the rolling constraint model's by "
-        f"{mm(biped.limit_difference)} over a step from a common state; with this study's contact set settled steps "
-        f"differ by {1e3 * biped.period_difference:+.2f} ms and {1e3 * biped.length_difference:+.2f} mm."
-    )
+    found = {name: one.step_frequency for name, one in determined.items() if math.isfinite(one.step_frequency)}
+    spread = 100.0 * (max(found.values(), default=1.0) / min(found.values(), default=1.0) - 1.0)
+    listed = ", ".join(f"{name} {frequency:.3f} Hz" for name, frequency in found.items())
     return [
-        f"The constraint model takes {biped.step_frequency:.4f} steps a second"
-        f"{f', the paper has {FREQUENCY_HZ:g},' if judged else ''} and is "
-        f"{'stable' if biped.multiplier < 1 else 'unstable'}: largest multiplier {biped.multiplier:.3f}.",
-        *([apart] if all(map(math.isfinite, differing)) else []),
-        f"Sentences of the paper, judged by what is computed here: {counted([claim.verdict for claim in claims])}.",
+        f"The robot takes {biped.step_frequency:.4f} steps a second"
+        f"{f'; the paper has {FREQUENCY_HZ:g}' if judged else ''}.",
+        f"Its gait is {'stable' if biped.multiplier < 1 else 'unstable'}: a small disturbance "
+        f"{'shrinks' if biped.multiplier < 1 else 'grows'} to {biped.multiplier:.2f} of its size with each step.",
+        *([f"Step frequencies differ by at most {spread:.1g} %: {listed}."] if len(found) > 1 else []),
+        f"The paper's claims, judged by these results: {counted([claim.verdict for claim in claims])}.",
     ]
 
 

@@ -67,7 +67,7 @@ class Settings:
         "1", "moments between two steps of the solver at which forces are kept", bound=Bound(minimum=0, maximum=100)
     )
     checked: int = parameter(
-        "1", "steps with sets drawn by a seed that Exudyn walks too; with more than one, a cycle as well",
+        "1", "steps with random sets that Exudyn walks too; with more than one, a cycle as well",
         bound=Bound(minimum=1, maximum=1000), looser=1)
     checked_tolerance: float | None = parameter(
         "1", "tolerance of Exudyn's solver in what it walks too; null: a hundredth of tolerance",

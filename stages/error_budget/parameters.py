@@ -55,7 +55,7 @@ class Settings:
     )
     points: int = parameter("1", "points of the curves over a step", bound=Bound(minimum=51, maximum=100_001))
     checked: int = parameter(
-        "1", "steps with laws of the budget drawn by a seed that Exudyn walks too",
+        "1", "steps with random laws of the budget that Exudyn walks too",
         bound=Bound(minimum=0, maximum=10), looser=0)
     checked_tolerance: float | None = parameter(
         "1", "tolerance of Exudyn's solver in what it walks too; null: a hundredth of penalty_tolerance",

@@ -191,13 +191,12 @@ class Result:
     def summary(self) -> str:
         """Shares explained, in one line."""
         parts = [
-            f"{name}: {100 * budget.split.explained(POSITION):.1f} % of the hip's displacement and "
-            f"{100 * budget.split.explained(VELOCITY):.1f} % of its velocity explained"
+            f"{100 * budget.split.explained(POSITION):.1f} % of the hip's displacement and "
+            f"{100 * budget.split.explained(VELOCITY):.1f} % of its velocity explained over {name}"
             for name, budget in self.known()
         ]
-        if self.engines is not None:
-            parts.append(f"all contributions from one engine, {self.engines.sentence()}")
-        return "; ".join(parts if self.outcome == COMPLETED else [*parts, self.outcome])
+        said = "; ".join(parts if self.outcome == COMPLETED else [*parts, self.outcome])
+        return said if self.engines is None else f"{said}. All are from one engine, {self.engines.sentence()}"
 
     def tables(self) -> tuple[Table, ...]:
         """Contributions to the hip's motion and to the cycle's scalars, and what they rest on."""

@@ -6,6 +6,7 @@ An answer is right, inaccurate, refused, failed, unconfirmed, or wrong without a
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from stages.studies.result import Table
 
 #: An answer may depart by so many tolerances: errors grow over a step's thousand integration steps and its impact.
 GROWTH = 100.0
+#: What a table leaves out of a reason, such as the range that was searched.
+DETAIL = re.compile(r"^(the reference|no gait to start from): |(?!^)( in the range| found:| \(|: |;).*")
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,7 @@ def judged(error: float, audit: float, asked: float, limit: float, reference: st
     if error <= limit:
         return Finding(RIGHT, error, audit, reference)
     if error <= GROWTH * asked:
-        return Finding(INACCURATE, error, audit, reference, f"within {GROWTH:g} times the tolerance asked for")
+        return Finding(INACCURATE, error, audit, reference, f"within {GROWTH:g} times the requested tolerance")
     if audit > limit:
         return Finding(INACCURATE, error, audit, reference, "its own energy audit does not close")
     return Finding(WRONG, error, audit, reference, "the reference contradicts it and nothing tells")
@@ -99,10 +102,10 @@ class Result:
             own = [row for row in self.rows() if row[:2] == (engine, axis)]
             right = [row[2] for row in own if row[3] == RIGHT]
             errors = [row[4] for row in own if row[3] in (RIGHT, INACCURATE)]
-            why = Counter(f"{row[3]}: {row[7][:110]}" for row in own if row[3] != RIGHT)
+            why = Counter(f"{row[3]}: {DETAIL.sub('', row[7])}" for row in own if row[3] != RIGHT)
             rows.append([
-                engine, axis, f"{own[0][2]:g} to {own[-1][2]:g}",
-                f"{len(right)} of {len(own)}" + (f", {min(right):g} to {max(right):g}" if right else ""),
+                engine, axis, f"{own[0][2]:g}..{own[-1][2]:g}",
+                f"{len(right)} of {len(own)}" + (f", {min(right):g}..{max(right):g}" if right else ""),
                 f"{max(errors):.1e}" if errors else "", "; ".join(f"{n} {text}" for text, n in why.most_common(2)),
             ])  # fmt: skip
         return "Axes", ["engine", "axis", "tried", "right", "largest error", "the rest, mostly"], rows

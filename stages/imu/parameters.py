@@ -83,7 +83,7 @@ class Limits:
     rate_gain_tolerance: float = parameter(
         "1", "largest relative departure of two gyroscopes from how gravity turns without a remark", bound=POSITIVE)
     leg_length_tolerance: float = parameter(
-        "1", "largest relative departure of the standing leg from the drawing without a remark", bound=POSITIVE)
+        "1", "largest relative departure of the standing leg from its nominal length without a remark", bound=POSITIVE)
     rate_scale_tolerance: float = parameter("1", "largest relative error of a gyroscope that is used", bound=POSITIVE)
     smallest_overlap: float = parameter(
         "1", "smallest share of the longer recording that both sensors cover", bound=Bound(minimum=0, maximum=1)
@@ -96,7 +96,7 @@ class Limits:
     swing_share: float = parameter(
         "1", "smallest share of the motion about the swing axis", bound=Bound(minimum=0, maximum=1)
     )
-    third_moment: float = parameter("1", "smallest skewness of the lateral rate that tells forward", bound=POSITIVE)
+    third_moment: float = parameter("1", "smallest skewness of the lateral rate that shows forward", bound=POSITIVE)
     turning: float = parameter(
         "1", "smallest signed R2 of the forward force between the places with how a rate changes",
         bound=Bound(minimum=-1, below=1),
@@ -131,8 +131,8 @@ class Drawing:
     rolling_error: float = parameter("1", "what a step departs from rolling on a rigid leg, relative, standard "
                                      "deviation", bound=NOT_NEGATIVE)  # fmt: skip
     gain_error: float = parameter(
-        "1", "standard error of an accelerometer's gain, which a gyroscope's is told by, relative", bound=NOT_NEGATIVE)
-    swept_error: float = parameter("1", "standard error of what gravity's turning at one sensor tells of gain and "
+        "1", "standard error of an accelerometer's gain, and so of a gyroscope's, relative", bound=NOT_NEGATIVE)
+    swept_error: float = parameter("1", "standard error of what gravity's turning at one sensor shows of gain and "
                                    "length, from soft legs, relative", bound=NOT_NEGATIVE)  # fmt: skip
     sag: Following = parameter("m", "how much shorter a leg is while it stands; null: by the weight on its spring",
                                bound=NOT_NEGATIVE)  # fmt: skip

@@ -362,7 +362,7 @@ def _run(r: RunReport) -> tuple[str, ...]:
 
 
 LEGS = (
-    *("run", "step mm", "+-", "of the drawing", "inner step s", "outer step s", "+-", "double stance ms", "+-"),
+    *("run", "step mm", "+-", "of the nominal leg", "inner step s", "outer step s", "+-", "double stance ms", "+-"),
     *("inner stance s", "inner swing s", "+-", "outer stance s", "outer swing s", "+-", "asymmetry %", "+-"),
 )
 

@@ -92,7 +92,7 @@ class Ladder:
     def unlike(self) -> str:
         """What the design is and the drawn ones were, if it is of another kind, so that no miss of it is known."""
         own = kind(self.design)
-        return "" if own == self.learnt.kind else f"{own}; drawn were {self.learnt.kind}"
+        return "" if own == self.learnt.kind else f"{own}; sampled were {self.learnt.kind}"
 
     def miss(self, rung: int, measure: int) -> Miss:
         """What a rung misses of the twin; infinite where nothing is known of designs of this kind."""
@@ -121,7 +121,7 @@ class Ladder:
         miss = self.miss(rung, measure)
         largest = float(found.values[MULTIPLIER]) + self.miss(rung, MULTIPLIER).bias
         if rung < PENALTY and largest >= 1.0:
-            raise NoRung(f"the {RUNGS[rung].name} finds a gait that is not stable: what it then misses was not learnt")
+            raise NoRung(f"the {RUNGS[rung].name} finds a gait that is not stable: its error there is not known")
         value, solver = float(found.values[measure]), float(found.errors[measure])
         if not SHARED[measure]:
             return value + miss.bias, solver, miss.error
@@ -167,9 +167,9 @@ class Ladder:
     def too_large(self, rung: int, measure: int, error: float, how: str = "") -> str:
         """Why a rung does not do."""
         if not math.isfinite(error):
-            return f"what the {RUNGS[rung].name} misses is not known"
+            return f"the error of the {RUNGS[rung].name} is not known"
         told = f"{100 * error:.2g} %" if SHARED[measure] else f"{error:.2g}"
-        return f"the {RUNGS[rung].name} leaves up to {told}{how}"
+        return f"the {RUNGS[rung].name} has an error of up to {told}{how}"
 
     def closer(self, measure: int, wanted: float) -> str:
         """What an error ten times smaller would take."""
@@ -181,7 +181,7 @@ class Ladder:
 
     def stable(self) -> Stability:
         """The probability that the best rung's largest multiplier is below one. Raises NoRung."""
-        reason = NoRung("what every model misses is not known")
+        reason = NoRung("no model's error is known")
         for rung, one in enumerate(RUNGS):
             if not math.isfinite(self.miss(rung, MULTIPLIER).error):
                 continue

@@ -23,7 +23,7 @@ class Settings:
 
     FILE: ClassVar[str] = "model_error"
 
-    designs: int = parameter("1", "designs drawn around the study's", bound=Bound(minimum=4, maximum=10_000))
+    designs: int = parameter("1", "designs sampled around the study's", bound=Bound(minimum=4, maximum=10_000))
     twins: int = parameter("1", "of these, designs of which the twin's gait is found", bound=Bound(minimum=1))
     seed: int = parameter("1", "seed of the draw", bound=Bound(minimum=0))
 

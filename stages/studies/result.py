@@ -79,7 +79,7 @@ class EngineAgreement:
 
     def sentence(self) -> str:
         """What was checked, in one clause."""
-        return f"within {self.largest:.0e} m of Exudyn at {len(self.distances)} drawn points"
+        return f"within {self.largest:.0e} m of Exudyn at {len(self.distances)} sampled points"
 
     def table(self) -> Table:
         """Row by row."""

@@ -31,12 +31,12 @@ def line(found: Mapping[str, Any]) -> str:
 NAME = "accuracy"
 METAVAR = "WORD|KEY=VALUE"
 HELP = (
-    "Level of the whole study: draft, paper or reference; or an error of the walks shown, as hip_position_m=1e-5, with "
-    "the level that the study's own robot needs for it. Goes before accuracy.yaml and the key accuracy of other files."
+    "Level of the whole study: draft, paper or reference. Or the largest error of the walks, as hip_position_m=1e-5, "
+    "with the level that the study's own robot needs for it. Overrides the files of params/."
 )
 VERIFY_HELP = (
-    "Show the errors that the run estimated, and keep them in results/accuracy. Every run that an accuracy is asked of "
-    "walks a second time with coarser settings; what it cannot show to be met it refuses, and the command ends with 3."
+    "Show the estimated errors, and keep them in results/accuracy. Every run with a requested accuracy walks a second "
+    "time with coarser settings; if that does not confirm the accuracy, the command ends with 3."
 )
 FORM = f"{', '.join(LEVELS)}, or an error of {', '.join(KEYS)}, as in hip_position_m=1e-5"
 __all__ = ["FILES", "FORM", "HELP", "METAVAR", "NAME", "VERIFY_HELP", "decide", "decided", "level", "line", "parsed",

@@ -29,7 +29,7 @@ READ_LATER = (GROUND_REACTION, IMU)
 def _drawn(key: str, unit: str, bound: Bound) -> float | None:
     """A number of the design that the parts are drawn for."""
     field: float | None = parameter(
-        unit, f"{key} of the design that the parts are drawn for; null: biped.yaml's", bound=bound, default=None)
+        unit, f"{key} of the design that the parts belong to; null: biped.yaml's", bound=bound, default=None)
     return field
 
 

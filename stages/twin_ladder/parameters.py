@@ -24,7 +24,7 @@ class Settings:
     FILE: ClassVar[str] = "twin_ladder"
 
     outsole: Following = parameter(
-        "m", "rubber on the feet, the rung after the twin; null: 2 mm for Table 1's robot",
+        "m", "rubber on the feet, the variant after the twin; null: 2 mm for Table 1's robot",
         bound=Bound(above=0, maximum=0.05))
     tolerance: float = parameter(
         "1", "absolute tolerance of the solver in m, rad, m/s, rad/s",

@@ -100,14 +100,14 @@ class Result:
         missing = [rung.name for rung in self.rungs if not rung.found]
         without = f", no gait for {', '.join(missing)}" if missing else ""
         if self.twin is None:
-            return f"{len(self.rungs)} rungs{without}"
+            return f"{len(self.rungs)} variants{without}"
         difference = 1e3 * (self.twin.period_s - self.simple_period_s)
         left = self.left_of_twin()
-        own = f"; from the constraint model of the same machine {1e3 * left[0]:+.2f} ms" if left else ""
+        own = f"; from the constraint model of the same robot {1e3 * left[0]:+.2f} ms" if left else ""
         longest = 1e3 * (self.twin.step_length_m - self.simple_step_length_m)
         return (
-            f"{len(self.rungs)} rungs{without}: the twin's step is {difference:+.1f} ms and {longest:+.1f} mm from the "
-            f"simple model's{own}, largest multiplier {pair_text(self.twin.plane_multipliers[0])}"
+            f"{len(self.rungs)} variants{without}: the twin's step is {difference:+.1f} ms and {longest:+.1f} mm from "
+            f"the simple model's{own}, largest multiplier {pair_text(self.twin.plane_multipliers[0])}"
         )
 
     def left(self) -> list[tuple[RungGait, SameMachine]]:
@@ -123,7 +123,7 @@ class Result:
 
     def tables(self) -> list[Table]:
         """The ladder, and the sum of its parts, as (title, columns, rows of text)."""
-        columns = ["rung", "period [s]", "change [ms]", "length [mm]", "change [mm]", "multipliers in the plane",
+        columns = ["variant", "period [s]", "change [ms]", "length [mm]", "change [mm]", "multipliers in the plane",
                    "sideways", "limp", "solver steps a step", "strides walked"]  # fmt: skip
         rows = [["constraint model", f"{self.simple_period_s:.5f}", "", f"{1e3 * self.simple_step_length_m:.2f}"]]
         changes = {name: change for name, *change in self.changes()}
@@ -148,10 +148,10 @@ class Result:
         twin = [[name, f"{period:.5f}", f"{1e3 * length:.2f}"] for name, period, length in walks]
         return [
             ("From the simple model to the twin, one change at a time", columns, ladder),
-            ("Each machine and the constraint model of the same machine",
-             ["rung", "constraint model [s]", "left [ms]", "length [mm]", "left [mm]", "multipliers", "machine's",
+            ("Each variant and the constraint model of the same robot",
+             ["variant", "constraint model [s]", "left [ms]", "length [mm]", "left [mm]", "multipliers", "machine's",
               "limp", "machine's", "hip apart x, y [mm]", "from simple x, y [mm]"], self._same_rows()),
-            ("What each rung has more", ["rung", "added"], [[rung.name, rung.added] for rung in self.rungs]),
+            ("What each variant has more", ["variant", "added"], [[rung.name, rung.added] for rung in self.rungs]),
             ("The twin", ["", "period [s]", "length [mm]"], twin),
         ]
 

@@ -47,7 +47,7 @@ PLANAR = "planar model"
 STANDING = PlanarState((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (True, False))
 #: Steps after which only the changes are left that go with the leading multipliers.
 LEFT_AFTER = 4
-PLANAR_ADDED = "the ground yields and lets the feet creep: penalty contact and friction instead of constraints"
+PLANAR_ADDED = "compliant ground lets standing feet slide slowly: penalty contact and friction instead of constraints"
 #: The row of a rung, and where its hip is at `PHASES` of a stride (801, 2) [m]; NaN without a gait.
 Climbed = tuple[RungGait, np.ndarray]
 NO_HIP = np.full((len(PHASES), 2), np.nan)

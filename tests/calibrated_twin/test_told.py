@@ -83,7 +83,7 @@ def test_where_other_machines_tell_what_fits_miss_that_is_taken_off_and_its_scat
         assert number.by_twin == pytest.approx(VALUES[row])
         lower, upper = number.interval(HALF_WIDTH)
         assert upper - lower == pytest.approx(2 * half[row])
-    assert robot.by_what == "what fits of 12 other machines' runs miss"
+    assert robot.by_what == "the errors of fits of 12 other robots' runs"
 
 
 def test_a_frequencys_error_is_that_of_differences():

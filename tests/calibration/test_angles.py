@@ -26,10 +26,10 @@ COMPASS = Biped(
 ROBOT = Robot(DesignPoint(COMPASS, LEVEL), {**dict.fromkeys(OF_ROBOT, 0.0), "torque_constant": 0.018})
 NAMES = USUAL
 HALF_WIDTH = 1.959964
-#: Where eighty steps of a real compass robot are; docs/calibration.md says how to get them.
+#: Where eighty steps of a real compass robot are; docs/calibration_tests.md says how to get them.
 REAL = Path(os.environ.get("BIPEDSTUDY_REAL_ROBOT", Path(__file__).parents[3] / "shared/real_robot"))
 RECORDED = REAL / "walking_80_steps.csv"
-needs_real = pytest.mark.skipif(not RECORDED.exists(), reason=f"{RECORDED} is not there; see docs/calibration.md")
+needs_real = pytest.mark.skipif(not RECORDED.exists(), reason=f"{RECORDED} is not there; see docs/calibration_tests.md")
 
 
 def sizes(robot):

@@ -259,7 +259,7 @@ def test_without_a_synthetic_campaign_pushes_along_the_path_do_not_apply():
 
 def test_synthetic_runs_decide_as_a_method_and_say_so():
     """What a calibration finds of a machine that is made up is a verdict on that machine."""
-    for place, said in ((23, "mm longer"), (25, "estimated blind from 2 synthetic runs")):
+    for place, said in ((23, "mm longer"), (25, "estimated from 2 synthetic runs")):
         holding, changes = CASES[place]
         for made_up, verdict in ((of(holding, origin="synthetic"), HOLDS),
                                  (of(holding, origin="synthetic", **changes), FAILS)):

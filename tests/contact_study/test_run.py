@@ -90,7 +90,7 @@ def test_the_study_is_within_a_nanometre_of_exudyn_and_fails_if_it_is_not(
 ):
     step, _, cycle = result.engines.distances
     assert step.allowed == pytest.approx(3e-9 * 0.333) and "step with" in step.what and "cycle with" in cycle.what
-    assert result.engines.largest < 1e-9 and "of Exudyn at 3 drawn points" in result.summary()
+    assert result.engines.largest < 1e-9 and "of Exudyn at 3 sampled points" in result.summary()
     assert {one.outcome for one in result.engines.distances} == {"completed"}
 
     def other(machine, state, tolerance, steps, duration):

@@ -19,7 +19,9 @@ def test_the_examples_page_runs_from_top_to_bottom(repository, tmp_path, monkeyp
     known: dict[str, object] = {}
     blocks = BLOCK.findall((repository / "docs/examples.md").read_text(encoding="utf-8"))
     assert len(blocks) >= 6
-    for block in blocks:
+    first = BLOCK.findall((repository / "README.md").read_text(encoding="utf-8"))
+    assert len(first) == 1
+    for block in [*first, *blocks]:
         exec(compile(block, "docs/examples.md", "exec"), known)
     said = capsys.readouterr().out
     assert known["gait"].stable and "foot_radius = -1 m is not allowed" in said

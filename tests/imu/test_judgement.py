@@ -123,7 +123,7 @@ def test_a_robot_that_is_not_its_drawings_is_said_and_its_step_has_an_error_that
     drawing = dataclasses.replace(PARAMETERS.drawing, leg_length=PARAMETERS.drawing.leg_length / 1.1)
     limits = dataclasses.replace(PARAMETERS.limits, lever_arm=PARAMETERS.limits.lever_arm / 1.1)
     trial = read_trial(log.experiment, log.recordings, dataclasses.replace(PARAMETERS, drawing=drawing, limits=limits))
-    assert "times as long as by the drawing" in remarks(trial)
+    assert "times its nominal length" in remarks(trial)
     report = trial.report()
     assert report.step_length_drawing_error / report.step_length == pytest.approx(0.1, abs=0.02)
     assert report.step_length_error > report.step_length_drawing_error

@@ -21,9 +21,9 @@ def test_the_reference_names_every_parameter_of_every_file(repository):
     text = (repository / "docs/reference.md").read_text()
     for path in (repository / "params").glob("*.yaml"):
         for key, entry in yaml_text.read(path, path.name).value.items():
-            assert f"| `{path.stem}.{key}` |" in text
+            assert f"- `{path.stem}.{key}` (" in text
             for row in entry.value["rows"].value if "rows" in entry.value else ():
-                assert all(f"| `{column}` |" in text for column in row.value)
+                assert all(f"- `{column}` (" in text for column in row.value)
 
 
 def test_the_reference_names_every_command_and_option(repository):

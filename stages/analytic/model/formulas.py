@@ -14,8 +14,8 @@ DOTTED = {
 }
 INTRODUCTION = """# Equations of motion
 
-Printed by `python -m stages.analytic.model.formulas` from `stages/analytic/model/derivation.py`; the compiled code
-comes from the same derivation. A test holds this page to it. Symbols and signs: [model.md](model.md).
+This page has the equations of motion of the constraint model, in the symbols of [model.md](model.md). It is printed by
+`python -m stages.analytic.model.formulas`; the compiled code comes from the same `stages/analytic/model/derivation.py`.
 
 The state is $q = (\\theta, L_1, \\psi, L_2)$, eq. (1). Eq. (6) reads, with the sign convention used here,
 

@@ -117,8 +117,7 @@ QUESTION = Question(
     "gait",
     """Find the most stable gait of the design in params/ (change it with --set) and print its measures.
 
-    First whether it walks so on a plain ramp, and why not. With the measures: the energy audit of a step, and what the
-    gait asks of the ground.
+    Also whether it walks so on a plain ramp, the energy audit of a step, and the friction that it needs.
     """,
     Options,
     ask,

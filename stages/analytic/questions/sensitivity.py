@@ -126,7 +126,7 @@ def open_lines(uncertainties: Sequence[Uncertainty]) -> Iterator[str]:
     of_gait = [one for one in uncertainties if one.name in UNITS or one.name.startswith("multiplier")]
     if of_gait:
         yield ""
-        yield "What rounded or uncertain values leave open: +- for all at their worst, and as"
+        yield "Uncertainty from rounded or uncertain values: +- for all at their worst, and as"
         yield "independent errors (linear); which leaves most; the range over slopes (solved)."
         yield f"{'':17}{'value':>9}{'worst':>9}{'indep.':>9}  {'most by':18}{'over slopes'}"
     for one in of_gait:
@@ -172,13 +172,11 @@ def known(value: float) -> float | None:
 
 QUESTION = Question(
     "sensitivity",
-    """Tell how the gait answers to each parameter: exact elasticities, no second run.
+    """Print by how many percent the gait changes for 1 % of each parameter, by exact derivatives.
 
     Period, step frequency, step length, speed and the leading multipliers of the most stable gait, by every parameter
-    of the design, slope, gravity and, with analytic.transition=coulomb, friction. Derivatives are carried through flow,
-    events and impacts; the multipliers' are differences of exact ones, and refused where two multipliers meet.
-    Last comes what rounded or uncertain parameters leave open of these numbers, and which of them decides. --json and
-    --csv add derivatives in SI units.
+    of the design, slope, gravity and, with analytic.transition=coulomb, friction. Last comes the uncertainty from
+    rounded parameters, with the one that contributes most. --json and --csv add derivatives in SI units.
     """,
     Options,
     ask,

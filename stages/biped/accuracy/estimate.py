@@ -69,7 +69,7 @@ def to_accuracy(
         settings, last = refined, walk
         if all(found.get(key, math.inf) <= error for key, error in asked.items()):
             return settings, last, tuple(ErrorEstimate(key, error, found[key], used) for key, error in asked.items())
-    raise NotMet(f"the accuracy asked for is not met on this design: {sentence(asked, found)}")
+    raise NotMet(f"the requested accuracy is not met on this design: {sentence(asked, found)}")
 
 
 def finer_explicit(settings: S) -> S | None:
@@ -85,7 +85,7 @@ def finer_explicit(settings: S) -> S | None:
 def sentence(asked: Mapping[str, float], found: Mapping[str, float]) -> str:
     """What was asked and what was reached."""
     return "; ".join(
-        f"{key} <= {error:g} asked, " + (f"{found[key]:.1e} reached with the finest settings" if key in found
+        f"{key} <= {error:g} requested, " + (f"{found[key]:.1e} reached with the finest settings" if key in found
                                           else "of which this stage has no estimate")
         for key, error in asked.items())  # fmt: skip
 

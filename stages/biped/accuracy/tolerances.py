@@ -114,7 +114,7 @@ def accuracy(chosen: str) -> Any:
     """The field `accuracy: str | Accuracy` of a stage's settings; `chosen` names the settings that it decides."""
     return parameter(
         "-",
-        f"error asked for; it decides {chosen}, which custom leaves as given",
+        f"requested error; it decides {chosen}, which custom leaves as given",
         choices=(CUSTOM,),
         otherwise=f"errors by {', '.join(Accuracy.__annotations__)} as {{hip_position_m: 1e-5}}",
         default=CUSTOM,

@@ -122,7 +122,7 @@ def fit_robot(
             evaluate, np.array([robot.value(name) for name in names]), np.array([sizes[name] for name in names]),
             np.array([low.get(name, -np.inf) for name in names]), ANGLES)
     except ValueError:
-        raise NotIdentified("the robot as drawn does not follow these angles through one step: check the columns' "
+        raise NotIdentified("the robot as given does not follow these angles through one step: check the columns' "
                             "units and signs, and the design's values") from None
     at = ended.point
     final = robot.with_values(dict(zip(names, at.x, strict=True)))

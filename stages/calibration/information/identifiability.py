@@ -206,9 +206,9 @@ def described(combination: Vector, names: Sequence[str], units: Sequence[str], v
         shares = [f"{word} by {100 * parts[row]:+.0f} %" for word, row in zip(words, rows, strict=True)]
         moves = f"{listed(shares)} may change together"
     if is_scale_of_mass(combination, units, values):
-        return (f"not seen: {moves}. That is the scale of mass, which leaves every acceleration and every rate as it "
+        return (f"not determined: {moves}. That is the scale of mass, which leaves every acceleration and rate as it "
                 "is: weigh the robot (known: total_mass)")
-    return f"not seen: {moves}, and the sensors show the same: measure one of them by other means"
+    return f"not determined: {moves}, and the sensors show the same: measure one of them by other means"
 
 
 #: What the suggested measurements reach: scale and caliper relative, clock against its prior, ramp and hip mass.

@@ -180,6 +180,6 @@ def in_words(found: Sequence[Cause], design: DesignPoint) -> list[str]:
             f"{one.sigmas:.1f} standard errors)" for one in found]
     what = "one of: " + "; ".join(each) + " (the runs cannot part them)" if len(each) > 1 else each[0]
     if not any(one.explains for one in found):
-        return [f"no parameter that was tried explains what the fit leaves; nearest comes {what}"]
-    return [f"what the fit leaves is explained by {what}; intervals are wider by what that would change. To look for "
+        return [f"no parameter that was tried explains the residuals; nearest comes {what}"]
+    return [f"the residuals are explained by {what}; intervals are wider by what that would change. To look for "
             f"it, give {short(found[0].name)} in biped.yaml"]

@@ -224,7 +224,7 @@ class Discrepancy:
 
 #: Drawings whose numbers differ by less are the same.
 SAME = 1e-6
-ALONE = "intervals hold noise and residuals alone, and not what the model puts wrong in every step"
+ALONE = "intervals contain noise and residuals alone, and not an error that the model makes in every step"
 
 
 @dataclass(frozen=True)
@@ -259,10 +259,10 @@ def judged(
     largest = int(np.argmax(np.abs(off / values)))
     return Judged(
         values - off, np.hypot(sd, wide),
-        f"intervals hold what the model puts wrong, by fits of {term.count} runs of other machines made by the Exudyn "
+        f"intervals contain the model's error, from fits of {term.count} runs of other robots made by the Exudyn "
         f"twin ({source}, {first} to {last}): what they miss where clocks are pulled as far is taken off "
         f"({short(names[largest])} by {-100 * off[largest] / values[largest]:+.2f} %), their scatter is in the "
-        "intervals. That holds for a robot as near to its drawing as those machines, on ground like the twin's",
+        "intervals. That holds for a robot as near to its nominal design as those, on ground like the twin's",
         term.count)
 
 
@@ -271,7 +271,7 @@ def unfit(
 ) -> str:
     """Why a study's fits do not tell what these miss; nothing where they do."""
     if Discrepancy.told(study.names, study.misses) is None:
-        return (f"{source} has {len(study.misses.runs) or 'no'} fits of other machines' runs, which is too few "
+        return (f"{source} has {len(study.misses.runs) or 'no'} fits of other robots' runs, which is too few "
                 "(calibration.discrepancy_runs)")
     if set(names) != set(study.names):
         return (f"{source} tells it of fits that look for {listed([short(name) for name in study.names])}; the bill of "

@@ -24,7 +24,7 @@ class Options:
     about: Mapping[str, Any] | None = option(
         "-", "What is known beside the recordings, and what is looked for: this YAML file", name="with", default=None)
     identifiability: bool = option(
-        "-", "Say what such measurements can tell, and what would tell more, before anything is fitted", default=False)
+        "-", "Say how well such measurements determine each parameter, before anything is fitted", default=False)
     runs: int | None = option(
         "1", "Runs that are planned (default: calibration.planned_runs)", default=None,
         bound=Bound(minimum=1, maximum=10_000))
@@ -57,12 +57,12 @@ QUESTION = Question(
     """Find the parameters of the robot that was measured, with 95 % intervals, from the recordings in SOURCE.
 
     SOURCE is an SQLite file as `ingest` reads and writes it, a CSV file of a driven robot's angles, or a C3D file of
-    motion capture with markers at its hip and feet. Some runs or steps are held out and tell how well the robot
-    explains what it was not fitted to. --into leaves its parameters.
+    motion capture with markers at its hip and feet. Some runs or steps are held out, and the errors of their forecast
+    are printed. --into writes the fitted robot as parameter files.
 
-    --identifiability computes, before anything is fitted or even measured, how well runs like those of params/ can tell
-    each parameter, which combinations no sensor sees, and what further measurement would help most. What is known
-    already (a weighed mass, a measured length) stands in the file of --with; docs/calibration.md has its form.
+    --identifiability computes before any measurement how well runs like those of params/ determine each parameter,
+    which combinations no sensor shows, and which further measurement would help most. What you know already (the
+    mass, a length) stands in the file of --with; docs/calibration.md has its form.
     """,
     Options,
     ask,

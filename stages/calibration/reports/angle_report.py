@@ -69,7 +69,7 @@ def calibrated(biped: Biped, slope: Slope, about: Mapping[str, Any] | None, sour
     remarks += [one.words for one in against]
     unclear = [short(name) for name in setup.free if not sd[name] < TOLD * sizes[name]]
     if unclear:
-        remarks.append(f"not told by these steps: {listed(unclear)}; give known values for some of them")
+        remarks.append(f"not determined by these steps: {listed(unclear)}; give known values for some of them")
     remarks += _friction(setup, fit, fitted, sizes, low)
     remarks += _structure(found)
     return Calibrated(setup, fit, drawn, found, sd, remarks, refuted(against) or not fit.converged)
@@ -182,21 +182,21 @@ def answered(result: Calibrated) -> Answer:
         half = HALF_WIDTH * result.sd[name]
         value = fit.robot.value(name)
         rows.append([short(name), f"{setup.robot.value(name):.5g}", f"{value:.5g}",
-                     f"+- {half:.2g}" if math.isfinite(half) else "not told", fit.robot.unit(name)])
+                     f"+- {half:.2g}" if math.isfinite(half) else "not determined", fit.robot.unit(name)])
     between, stance = fit.rms()
     tell = result.found
     errors = [
         ["fit", *(f"{1e3 * value:.2f}" for value in (*result.drawn.fit, *tell.fit))],
-        [f"foretold from {tell.begun:g} s", *(f"{1e3 * value:.1f}" for value in (*result.drawn.foretold,
+        [f"forecast from {tell.begun:g} s", *(f"{1e3 * value:.1f}" for value in (*result.drawn.foretold,
                                                                                 *tell.foretold))],
     ]
     return Answer(
         lines=[f"{len(fit.starts)} steps fitted: rms {1e3 * between:.2f} mrad between the legs, {1e3 * stance:.2f} "
                "mrad of the stance leg", *result.remarks],
         tables=[
-            *([("The robot, 95 % intervals", ["number", "drawn", "found", "interval", "unit"], rows)] if rows else []),
+            *([("The robot, 95 % intervals", ["number", "nominal", "fitted", "95 %", "unit"], rows)] if rows else []),
             (f"Errors on {tell.steps} steps that were not fitted, mrad",
-             ["", "drawn, hip", "drawn, stance", "found, hip", "found, stance"], errors),
+             ["", "nominal, hip", "nominal, stance", "fitted, hip", "fitted, stance"], errors),
         ],
         plain={
             "numbers": {name: {"drawn": setup.robot.value(name), "found": fit.robot.value(name),

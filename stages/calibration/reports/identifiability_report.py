@@ -46,7 +46,7 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
     if len(plain.unseen) and not any(one.name == TOTAL_MASS for one in known):
         known = (*known, weighed(plan))
         with_scale = identifiability(plan.design, equations, model, known, runs)
-        lines.append(f"the table takes the robot as weighed to {known[-1].sd:.2g} kg")
+        lines.append(f"the table assumes a total mass known to {known[-1].sd:.2g} kg")
     single = identifiability(plan.design, equations, model, known, 1)
     lines += _weak(with_scale)
     tried = experiments(plan, known, runs, parameters)
@@ -57,7 +57,7 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
     return Answer(
         lines=lines,
         tables=[
-            (f"What {counted} of {plan.steps} steps tell: standard deviations",
+            (f"What {counted} of {plan.steps} steps can determine: standard deviations",
              ["parameter", "value", "unit", "one run", counted, "goes with", "correlation", "were it known"],
              _rows(with_scale, single, units)),
             ("What would help: standard deviations shrink by", ["measurement", *map(short, names)], more),
@@ -119,7 +119,7 @@ def _helped(tried: Experiment, gain: np.ndarray, names: tuple[str, ...]) -> list
 
 def _share(found: Identifiability, row: int, sd: float | None = None) -> str:
     value = (found.sd[row] if sd is None else sd) / found.scales[row]
-    return "not seen" if math.isinf(value) else f"{100 * value:.2g} %"
+    return "not determined" if math.isinf(value) else f"{100 * value:.2g} %"
 
 
 def _draw(found: Identifiability, single: Identifiability, tried: list[Experiment], save: Any) -> None:

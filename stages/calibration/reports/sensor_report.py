@@ -248,10 +248,10 @@ def _robot_table(result: Calibrated, units: Sequence[str]) -> list[tuple[str, li
     changes = 100 * (values - [design.value(name) for name in names]) / changes_of(design, names).scales
     rows: list[list[Any]] = [
         [short(name), f"{design.value(name):.6g}", f"{values[row]:.6g}",
-         f"+- {half[row]:.2g}" if math.isfinite(half[row]) else "not seen", f"{changes[row]:+.2f} %", units[row]]
+         f"+- {half[row]:.2g}" if math.isfinite(half[row]) else "not determined", f"{changes[row]:+.2f} %", units[row]]
         for row, name in enumerate(names)
     ]
-    return [("The robot, 95 % intervals", ["parameter", "drawn", "found", "interval", "change", "unit"], rows)]
+    return [("The robot, 95 % intervals", ["parameter", "nominal", "fitted", "interval", "change", "unit"], rows)]
 
 
 def _held_out_table(
@@ -267,9 +267,9 @@ def _held_out_table(
         for name, one in walked.items()
     ]
     begun = next(iter(walked.values())).begun
-    title = (f"Errors on runs held out, rms: start and sensors fitted, and foretold from the first {begun:g} s; noise "
+    title = (f"Errors on runs held out, rms: start and sensors fitted, and forecast from the first {begun:g} s; noise "
              f"is {model.noise[0]:.3f} m/s^2 and {1e3 * model.noise[2]:.2f} mrad/s")
-    return [(title, ["run", "fit, m/s^2", "fit, mrad/s", "foretold, m/s^2", "foretold, mrad/s"], rows)]
+    return [(title, ["run", "fit, m/s^2", "fit, mrad/s", "forecast, m/s^2", "forecast, mrad/s"], rows)]
 
 
 def _plain(one: HeldOut | None) -> dict[str, Any] | None:

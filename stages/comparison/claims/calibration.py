@@ -22,7 +22,7 @@ CALIBRATION = ("calibration.fitted_runs", "calibration.discrepancy_runs")
 
 def as_a_method(origin: str) -> Cause:
     """What a verdict by runs that are not measured is about."""
-    why = f"the runs are {origin}, made by the Exudyn twin: this is a verdict on that machine, found blind, on no other"
+    why = f"the runs are {origin}, made by the Exudyn twin: a verdict on that robot alone, fitted without its truth"
     return origin != MEASURED, why
 
 
@@ -93,7 +93,7 @@ def judge_outsole_slows(
             (calibrated and origin != MEASURED, as_a_method(origin)[1]),
             (calibrated and not sure, "the calibrated interval of the change holds zero"),
             (calibrated and math.isfinite(really),
-                  f"the machines of the runs really differ by {percent(really)}"),
+                  f"the robots of the runs really differ by {percent(really)}"),
             (verdict == HOLDS, "the longer leg is the slower pendulum, without any mass"),
             (
                 length_alone >= 0,
@@ -171,10 +171,10 @@ def judge_prototype_is_model(
     wide = [name for name, lower, upper, printed in intervals
             if name not in off and max(upper / printed, printed / lower) > limits.small_change]  # fmt: skip
     verdict = OPEN if not known or (wide and not off) else yes_or_no(not off)
-    said = ", ".join(f"{name} {lower:.4g} to {upper:.4g} ({printed:g})" for name, lower, upper, printed in
+    said = ", ".join(f"{name} {lower:.4g}..{upper:.4g} ({printed:g})" for name, lower, upper, printed in
                      intervals)  # fmt: skip
     return Judgement(
-        f"estimated blind from {runs} {origin} {plural('run', runs)}, with Table 1 in brackets: {said}" if known
+        f"estimated from {runs} {origin} {plural('run', runs)}, with Table 1 in brackets: {said}" if known
         else "no parameter was estimated from the runs",
         verdict,
         (
@@ -183,7 +183,7 @@ def judge_prototype_is_model(
             (verdict == HOLDS, "every interval holds the value of Table 1"),
             (bool(off), f"Table 1 lies outside for {', '.join(off)}"),
             (known and not off and bool(wide), f"too wide to decide: {', '.join(wide)}"),
-            (held >= 0, f"{held} of {len(intervals)} intervals hold the machine's true value"),
+            (held >= 0, f"{held} of {len(intervals)} intervals hold the robot's true value"),
         ),
     )  # fmt: skip
 

@@ -39,7 +39,7 @@ def judge_step_frequency(
     allowed = rounding + LAST_DIGIT_HZ / 2
     needed, most = max(abs(off) - LAST_DIGIT_HZ / 2, 0.0), f"the last digit of {decisive}"
     enough = part >= needed
-    digits = f"{allowed:.3f} Hz, which the last digits of Table 1 ({rounding:.4f} Hz) and of 2.08 leave open"
+    digits = f"{allowed:.3f} Hz, the uncertainty from the last digits of Table 1 ({rounding:.4f} Hz) and of 2.08"
     return Judgement(
         f"{frequency:.4f} Hz, {percent(off / FREQUENCY_HZ)}",
         yes_or_no(holds),
@@ -48,7 +48,7 @@ def judge_step_frequency(
             (
                 holds and 0 < needed <= rounding,
                 f"to be printed as {FREQUENCY_HZ} it needs {needed:.4f} Hz of these; {most} "
-                + (f"decides: alone it leaves {part:.4f} Hz" if enough else f"has most, {part:.4f} Hz"),
+                + (f"decides: it alone contributes {part:.4f} Hz" if enough else f"has most, {part:.4f} Hz"),
             ),
             (
                 slopes[0] < slopes[1],
@@ -59,7 +59,7 @@ def judge_step_frequency(
                 f"{abs(off):.4f} Hz is within {100 * limits.frequency_tolerance:g} %, though more than {digits}",
             ),
             (not holds, f"{abs(off):.4f} Hz is more than {100 * limits.frequency_tolerance:g} %"),
-            (not holds and abs(off) > allowed, f"digits do not explain it: they leave {allowed:.4f} Hz open"),
+            (not holds and abs(off) > allowed, f"digits do not explain it: they are uncertain by {allowed:.4f} Hz"),
         ),
     )
 

@@ -65,8 +65,8 @@ def judge_sensor_range(
     verdict = HOLDS if inside else HOLDS_IF if brief else FAILS
     time, rest = f"{1e3 * above:.1f} ms a step", 1 - above / period
     return Judgement(
-        f"{time} ({100 * above / period:.1f} %) lie above {ACCELEROMETER_G:g} g; the largest rate is "
-        f"{rate:.0f} deg/s; peaks of {hip:.0f} g at the hip and {foot:.0f} g at the foot",
+        f"{time} ({100 * above / period:.1f} %) lie above {ACCELEROMETER_G:g} g, with peaks of {hip:.0f} g at the hip "
+        f"and {foot:.0f} g at the foot; the largest rate is {rate:.0f} deg/s",
         verdict,
         (
             (inside, f"no more than {max(hip, foot):.1f} g and {rate:.0f} deg/s occur"),
@@ -172,13 +172,12 @@ def judge_hip_path_drifts(
     errors = f"the true path of the {origin} runs is not known"
     if known:
         errors = (
-            f"against the truth of {origin} runs two integrations of the acceleration put the hip "
-            f"{mm(twice)} off after {way:.2f} m ({100 * twice / way:.0f} %); one of the rate "
-            f"and the foot that rolls leave {100 * once:.2f} % of a step's length, and "
-            f"{math.degrees(angle):.2f} degrees of the leg's angle"
+            f"two integrations of the acceleration of {origin} runs put the hip {mm(twice)} off after {way:.2f} m "
+            f"({100 * twice / way:.0f} %); one of the rate, with the foot that rolls, has errors of {100 * once:.2f} % "
+            f"of a step's length and {math.degrees(angle):.2f} degrees of the leg's angle"
         )
     lengths = (
-        f"; their steps are {mm(step_length)} long, each ± {mm(said)}, the twin's {mm(twin)}, the "
+        f". Their steps are {mm(step_length)} long, each ± {mm(said)}, the twin's {mm(twin)}, the "
         f"simple model's {mm(simple)}"
         if seen
         else ""
@@ -191,10 +190,10 @@ def judge_hip_path_drifts(
             (known and not drifts, "the accelerometers' biases are too small to matter over such a walk"),
             (
                 known and drifts and enough,
-                "the second integration is not needed: while a foot rolls, the leg's angle tells where the hip is",
+                "the second integration is not needed: while a foot rolls, the leg's angle shows where the hip is",
             ),
             (known and drifts and not enough, "nor does one integration do with these gyroscopes"),
-            (not known, "only runs whose truth is known can tell how far a path drifts"),
+            (not known, "only runs whose truth is known can show how far a path drifts"),
         ),
         "it is the acceleration that is integrated; one integration of the rate is enough"
         if verdict == HOLDS_IF
@@ -213,7 +212,7 @@ STATEMENTS = (
         "7.2",
         "To ensure that the dynamics of the biped's gait are captured by the IMU devices, the latter are set to "
         "measure accelerations up to 4 g and angular velocities up to 2000 deg/s, both at a sampling rate of 100 Hz.",
-        "what the sensors feel stays inside these ranges",
+        "what the sensors measure stays inside these ranges",
         sensor_range,
         judge_sensor_range,
         (*TWIN, "ground.contact_stiffness", "ground.contact_damping", "campaign.bandwidth_hz"),

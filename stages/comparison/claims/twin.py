@@ -90,7 +90,7 @@ def judge_twin_like_simple(
             (not alike, f"{worst:.2f} is above {limits.similarity_limit:g}"),
             (
                 assumed,
-                "the paper gives no parts; those of twin.yaml were balanced after the twin was seen to limp, so "
+                "the paper gives no parts; those of twin.yaml were balanced after a first twin limped, so "
                 "likeness is partly built in",
             ),
             (

@@ -112,11 +112,11 @@ def lines(
 
 QUESTION = Question(
     "ground-sensitivity",
-    """Tell how the gait on ground that gives way answers to each parameter: exact elasticities.
+    """Print by how many percent the gait on compliant ground changes for 1 % of each parameter.
 
     Period, step length and the two leading multipliers of the planar penalty model's gait, by every number of the
-    design, the slope and the contact law. Derivatives are carried through touch-down, lift-off and the corners of the
-    contact law; the multipliers' are differences of exact ones. A step of the gait is walked by Exudyn too.
+    design, the slope and the contact law. Derivatives are carried through flow and events; those of multipliers are
+    differences of exact ones. Exudyn walks a step of the gait as a check.
     """,
     Options,
     ask,

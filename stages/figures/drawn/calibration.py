@@ -118,8 +118,8 @@ def robot_words(robot: Robot) -> str:
     runs = "1 run" if robot.runs == 1 else f"{robot.runs} runs"
     truth = f"; {held} of {len(known)} intervals hold the truth" if known else ""
     return (
-        f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}; "
-        f"intervals are told by {robot.by_what}. "
+        f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}. "
+        f"Intervals follow from {robot.by_what}. "
         f"It walks at {robot.frequency:.4f} ± {HALF_WIDTH * robot.frequency_sd:.4f} Hz on the nominal ramp."
     )
 
@@ -203,7 +203,7 @@ def caption_held_out(given: Given) -> str:
         f"are {start}. Over {'the rest' if foretold else 'it'} the specific force is off by "
         f"{force:.3f} m/s² and the rate by {1e3 * rate:.1f} mrad/s (rms), where sensors "
         f"have noise of {one.noise_force:.3f} and {1e3 * one.noise_rate:.2f}. Lines below: root mean square by "
-        "part of the step. Where runs are of machines of their own, what builds differ by is in it."
+        "part of the step. Where each run is of a robot of its own, their differences are in it."
     )
 
 

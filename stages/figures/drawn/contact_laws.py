@@ -189,7 +189,7 @@ def caption_contact_parameters(given: Given) -> str:
         return f"{text}."
     return (
         f"{text}. The rigid limit, Coulomb's transition instead of rolling feet, differs by "
-        f"{1e3 * study.limit.hard.hip_position.max():.2f} mm: a set that is nearer has errors that cancel."
+        f"{1e3 * study.limit.hard.hip_position.max():.2f} mm. Sets that differ less have errors that cancel out."
     )
 
 
@@ -255,7 +255,7 @@ def draw_friction(given: Given) -> Figure:
 def caption_friction(given: Given) -> str:
     study = given.contact_study
     return (
-        "Below the stiction velocity a loaded foot creeps: at "
+        "Below the stiction velocity a loaded foot slides slowly (creeps): at "
         f"{1e3 * study.default.creep_velocity:.2f} mm/s with Adams' defaults and "
         f"{1e3 * study.chosen.creep_velocity:.2f} mm/s with the chosen set."
     )

@@ -118,11 +118,10 @@ def draw(given: Given) -> str:
 def caption(given: Given) -> str:
     gait, cycle, settling = given.analytic.gait, given.multibody.cycle, given.twin.settling
     return (
-        "All three start in the constraint model's mid-stance state and settle into gaits of their own: "
-        f"{gait.step_frequency_hz:.4f} Hz and steps of {1e3 * gait.step_length_m:.1f} mm with constraints, "
-        f"{cycle.step_frequency_hz:.4f} Hz and {1e3 * cycle.step_length_m:.1f} mm with penalty contact, "
-        f"{settling.frequency_text()} and {settling.length_text()} for the twin's last four steps; so "
-        "they drift apart."
+        "All three start in the constraint model's mid-stance state and drift apart into gaits of their own. "
+        f"Step frequency and length: {gait.step_frequency_hz:.4f} Hz and {1e3 * gait.step_length_m:.1f} mm with "
+        f"constraints, {cycle.step_frequency_hz:.4f} Hz and {1e3 * cycle.step_length_m:.1f} mm with penalty contact. "
+        f"The twin's last four steps: {settling.frequency_text()} and {settling.length_text()}."
     )
 
 

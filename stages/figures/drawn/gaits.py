@@ -263,7 +263,7 @@ def rung_multipliers(axes: Axes, rungs: list[RungGait]) -> None:
 
 
 def caption_ladder(given: Given) -> str:
-    beside = " Wedges: the constraint model of the same machine." if given.twin_ladder.left() else ""
+    beside = " Wedges: the constraint model of the same robot." if given.twin_ladder.left() else ""
     return f"What each detail does to a step: {given.twin_ladder.summary()}.{beside}"
 
 

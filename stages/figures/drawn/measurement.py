@@ -255,7 +255,7 @@ def leg_words(leg: LegAgreement) -> str:
         " Below, from one integration of the rate and the foot that rolls: the leg's angle, "
         f"{np.degrees(leg.twin_angle):.2f} and {np.degrees(leg.simple_angle):.2f} degrees rms from the twin's and the "
         f"simple model's, and the hip over a stance; steps of {runs} ± {1e3 * leg.step_length_error:.1f} mm each, "
-        f"{twin} in the twin, {simple} in the simple model. The runs' hip is a rigid leg's, the models' legs give way."
+        f"{twin} in the twin, {simple} in the simple model. The runs' hip is a rigid leg's."
     )
 
 

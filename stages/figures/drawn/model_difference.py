@@ -82,9 +82,9 @@ def curve(split: Split, part: np.ndarray, column: int) -> np.ndarray:
 
 def caption_error_budget(given: Given) -> str:
     return (
-        "Penalty model minus constraint model, split into signed contributions that add up to it; bands reach from one "
-        "order to the other in which creep and impact can be switched on; integration errors are too small to draw. "
-        f"{given.error_budget.summary()}."
+        "Penalty model minus constraint model, split into signed contributions that add up to it. Bands show how far a "
+        "contribution depends on whether slow sliding (creep) or impact is added first. Integration errors are too "
+        f"small to draw. {given.error_budget.summary()}."
     )
 
 
@@ -170,8 +170,8 @@ def caption_error_bars(given: Given) -> str:
     ]
     return (
         "Penalty model minus constraint model. Bars add up to the total; of an rms each effect has its part along the "
-        "whole difference. Creep and impact act on each other: bars are the mean of both orders in which they can be "
-        f"switched on, whiskers reach to each. {'; '.join(said) or given.error_budget.outcome}."
+        "whole difference. Slow sliding (creep) and impact affect each other: bars are the mean of both orders in "
+        f"which they can be added, whiskers reach to each. {'; '.join(said) or given.error_budget.outcome}."
     )
 
 

@@ -59,10 +59,10 @@ def panel(axes: Axes, result: Result, measure: int) -> None:
 def caption(given: Given) -> str:
     return (
         "Price of a gait by each model, and how far its measures may be from the twin's at this design. Open: what the "
-        "solver leaves. Filled: with what the model misses beside its known bias. Dotted: the model's own part, which "
+        "solver leaves. Filled: with the model's error beside its known bias. Dotted: the model's own part, which "
         "no setting of its solver removes. The command ask takes the cheapest model whose filled mark lies left of the "
         "error that is wanted. "
-        f"Learnt at {len(given.model_error.numbers)} designs drawn around this one; prices are those of one machine."
+        f"Learnt at {len(given.model_error.numbers)} designs sampled around this one; prices are those of one computer."
     )
 
 

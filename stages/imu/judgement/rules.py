@@ -168,9 +168,9 @@ def _on_a_clock(place: str, sensor: BodySensor) -> tuple[Rule, ...]:
     return (
         remark(clock.stamp == "none", f"the {place} has no stamps: its rate is the nominal one", *dated)
         or remark(
-            clock.stamp == "device", f"the {place} is dated by its own clock: nothing tells how fast that runs", *dated
+            clock.stamp == "device", f"the {place} is dated by its own clock: nothing shows how fast that runs", *dated
         )
-        or remark(by_rows, f"the {place}'s samples are not numbered: a lost one cannot be seen", *dated),
+        or remark(by_rows, f"the {place}'s samples are not numbered: a lost one cannot be noticed", *dated),
         remark(
             len(clock.settings) > 0,
             f"the clock behind the {place}'s stamps was set by {by} ms, which is taken out", CLOCK,
@@ -248,18 +248,18 @@ def _on_one_leg(evidence: Evidence, slope: float | None, limits: Limits) -> tupl
         ),
         remark(
             abs(evidence.lever_arm / limits.lever_arm - 1) > limits.lever_arm_tolerance,
-            f"by the signals the sensors are {evidence.lever_arm:.3f} m apart, by the drawing {limits.lever_arm:.3f} m",
+            f"by the signals the sensors are {evidence.lever_arm:.3f} m apart, nominally {limits.lever_arm:.3f} m",
             LEVER, *_of(BOTH, RATE, FORCE),
         ),
         remark(
             _beyond(evidence.forward_gain, limits.forward_gain_tolerance),
-            f"beside the leg's turning the foot feels {evidence.forward_gain:.2f} times as much forward as the hip: "
+            f"beside the leg's turning the foot measures {evidence.forward_gain:.2f} times the hip's forward part: "
             "one of an accelerometer's axis or gain, or a sensor that turned on its leg",
             *_of(BOTH, FRAME, FORCE), LEVER,
         ),
         remark(
             0 < slope_deg < IN_RADIANS and abs(evidence.lever_direction_deg + degrees - slope_deg) < off,
-            f"slope_deg of {slope_deg:.3g} seems to be in radians: {degrees:.2f} degrees are nearer to what is felt",
+            f"slope_deg of {slope_deg:.3g} seems to be in radians: {degrees:.2f} degrees agree better with gravity",
             *_of(BOTH, FRAME, FORCE),
         ) or remark(
             off > limits.lever_direction_deg,
@@ -291,7 +291,7 @@ def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
             "the leg would swing backward faster than it rolls forward: forward_axis points backward, or a gyroscope "
             "is turned round",
         ) or remark(
-            abs(evidence.third_moment) <= limits.third_moment, "the swing does not tell which way is forward", LEGS
+            abs(evidence.third_moment) <= limits.third_moment, "the swing does not show which way is forward", LEGS
         ),
         remark(
             evidence.spacing > limits.spacing or evidence.alternating < 1,
@@ -354,7 +354,7 @@ def _on_a_place(place: str, trial: Trial, parameters: Reading) -> tuple[Rule, ..
         ),
         remark(
             abs(found["arm"] - 1) > limits.leg_length_tolerance,
-            f"by the {place}'s signals the leg that stands is {found['arm']:.2f} times as long as by the drawing: look "
+            f"by the {place}'s signals the leg that stands is {found['arm']:.2f} times its nominal length: look "
             "at leg_length", LEVER, STEP_LENGTH,
         ),
         remark(
@@ -371,13 +371,13 @@ def _on_a_place(place: str, trial: Trial, parameters: Reading) -> tuple[Rule, ..
         ),
         remark(
             max(abs(at_rest - 1), abs(found["gravity"] - 1)) > limits.gravity_tolerance,
-            f"the {place} feels {at_rest:.3f} of gravity at rest and {found['gravity']:.3f} over whole strides: one "
+            f"the {place} measures {at_rest:.3f} of gravity at rest and {found['gravity']:.3f} over whole strides: one "
             "of its gain, a bias, or blows that are in holes or beyond full scale", f"{place} {FORCE}",
         ),
         remark(
             abs(found["gravity_deg"]) > limits.gravity_direction_deg,
-            f"over whole strides the {place} feels gravity {found['gravity_deg']:+.1f} degrees from where it stood at "
-            "rest: one of its rate, an axis of its accelerometer, or holes", *_of((place,), FORCE, RATE, FRAME),
+            f"over whole strides the {place} measures gravity {found['gravity_deg']:+.1f} degrees from where it was "
+            "at rest: one of its rate, an axis of its accelerometer, or holes", *_of((place,), FORCE, RATE, FRAME),
         ),
         *(
             remark(

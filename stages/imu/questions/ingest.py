@@ -145,12 +145,12 @@ def copied(source: TableSource, writer: DatabaseWriter) -> Iterator[Any]:
 
 QUESTION = Question(
     "ingest",
-    """Read the measurements in SOURCE, print the report of each run and sensor, and change nothing in SOURCE.
+    """Read the measurements in SOURCE, print the quality of each run and sensor, and change nothing in SOURCE.
 
     SOURCE is an SQLite file, a folder (with --map), or env:NAME, an environment variable that holds a connection
     string such as postgresql://user:password@host/database. docs/measurements.md has the schema. Ends with 3 if no run
-    can be used. --propose writes a first map of a file that nothing is known about, --figure draws the first run.
-    A file made by --store can be the study's own: set imu.database.
+    can be used. --propose writes a first map of an unknown file, --figure draws the first run. To use a file made by
+    --store in the study, set imu.database.
     """,
     Options,
     ask,

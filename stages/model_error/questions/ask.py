@@ -24,7 +24,7 @@ class Options:
     what: tuple[str, ...] = option(
         "-", "What is asked", positional=True, choices=(*NAMES, STABLE), metavar="MEASURE")
     within: tuple[str, ...] = option(
-        "-", "Error asked for: a share (1%), a number in the measure's unit, or one for each (speed=1%)", default=(),
+        "-", "Largest error: a share (1%), a number in the measure's unit, or one for each (speed=1%)", default=(),
         metavar="ERROR")
     learn: int = option(
         "1", "Draw so many designs more, for smaller errors of the models; they are kept", default=0,
@@ -60,10 +60,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     lines = [line for one in found for line in told(one)] + (told_stable(stable) if stable else [])
     outside, unlike = ladder.outside(), ladder.unlike()
     if unlike:
-        lines.append(f"of another kind than the designs that were drawn, so that only the twin answers: {unlike}")
+        lines.append(f"of another kind than the sampled designs, so that only the twin answers: {unlike}")
     elif outside:
-        lines.append(f"outside of the designs that were drawn in {', '.join(outside)}: the model's error is widened")
-    lines.append("what the twin itself misses of a robot is in no error here: a calibration tells that")
+        lines.append(f"outside of the sampled designs in {', '.join(outside)}: the model's error is widened")
+    lines.append("no error here contains the difference between twin and robot: a calibration estimates it")
     plain: dict[str, Any] = {one.measure: as_json(one) for one in found}
     if stable:
         plain[STABLE] = as_json(stable)
@@ -101,7 +101,7 @@ def told(one: Answered) -> list[str]:
     unit = UNITS[one.measure].replace("1", "")
     return [
         f"{one.measure}: {one.value:.9g} {unit}".rstrip() + f", within {amount(one, one.solver + one.model)} of the "
-        f"twin's ({asked} asked)",
+        f"twin's ({asked} requested)",
         f"  error: solver {amount(one, one.solver)}, model {amount(one, one.model)}; beside it, the digits of the "
         f"parameters leave {amount(one, one.inputs)} open",
         f"  by the {one.rung} at tolerance {one.tolerance:g}, corrected by {amount(one, one.correction)}; it takes "
@@ -123,12 +123,12 @@ def told_stable(found: Stability) -> list[str]:
 
 QUESTION = Question(
     "ask",
-    """Tell a measure of the design's gait within an error, by the cheapest model that has it.
+    """Print a measure of the design's gait within an error, by the cheapest model that is exact enough.
 
-    Measures: period, step_frequency, step_length, speed, multiplier (the largest one's magnitude), and stable, which is
-    told as a probability. The models are the constraint model, the same of the twin's own machine, the compiled
-    penalty walker, and the twin. Each is corrected by what it misses of the twin, as stage model_error has learnt;
-    --learn adds designs to that, which are walked once and kept. The command ends with 3 if no model has the error.
+    Measures: period, step_frequency, step_length, speed, multiplier (the largest magnitude), and stable, as a
+    probability. The models are the constraint model, the same with the twin's details, the compiled penalty walker,
+    and the twin. Each is corrected by its known difference to the twin (stage model_error); --learn adds designs to
+    that, which are walked once and kept. The command ends with 3 if no model is exact enough.
     """,
     Options,
     ask,

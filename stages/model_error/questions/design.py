@@ -204,11 +204,11 @@ def told(
         at = f" (at its {found.bounds[name]} bound)" if name in found.bounds else f" (from {low:g} to {high:g})"
         yield f"  {name:<22} {own.design.value(name):>12.6g} -> {found.best.design.value(name):<12.6g}{at}"
     for name, value in held.items():
-        yield f"  {name:<22} {found.best.measure(name):>12.6g} (asked for {value:g})"
+        yield f"  {name:<22} {found.best.measure(name):>12.6g} (target {value:g})"
     if not found.met:
         missed = [f"{name} by {100 * abs(miss):.3g} %" for name, miss in zip(held, found.best.misses, strict=True)
                   if abs(miss) > HELD]
-        yield f"Not met: no gait was found that holds what was asked; the nearest misses {', '.join(missed)}."
+        yield f"Not met: no gait was found that holds the targets; the nearest misses {', '.join(missed)}."
     optimum = found.ending not in ("fold", "edge", "unfinished")
     ending = f"It ends {ENDINGS[found.ending] if found.met or not optimum else 'as near to the targets as it comes'}"
     if found.bounds:
@@ -245,13 +245,11 @@ QUESTION = Question(
     "design",
     """Minimise (or maximise) a goal over chosen design parameters within bounds, from one start or several.
 
-    Goals are the largest multiplier, the speed, the friction needed in single stance, and the deepest scuff.
-    Derivatives are carried through flow, events and impacts; those of multipliers are differences of exact matrices.
-    The answer says whether the search ended in an optimum inside the bounds, on a bound (which), in a kink where two
-    parts of the goal are equal, where two multipliers meet, on a fold, or at the edge of what can be walked. Where no
-    gait is found that holds the targets it says how far the nearest is, and ends with 3. The gait is the constraint
-    model's; with --within a measure is told as the twin has it, by the cheapest model that has the error, as in `ask`,
-    and its target is held as the twin has it.
+    Goals are the largest multiplier, the speed, the friction needed in single stance, and the deepest scuff. The search
+    uses exact derivatives. The answer says where it ended: in an optimum, on a bound (which), where two parts of the
+    goal or two multipliers are equal, on a fold, or at the edge of what can walk. If no gait holds the targets, the
+    answer says how far the nearest is, and the command ends with 3. The gait is the constraint model's. With --within a
+    measure is the twin's, by the cheapest model that is exact enough, and a target is held for the twin.
 
     Without --vary: foot radius, foot_com, stiffness and damping within 20 %.
     """,

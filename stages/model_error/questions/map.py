@@ -38,7 +38,7 @@ class Options:
         "-", "Designs that no neighbour answers: complete search, without families followed from other slopes and "
         "springs, or none", default="complete", choices=("complete", "limited", "none"))  # fmt: skip
     within: tuple[str, ...] = option(
-        "-", "Measure and its error, as step_frequency=1%: tell it as the twin has it, by the cheapest model that does",
+        "-", "Measure and its error, as step_frequency=1%: of the twin, by the cheapest model that is exact enough",
         default=(), metavar="MEASURE=ERROR")
 
     front: bool = option(
@@ -190,15 +190,13 @@ def lines(counts: Counts, search: str) -> Iterator[str]:
 
 QUESTION = Question(
     "map",
-    """Tell the gait of every design in FILE: a grid, or points that fill a box of parameters evenly.
+    """Find the gait of every design in FILE: a grid, or points that fill a box of parameters evenly.
 
-    Of a few designs the gait is searched. The others follow from the nearest of them by exact derivatives and Newton's
-    method, in parts where that is too far; what is left is searched. For each design: outcome, period, step length,
-    speed, leading multipliers, friction needed in single stance, residual, and how it was answered. As in `gait` that
-    is the most stable gait, of the family that leads there. Stopped and asked again, it goes on where it was.
-    The figure shows two axes as a map, more as pairs; --front lists the best of the stable designs. With --within the
-    map has the measures that are named, as the twin has them: each by the cheapest model whose error is small enough,
-    as in `ask`, and with that error.
+    The gait of a few designs is searched. The others start from the nearest of these, along exact derivatives, and are
+    corrected by Newton's method; where that fails, their gait is searched too. Each row has outcome, period, step
+    length, speed, leading multipliers, friction needed in single stance, residual, and the method. A map that was
+    stopped continues. The figure shows two axes as a map, more as pairs; --front lists the best of the stable designs.
+    With --within the map has the named measures of the twin, by the cheapest model that is exact enough, as in `ask`.
     """,
     Options,
     ask,

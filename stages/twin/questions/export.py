@@ -95,10 +95,10 @@ def values(given: Exported, what: str) -> Iterator[str]:
 
 QUESTION = Question(
     "export",
-    """Write the twin as a file for another program, as it starts in its stage, with stepping blocks for its steps.
+    """Write the twin at the start of its walk, with the ramp's stepping blocks, as a file for another program.
 
-    mjcf (MuJoCo) has all but the contact law; urdf and sdf have bodies and joints; gltf is the walk to look at. Says
-    what the format cannot carry, with the numbers; docs/exports.md compares the formats and the walks.
+    mjcf (MuJoCo) has all but the contact law. urdf and sdf have bodies and joints. gltf is the walk as an animation.
+    Prints what the format cannot carry, with the numbers; docs/exports.md compares the formats and the walks.
     """,
     Options,
     ask,
