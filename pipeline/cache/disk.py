@@ -37,8 +37,9 @@ def digest(content: bytes) -> str:
 def write(path: Path, content: bytes | Iterable[bytes]) -> None:
     """Put `content`, or its parts, at `path`: a reader, or a crash at any moment, meets the old file or the new one.
 
-    A link at `path` is replaced; what it names is not touched.
+    A link at `path` is replaced; what it names is not touched. Raises `StudyError` as `replaceable` does.
     """
+    replaceable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}-{next(_serial)}.part")
     try:
@@ -142,12 +143,28 @@ def check(path: Path, where: str, largest: int | None = None) -> os.stat_result:
         raise StudyError(f"{where}: no file can have this name") from None
     except OSError as error:
         raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
-    if not stat.S_ISREG(found.st_mode):
-        what = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe, device or socket"
-        raise StudyError(f"{where}: is {what}, not a file")
+    if no_file := _no_file(found):
+        raise StudyError(f"{where}: is {no_file}, not a file")
     if largest is not None and found.st_size > largest:
         raise StudyError(f"{where}: has {found.st_size} bytes; at most {largest} are read")
     return found
+
+
+def replaceable(path: Path) -> Path:
+    """`path`, to be written. Raises `StudyError` where a folder, pipe, device or socket stands, or a link to one.
+
+    A rename puts a file in place of any of them, and a device that is gone is missed by the whole machine.
+    """
+    if path.exists() and (no_file := _no_file(path.stat())):
+        raise StudyError(f"{path}: is {no_file}, and no file is put in its place; name another file")
+    return path
+
+
+def _no_file(found: os.stat_result) -> str:
+    """What is there instead of a regular file; nothing where it is one."""
+    if stat.S_ISREG(found.st_mode):
+        return ""
+    return "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe, device or socket"
 
 
 def content(path: Path, where: str) -> bytes:

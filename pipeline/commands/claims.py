@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from pipeline import completion, layout
+from pipeline.cache import disk
 from pipeline.commands import options, status
 from pipeline.errors import StudyError
 from pipeline.graph import CAPTIONS, CLAIMS
@@ -148,6 +149,7 @@ def as_markdown(found: Claims) -> str:
 
 def place(path: Path, texts: dict[str, str]) -> None:
     """Put each text between its marks in a file that has them. Raises `StudyError` if a mark is missing."""
+    disk.check(path, shown(path), disk.TEXT)
     content, found = path.read_text(encoding="utf-8"), False
     for name, text in texts.items():
         first, last = f"<!-- {name} -->", f"<!-- /{name} -->"

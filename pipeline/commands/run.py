@@ -194,7 +194,7 @@ def sweep(
         for line in layout.folded(f"{made.spec.size} points, each computes {names}; varied: {varied}"):
             click.echo(line)
         return
-    target = out or made.folder / f"{spec.stem}.h5"
+    target = disk.replaceable(out or made.folder / f"{spec.stem}.h5")
     with (
         disk.locked(made.folder, shown(made.folder), _typed(), wait, shows.note),
         cluster.client(shows.note) as (client, workers),

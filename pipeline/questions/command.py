@@ -20,6 +20,7 @@ from typing import Any
 import click
 
 from pipeline import completion, layout
+from pipeline.cache import disk
 from pipeline.commands import options
 from pipeline.commands.options import Command
 from pipeline.errors import ANSWER, StudyError, is_answer
@@ -83,7 +84,7 @@ def _command(stage: str, question: Question) -> click.Command:
         from pipeline.questions.asking import Asked
 
         if figure is not None:
-            _check_ending(figure)
+            _check_ending(disk.replaceable(figure))
         with ExitStack() as until_answered:
             try:
                 values = {option.name: option.value(texts[option.name]) for option in given}

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
+import shutil
+import stat
 
 import pytest
 
@@ -66,3 +69,45 @@ def test_a_file_changed_just_now_is_not_remembered(tmp_path, monkeypatch):
     digests = disk.Digests(tmp_path / "memo.json")
     digests.digest(file, "large")
     assert not (tmp_path / "memo.json").exists()
+
+
+@pytest.fixture
+def no_files(tmp_path):
+    """A pipe, a link to it and, where this user may make one, a device; named as a table, picture and page may be."""
+    (folder := tmp_path / "apart").mkdir()
+    pipe, link, device = folder / "pipe.png", folder / "link.png", folder / "device.png"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    with contextlib.suppress(PermissionError):
+        os.mknod(device, stat.S_IFCHR | 0o600, os.makedev(1, 3))
+    return [path for path in (pipe, link, device) if path.exists()]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_no_file_is_put_in_place_of_a_pipe_or_a_device(no_files):
+    for path in no_files:
+        kind = path.lstat().st_mode
+        with pytest.raises(StudyError, match=f"{path}: is a pipe, device or socket, and no file is put in its place"):
+            disk.write(path, b"content")
+        assert path.lstat().st_mode == kind
+        assert sorted(no_files) == sorted(path.parent.iterdir()), "nothing half-written beside it"
+
+
+def test_a_link_to_a_file_is_replaced_as_ever(tmp_path):
+    (tmp_path / "file").write_text("kept")
+    (tmp_path / "link").symlink_to("file")
+    disk.write(tmp_path / "link", b"new")
+    assert not (tmp_path / "link").is_symlink()
+    assert [(tmp_path / name).read_text() for name in ("file", "link")] == ["kept", "new"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_every_command_that_writes_a_named_file_refuses_a_pipe_or_a_device(ran, no_files):
+    (ran.root / "points.yaml").write_text("stage: fall\nkind: grid\nvary: {fall.steps: [2, 5]}\n")
+    shutil.copytree(ran.root / "results", ran.root / "before")
+    commands = "report --into", "compare before --page", "tally --figure", "claims --into", "sweep points.yaml --out"
+    for path in (no_files[0], no_files[-1]):
+        for words in commands:
+            code, _, errors = ran.command(*words.split(), str(path))
+            assert (code, stat.S_ISREG(path.lstat().st_mode)) == (2, False), (words, errors)
+            assert "is a pipe, device or socket" in errors and errors.count("error:") == 1, (words, errors)
