@@ -30,21 +30,27 @@ _EXACT = 1e-13
 @click.argument("artefact", shell_complete=completion.stages_or_files)
 @click.argument("where", required=False, metavar="[PATH]")
 @options.own_study
+@click.option("--why", is_flag=True, help="Print what it follows from: stages, parameters, inputs, code, versions.")
 @options.answers
-def show(study: Study, artefact: str, where: str | None, form: options.Form) -> None:
+def show(study: Study, artefact: str, where: str | None, why: bool, form: options.Form) -> None:
     """Print the fields of ARTEFACT, a stage's name or a file, with units, shapes and values, and its tables.
 
-    With PATH (as group.field) only what stands there: a number with all its digits, an array or a table in full.
+    With PATH (as group.field, or as stage.group.field in place of ARTEFACT) only what stands there: a number with all
+    its digits, an array or a table in full. With --why how it came about: the stage, its parameters with file and line,
+    what it read, its code and the versions of packages, and the same of each result that it read, down to a recording.
     """
     from pipeline.cache import artefact as artefacts
 
+    stage, _, inside_it = artefact.partition(".")
+    if where is None and inside_it and stage in study.graph.stages and not Path(artefact).exists():
+        artefact, where = stage, inside_it
     path = _path(study, artefact)
     name, content = shown(path), disk.content(path, shown(path))
     _check_links(content, name)
     about = artefacts.provenance(content, name)
     status.say(study, *(each for each, stage in study.graph.stages.items()
                           if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
-    made_by, fields = about.get("stage", ""), artefacts.tree(content, name)
+    made_by, fields, inside = about.get("stage", ""), artefacts.tree(content, name), []
     if where is not None:
         chosen = where.replace(".", "/").strip("/")
         inside = [field for field in fields if field.path == chosen or field.path.startswith(f"{chosen}/")]
@@ -53,15 +59,21 @@ def show(study: Study, artefact: str, where: str | None, form: options.Form) -> 
             alike = [known[path] for path in known if path.rpartition("/")[2] == chosen.rpartition("/")[2]]
             hint = f"; did you mean {alike[0]}?" if alike else nearest(chosen.replace("/", "."), known.values())
             raise StudyError(f'{name}: there is no "{where}"{hint}')
+    if why:
+        from pipeline.commands import why as account
+
+        account.give(study, content, name, inside[0] if inside else None, form)
+        return
+    if where is not None:
         _give_part(content, chosen, inside, form)
         return
     lines = [f"{name}: stage {about.get('stage', '?')}, key {about.get('key', '?')}"]
     lines += [line for text in requests.kept(study, about) for line in layout.folded(text)]
-    if why := artefacts.without_errors(content, name):
-        lines += layout.folded(f"its numbers carry no errors: {why}")
+    if without := artefacts.without_errors(content, name):
+        lines += layout.folded(f"its numbers carry no errors: {without}")
     form.give(
         [*lines, *map(_line, fields)],
-        {"file": name, "fields": [_plain(field) for field in fields], "provenance": about, "without_errors": why},
+        {"file": name, "fields": [_plain(field) for field in fields], "provenance": about, "without_errors": without},
         ({**_plain(field), "shape": _size(field.shape)} for field in fields if field.shape is not None),
         _tables(study, content, made_by, name),
     )

@@ -81,6 +81,26 @@ def test_show_prints_fields_units_and_tables(ran):
     assert "ground.contact_stiffness = 1e5" in tree["provenance"]["parameters"].splitlines()
 
 
+def test_show_why_tells_parameters_by_line_inputs_code_and_the_same_of_what_was_read(ran):
+    code, out, errors = ran.command("show", "--why", "bounce.force")
+    lines = [line.strip() for line in out.splitlines()]
+    assert (code, errors) == (0, "") and lines[0].startswith("results/bounce.h5: force = ")
+    own, above = (next(n for n, line in enumerate(lines) if line.startswith(f"stage {name}, "))
+                  for name in ("bounce", "fall"))  # fmt: skip
+    stated = (ran.root / "params/ground.yaml").read_text().splitlines()
+    number = next(n for n, line in enumerate(stated, 1) if line.startswith("contact_stiffness"))
+    told = " ".join(lines[own:above])
+    assert f"ground.contact_stiffness = 1e5 N/m params/ground.yaml:{number} (assumed)" in " ".join(told.split())
+    assert "reads results/fall.h5, made by stage fall, SHA-256 " in told and "code: stages/bounce/run.py and " in told
+    assert "fall.marks = [0.5, 1e-7] m" in " ".join(lines[above:]) and "that are told above" in " ".join(lines[above:])
+    made = json.loads(ran.command("show", "--why", "bounce", "force", "--json")[1])["made"]
+    assert [one["stage"] for one in made] == ["bounce", "fall"]
+    assert "stages/fall/run.py" in made[1]["code"] and any(each.startswith("numpy ") for each in made[1]["versions"])
+    ran.edit("params/ground.yaml", "value: 1e5", "value: 2e5")
+    again = ran.command("show", "--why", "bounce.force", "--csv")[1].splitlines()
+    assert "set for this run; the file says 2e5" in next(line for line in again if "contact_stiffness" in line)
+
+
 def test_claims(ran):
     found = json.loads(ran.command("claims", "--json")[1])
     assert found["claims"] == [
