@@ -35,6 +35,8 @@ WORTH_A_WORD = 2_000_000_000
 GOOD, WARNING, BAD = "good", "warning", "bad"
 _LEAST_FREE_MB, _WISHED_FREE_MB = 100, 1000
 _SHOWN_DIFFERENCES = 5
+#: Where a host of git repositories looks for what it is to run, and the file of the face that stands there.
+_WORKFLOWS = {".github/workflows/figures.yml": "workflow_github.yml", ".gitlab-ci.yml": "workflow_gitlab.yml"}
 #: How dvc.yaml marks a stage that measures the program.
 _OF_PROGRAM = "    meta: {measures: program}\n"
 
@@ -42,9 +44,10 @@ _OF_PROGRAM = "    meta: {measures: program}\n"
 @click.command("init", epilog=options.examples("init"))
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--update", is_flag=True, help="DIR is a study laid out by an earlier version: renew its graph.")
+@click.option("--no-workflow", is_flag=True, help="Leave out the files that check figures on GitHub and GitLab.")
 @options.answers_without_rows
-def init(folder: Path, update: bool, form: options.Form) -> None:
-    """Lay out a new study in DIR: parameters to edit, the graph of stages, and a README.
+def init(folder: Path, update: bool, no_workflow: bool, form: options.Form) -> None:
+    """Lay out a new study in DIR: parameters to edit, the graph of stages, a README, and checks for GitHub and GitLab.
 
     DIR must not exist yet, or be empty. The parameters are those of the study this program comes with. With --update
     dvc.yaml is written anew (the old one stays beside it), parameter files that are missing are added, and none is
@@ -57,8 +60,11 @@ def init(folder: Path, update: bool, form: options.Form) -> None:
         raise StudyError(f"{shown(folder)}: is there already and not an empty folder; choose another")
     target = folder.absolute()
     readme = (face() / "new_study.md").read_text(encoding="utf-8").format(name=target.name)
+    files = {**_given(), "README.md": readme.encode(), ".gitignore": b"results/\n"}
+    if not no_workflow:
+        files |= {place: (face() / name).read_bytes() for place, name in _WORKFLOWS.items()}
     with disk.whole(target) as unfinished:
-        for name, content in {**_given(), "README.md": readme.encode(), ".gitignore": b"results/\n"}.items():
+        for name, content in files.items():
             disk.write(unfinished / name, content)
         if target.exists():
             target.rmdir()

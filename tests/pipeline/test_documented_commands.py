@@ -78,6 +78,7 @@ def bench(tmp_path_factory, repository) -> Path:
         (root / f"{name}.yaml").write_text(text.replace("count: 2000 ", "count: 3 "))
     for name in ("steeper", "better"):
         (root / "results" / name).mkdir(parents=True)
+    (root / "expected").mkdir()
     box = documented.blocks(repository / "docs/sweeps.md", "yaml")[1]
     assert "count: 100000" in box
     (root / "box.yaml").write_text(box.replace("count: 100000", "count: 4"))

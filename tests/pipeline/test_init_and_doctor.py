@@ -11,6 +11,7 @@ import pytest
 
 from pipeline import graph
 from pipeline.commands import house
+from pipeline.parameters import yaml_text
 from tests import commands
 
 
@@ -53,6 +54,21 @@ def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed
     assert path.read_text() == now and path.with_suffix(".yaml.old").read_text() == earlier
     assert slope.read_text() == mine, "parameters are the user's own"
     assert bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))[0] == 0
+
+
+def test_a_new_study_brings_its_checks_for_github_and_gitlab_unless_they_are_left_out(tmp_path, repository):
+    checks = (".github/workflows/figures.yml", ".gitlab-ci.yml")
+    for name, options in (("mine", ()), ("plain", ("--no-workflow",))):
+        assert bipedstudy(tmp_path, "init", name, *options, PYTHONPATH=str(repository))[0] == 0
+        assert [(tmp_path / name / check).exists() for check in checks] == [not options] * 2
+    github, gitlab = (yaml_text.read(tmp_path / "mine" / check, check).value for check in checks)
+    steps = github["jobs"].value["figures"].value["steps"].value
+    scripts = ([step.value["run"].value for step in steps if "run" in step.value],
+               [line.value for line in gitlab["figures"].value["script"].value])  # fmt: skip
+    for lines in scripts:
+        checking = [line for line in lines if "bipedstudy figures --check --against expected" in line]
+        assert len(checking) == 1 and lines.index("bipedstudy run-all") < lines.index(checking[0])
+        assert "if [ -d results/figures ]; then cp -R results/figures expected; fi" in lines
 
 
 def test_a_checkout_is_not_renewed(tmp_path, repository):
