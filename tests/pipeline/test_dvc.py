@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -105,6 +106,33 @@ def test_results_go_to_a_remote_and_come_back_in_a_clone(toy_with_commands, shim
     assert "numbers.force" in dvc(clone, shims, "metrics", "diff")
     compared = json.loads(dvc(clone, shims, "plots", "diff", "--json"))["data"]["results/figures/one.svg"]
     assert {name for each in compared for name in each["revisions"]} == {"HEAD", "workspace"}
+
+
+def test_an_experiment_in_a_folder_of_its_own_computes_what_changed_alone(toy_with_commands, shims, repository):
+    """DVC brings the outs there and not the cache, so the results tell by themselves that they are current."""
+    toy = toy_with_commands
+    for name in (".dvcignore", ".gitignore"):
+        shutil.copyfile(repository / name, toy.root / name)
+    git(toy.root, "init", "-q")
+    git(toy.root, "config", "user.name", "a lab")
+    git(toy.root, "config", "user.email", "lab@example.org")
+    dvc(toy, shims, "init")
+    dvc(toy, shims, "repro")
+    git(toy.root, "add", "-A")
+    git(toy.root, "commit", "-q", "-m", "with results")
+    before = toy.results()
+    said = dvc(toy, shims, "exp", "run", "--temp", "--set-param", "params/picture.yaml:title=another")
+    assert outcomes(said) == {"fall": "current", "bounce": "current", "side": "current", "picture": "computed"}
+    said = dvc(toy, shims, "exp", "run", "--temp", "--set-param", "params/fall.yaml:height=3.0")
+    assert outcomes(said) == {"fall": "computed", "bounce": "computed", "side": "current", "picture": "computed"}
+    assert toy.results() == before and all_current(toy)
+
+
+def outcomes(said):
+    """What DVC's own lines and those of the command say became of each stage; what was computed is current later."""
+    found = re.findall(r"^(\w+) +(computed|restored|current) ", said, flags=re.M)
+    return {name: next((how for stage, how in found if stage == name and how != "current"), "current")
+            for name, _ in found}  # fmt: skip
 
 
 def test_the_whole_study_by_either_way(repository, tmp_path, shims):
