@@ -37,7 +37,8 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
 
     With PATH (as group.field, or as stage.group.field in place of ARTEFACT) only what stands there: a number with all
     its digits, an array or a table in full. With --why how it came about: the stage, its parameters with file and line,
-    what it read, its code and the versions of packages, and the same of each result that it read, down to a recording.
+    what it read, its code and the versions of packages. The same follows for each result that it read, down to a
+    recording.
     """
     from pipeline.cache import artefact as artefacts
 

@@ -61,6 +61,32 @@ def test_a_proposed_map_reads_the_file_and_names_its_maker(name: str, table: Tab
     assert not [line for line in told if "guess" in line and (name not in LAYOUTS or "rate" not in line)], told
 
 
+def test_a_folder_is_proposed_as_runs_with_the_sensors_of_each(table: Table, log: Log, tmp_path: Path) -> None:
+    content = next(iter(next(iter(LAYOUTS.values())).values())).of(table)
+    for name in ("walk 1_hip.csv", "walk 1_foot.csv", "walk 2_ankle.csv", "walk 2_pelvis.csv"):
+        (tmp_path / name).write_bytes(content)
+    (tmp_path / "notes.txt").write_text("measured on a Monday")
+    (tmp_path / "steps.csv").write_text("a,b,c,d\n1,2,3,4\n2,3,4,5\n")
+    said, told = proposal(tmp_path)
+    description = yaml.safe_load(said)
+    assert [run["experiment"]["name"] for run in description["runs"]] == ["walk 1", "walk 2"]
+    places = [[file["device"]["place"] for file in run["files"]] for run in description["runs"]]
+    assert places == [["foot", "hip"], ["foot", "hip"]]
+    assert {line.split()[2] for line in told if line.startswith("left out: ")} == {"'notes.txt'", "'steps.csv'"}
+    for run in description["runs"]:
+        run["experiment"]["slope_deg"] = log.experiment.slope_deg
+        for file in run["files"]:
+            file["device"] |= {"forward_axis": "+y", "up_axis": "-x", "bandwidth_hz": 40}
+    read = [recordings for _, recordings in CsvSource(description, tmp_path).runs()]
+    assert [len(recordings) for recordings in read] == [2, 2]
+
+
+def test_a_folder_without_a_sensor_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "steps.csv").write_text("a,b,c,d\n1,2,3,4\n2,3,4,5\n")
+    with pytest.raises(SourceRefused, match="has no file with an inertial sensor"):
+        proposal(tmp_path)
+
+
 def test_every_maker_has_an_export_here() -> None:
     assert all(any(maker.name.startswith(known) for known in (*MAKERS, "Delsys")) for maker in KNOWN)
 

@@ -34,7 +34,8 @@ class Options:
     export: Path | None = option(
         "-", "Leave events, steps, curves and verdicts in this new folder, as CSV and npz", metavar="DIR", default=None)
     propose: Path | None = option(
-        "-", "SOURCE is one file of any kind: read its head and write a first map of it here", default=None)
+        "-", "SOURCE is a file of any kind, or a folder of them: write a first map of what their heads show here",
+        default=None)
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
@@ -92,7 +93,7 @@ def remark(runs: list[RunReport]) -> str:
 
 
 def proposed(options: Options, asking: Asking) -> Answer:
-    """A first map of the file SOURCE, written to --propose. Raises WrongOption."""
+    """A first map of the file or folder SOURCE, written to --propose. Raises WrongOption."""
     from stages.imu.sources.proposal import proposal
 
     assert options.propose is not None
@@ -149,7 +150,7 @@ QUESTION = Question(
 
     SOURCE is an SQLite file, a folder (with --map), or env:NAME, an environment variable that holds a connection
     string such as postgresql://user:password@host/database. docs/measurements.md has the schema. Ends with 3 if no run
-    can be used. --propose writes a first map of an unknown file, --figure draws the first run. To use a file made by
+    can be used. --propose writes a first map of unknown files, --figure draws the first run. To use a file made by
     --store in the study, set imu.database.
     """,
     Options,

@@ -1,4 +1,4 @@
-"""A first map of a file that nothing is known about: what its head shows, and what only a person can know.
+"""A first map of files that nothing is known about: what their heads show, and what only a person can know.
 
 Names tell the columns, brackets or a row of units the units, and where they do not, the size of gravity does. Each
 guess is said beside the map, and what no file holds (place, mounting, slope) is left to be filled in.
@@ -26,6 +26,8 @@ FASTEST_RAD_S = 35.0  # 2000 deg/s: a gyroscope that reads more does not read ra
 FASTEST_DEG_S = 4000.0  # the widest range that is sold
 TURNS = ("deg/s", "mdps", "rad/s")
 FORCES, RATES = ("ax", "ay", "az"), ("gx", "gy", "gz")
+LACKS = "not found by name, fill in: "
+NO_AXES = LACKS + ", ".join((*FORCES, *RATES))
 
 _FORCE = re.compile(r"acc(?!urac)|specific.?force", re.I)
 _RATE = re.compile(r"gyr|angular.?(vel|rate)|omega|rot.*rate", re.I)
@@ -36,6 +38,8 @@ _STAMP = re.compile(r"time|stamp|epoc|elapsed|clock|date|^t$", re.I)
 _SECONDS = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]", re.I)
 _TICKS = re.compile("SampleTimeFine", re.I)  # of a length that only its maker tells
 _ARRIVED = re.compile(r"phone|host|receiv|arriv", re.I)
+_PLACE = re.compile(r"(?<![a-z])(hip|waist|pelvis|trunk|lumbar|foot|feet|ankle|shoe|toe)(?![a-z])[\W_]?", re.I)
+_AT_THE_FOOT = re.compile("foot|feet|ankle|shoe|toe", re.I)
 _HZ = re.compile(r"(\d+(?:\.\d+)?)\s*Hz", re.I)
 
 
@@ -43,20 +47,47 @@ Proposed = tuple[list[str], list[str]]
 
 
 def proposal(path: Path) -> tuple[str, list[str]]:
-    """The text of a map of a file, and a line for each thing that was read, guessed or is to be filled in.
+    """The text of a map of a file, or of a folder's files, and a line for each thing that was read, guessed or is to
+    be filled in.
 
-    Raises SourceRefused for what is no table, bag or array file with an inertial sensor.
+    Files of a folder whose names differ only in a place of the body are the sensors of one run. Raises SourceRefused
+    where there is no table, bag or array file with an inertial sensor.
     """
-    lines = [
-        "# Proposed from the file's head; lines that end in ? are to be filled in or confirmed",
-        "runs:",
-        f"  - experiment: {{name: {_quoted(path.stem)}, origin: measured, slope_deg: null}}  # the ramp's slope ?",
-        "    files:",
-    ]
-    kind = format_of(path)
-    entries, told = (_of_bag if kind is BAG else _of_arrays if kind is ARRAY_FILE else _of_table)(path)
-    told.append("to be filled in: slope_deg, place, forward_axis and up_axis")
-    return "\n".join(lines + entries) + "\n", told
+    folder = path.is_dir() and format_of(path) is not BAG
+    files = sorted(one for one in path.iterdir() if one.is_file()) if folder else [path]
+    runs, told, left_out, beside = dict[str, list[str]](), list[str](), list[str](), set[Path]()
+    for file in files:
+        if file in beside:
+            continue
+        try:
+            kind = format_of(file)
+            entries, said = (_of_bag if kind is BAG else _of_arrays if kind is ARRAY_FILE else _of_table)(file)
+        except SourceRefused as refused:
+            if not folder:
+                raise
+            left_out.append(f"left out: {refused}")
+            continue
+        if folder and NO_AXES in said:
+            left_out.append(f"left out: {printable(file.name)} has no axis of an inertial sensor, by its names")
+            continue
+        if folder and (other := _gyroscope_beside(file)) is not None and any(other.name in line for line in entries):
+            beside.add(other)
+        runs.setdefault(_run_of(file), []).extend(entries)
+        told += [f"{file.name}: {line}" for line in said] if folder else said
+    refuse((not runs, f"{printable(path.name)} has no file with an inertial sensor"))
+    whose = "files' heads" if folder else "file's head"
+    lines = [f"# Proposed from the {whose}; lines that end in ? are to be filled in or confirmed", "runs:"]
+    for name, entries in runs.items():
+        lines += [f"  - experiment: {{name: {_quoted(name)}, origin: measured, slope_deg: null}}  # the ramp's slope ?",
+                  "    files:", *entries]  # fmt: skip
+    places = "" if all(_PLACE.search(file.stem) for file in files) else "place, "
+    told += [*left_out, f"to be filled in: slope_deg, {places}forward_axis and up_axis"]
+    return "\n".join(lines) + "\n", told
+
+
+def _run_of(path: Path) -> str:
+    """The name of the run that a file is of: its own without the place of the body, where it has one."""
+    return re.sub(r"[\W_]+$|^[\W_]+", "", _PLACE.sub("", path.stem)) or path.parent.name
 
 
 def _entry(path: Path, layout: Sequence[str], rate: float, units: tuple[str, str], columns: str) -> list[str]:
@@ -65,7 +96,7 @@ def _entry(path: Path, layout: Sequence[str], rate: float, units: tuple[str, str
         f"      - file: {_quoted(path.name)}",
         *layout,
         "        device:",
-        "          place: hip  # or foot ?",
+        f"          place: {_place(path)}",
         f"          rate_hz: {rate:g}  # nominal rate by the data sheet ?",
         f"          accelerometer_unit: {units[0]}",
         f"          gyroscope_unit: {units[1]}",
@@ -73,6 +104,12 @@ def _entry(path: Path, layout: Sequence[str], rate: float, units: tuple[str, str
         "          up_axis: null  # sensor axis nearest to up ?",
         f"        columns: {columns}",
     ]
+
+
+def _place(path: Path) -> str:
+    """The place of a sensor by the name of its file; else one of them, to be confirmed."""
+    named = _PLACE.search(path.stem)
+    return "hip  # or foot ?" if named is None else "foot" if _AT_THE_FOOT.search(named[0]) else "hip"
 
 
 def _of_table(path: Path) -> Proposed:
@@ -83,7 +120,7 @@ def _of_table(path: Path) -> Proposed:
     rate, said = _rate(head, columns)
     force, rates = (_unit(head, columns, kind, maker) for kind in ("a", "g"))
     missing = [name for name in (*FORCES, *RATES) if name not in columns]
-    lacks = f"not found by name, fill in: {', '.join(missing)}" if missing else ""
+    lacks = f"{LACKS}{', '.join(missing)}" if missing else ""
     told = list(filter(None, (*_layout_said(head, maker), said, force[1], rates[1], lacks)))
     beside = _gyroscope_beside(path) if tuple(missing) == RATES else None
     other = head if beside is None else head_of(beside)
