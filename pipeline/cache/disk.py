@@ -151,12 +151,15 @@ def check(path: Path, where: str, largest: int | None = None) -> os.stat_result:
 
 
 def replaceable(path: Path) -> Path:
-    """`path`, to be written. Raises `StudyError` where a folder, pipe, device or socket stands, or a link to one.
+    """`path`, to be written. Raises `StudyError` where a folder, pipe, device or socket stands, or a link to one, and
+    where what should be its folder is none.
 
     A rename puts a file in place of any of them, and a device that is gone is missed by the whole machine.
     """
     if path.exists() and (no_file := _no_file(path.stat())):
-        raise StudyError(f"{path}: is {no_file}, and no file is put in its place; name another file")
+        raise StudyError(f"{path}: is {no_file}, and no file is put in its place")
+    if path.parent.exists() and not path.parent.is_dir():
+        raise StudyError(f"{path.parent}: is not a folder, so no file is written there")
     return path
 
 
