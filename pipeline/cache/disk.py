@@ -37,9 +37,9 @@ def digest(content: bytes) -> str:
 def write(path: Path, content: bytes | Iterable[bytes]) -> None:
     """Put `content`, or its parts, at `path`: a reader, or a crash at any moment, meets the old file or the new one.
 
-    A link at `path` is replaced; what it names is not touched. Raises `StudyError` as `replaceable` does.
+    A link, pipe or device at `path` is replaced; what a link names is not touched. A path that a user named is first
+    `replaceable`.
     """
-    replaceable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}-{next(_serial)}.part")
     try:

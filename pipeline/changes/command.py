@@ -51,6 +51,8 @@ def compare(study: Study, other: Path, tolerance: float, page: Path | None, form
     what cannot be compared is said. OTHER stays as it is. Ends with 0 if nothing changed and with 3 if something did,
     or could not be compared. --csv prints the numbers.
     """
+    if page is not None:
+        disk.replaceable(page)
     found = between(study, other, tolerance)
     if page is not None:
         disk.write(page, html(found))

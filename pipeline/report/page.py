@@ -56,7 +56,7 @@ Row = dict[str, Any]
 @options.answers_without_rows
 def report(study: Study, into: Path | None, no_times: bool, form: options.Form) -> None:
     """Write one self-contained page: claims, figures, animation, parameters, provenance. run-all does this too."""
-    made, names, path = entries(study), study.graph.usual, into or study.results / REPORT
+    made, names, path = entries(study), study.graph.usual, disk.replaceable(into) if into else study.results / REPORT
     found = Standing(study, names)
     stale = {name: "; ".join(item.reasons) for name, item in found.found.items()}
     echo(f"{found.said(names)}; the page says so" if stale else found.doubt)

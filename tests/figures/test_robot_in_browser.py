@@ -66,13 +66,12 @@ def data(page, name):
     return float(page.value(f"document.getElementById('robot').dataset.{name}"))
 
 
-def test_it_is_drawn_first_on_the_page_without_a_word_and_without_the_network(page):
+def test_it_is_drawn_below_the_title_and_above_the_verdicts_without_the_network(page):
     assert page.value("document.getElementById('robot').classList.contains('live')")
     anything, green, orange, blue, _ = look(page)
     assert 0.2 < anything < 0.9 and min(green, orange) > 0.004 and blue > 0.001
-    assert page.value("document.querySelector('h1').nextElementSibling.contains(document.getElementById('robot'))")
-    below = "document.querySelector('.strip').getBoundingClientRect().bottom"
-    assert page.value(below) < 800, "robot, numbers and verdicts stand on the first screen"
+    order = "['h1', '#robot', '.strip'].map(one => document.querySelector(one).getBoundingClientRect())"
+    assert page.value(f"{order}.every((box, at, all) => !at || all[at - 1].bottom <= box.top)")
     assert page.said == [] and [at for at in page.requests if not at.startswith(("data:", "file:"))] == []
 
 

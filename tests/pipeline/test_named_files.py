@@ -88,7 +88,7 @@ def test_no_file_is_put_in_place_of_a_pipe_or_a_device(no_files):
     for path in no_files:
         kind = path.lstat().st_mode
         with pytest.raises(StudyError, match=f"{path}: is a pipe, device or socket, and no file is put in its place"):
-            disk.write(path, b"content")
+            disk.replaceable(path)
         assert path.lstat().st_mode == kind
         assert sorted(no_files) == sorted(path.parent.iterdir()), "nothing half-written beside it"
 
@@ -97,8 +97,8 @@ def test_a_link_to_a_file_is_replaced_as_ever_and_a_file_is_no_folder(tmp_path):
     (tmp_path / "file").write_text("kept")
     (tmp_path / "link").symlink_to("file")
     with pytest.raises(StudyError, match="file: is not a folder, so no file is written there"):
-        disk.write(tmp_path / "file/below", b"new")
-    disk.write(tmp_path / "link", b"new")
+        disk.replaceable(tmp_path / "file/below")
+    disk.write(disk.replaceable(tmp_path / "link"), b"new")
     assert not (tmp_path / "link").is_symlink()
     assert [(tmp_path / name).read_text() for name in ("file", "link")] == ["kept", "new"]
 
