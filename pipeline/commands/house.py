@@ -252,16 +252,22 @@ def clean(
         found = [(one.folder, one.what, one.size) for one in bounds.beyond(study.store, limits)]
         found += [(place, what, size_of(place)) for place, what in _beside(study, journals, machine_code)
                   if limits.older_than is None or time.time() - place.stat().st_mtime > limits.older_than]  # fmt: skip
-        for folder, what, size in found:
-            if not dry_run and folder.is_dir():
-                shutil.rmtree(folder, ignore_errors=True)
-            elif not dry_run:
-                folder.unlink(missing_ok=True)
+        for place, what, size in found:
+            if not dry_run:
+                _remove(place)
             if form.is_text:
-                click.echo(layout.beside(f"{told(size):>9}  ", f"{what}: {shown(folder)}"))
+                click.echo(layout.beside(f"{told(size):>9}  ", f"{what}: {shown(place)}"))
     plain = [{"folder": shown(folder), "what": what, "bytes": size} for folder, what, size in found]
     total, how = told(sum(size for _, _, size in found)), "would be removed" if dry_run else "removed"
     form.give([f"{total:>9}  in {len(found)} places {how}"], {"removed": not dry_run, "folders": plain})
+
+
+def _remove(place: Path) -> None:
+    """Remove a folder with all that is in it, or a file."""
+    if place.is_dir():
+        shutil.rmtree(place, ignore_errors=True)
+    else:
+        place.unlink(missing_ok=True)
 
 
 def _beside(study: Study, journals: bool, machine_code: bool) -> Iterator[tuple[Path, str]]:

@@ -36,11 +36,10 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
         if name not in fields:
             yield f'dvc.yaml lists {path} among its deps, but its Inputs have no "{name}"{nearest(name, fields)}'
     for name, (_, kind) in fields.items():
-        if name in (MISSING, LOOSER):
+        known = name in {*results, *named}
+        if name in (MISSING, LOOSER) or (not known and MISSING in fields and Path not in _kinds(kind)):
             continue
-        if name not in {*results, *named} and MISSING in fields and Path not in _kinds(kind):
-            continue
-        if name not in {*results, *named}:
+        if not known:
             hint = nearest(name, {*results, *named})
             yield f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}'
         elif Path not in _kinds(kind):

@@ -32,8 +32,8 @@ class Asking:
         return self.found, "results/model_error.h5 is not there"
 
     def each(self, function, arguments, *shared):
-        for place, one in reversed(list(enumerate(arguments))):  # as they get ready
-            yield place, json.loads(json.dumps(function(self.parameters, *shared, one)))
+        for one in arguments:
+            yield json.loads(json.dumps(function(self.parameters, *shared, one)))
 
 
 @pytest.fixture(scope="module")

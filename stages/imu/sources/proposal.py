@@ -54,35 +54,41 @@ def proposal(path: Path) -> tuple[str, list[str]]:
     where there is no table, bag or array file with an inertial sensor.
     """
     folder = path.is_dir() and format_of(path) is not BAG
-    files = sorted(one for one in path.iterdir() if one.is_file()) if folder else [path]
-    runs, told, left_out, beside = dict[str, list[str]](), list[str](), list[str](), set[Path]()
-    for file in files:
-        if file in beside:
-            continue
-        try:
-            kind = format_of(file)
-            entries, said = (_of_bag if kind is BAG else _of_arrays if kind is ARRAY_FILE else _of_table)(file)
-        except SourceRefused as refused:
-            if not folder:
-                raise
-            left_out.append(f"left out: {refused}")
-            continue
-        if folder and NO_AXES in said:
-            left_out.append(f"left out: {printable(file.name)} has no axis of an inertial sensor, by its names")
-            continue
-        if folder and (other := _gyroscope_beside(file)) is not None and any(other.name in line for line in entries):
-            beside.add(other)
-        runs.setdefault(_run_of(file), []).extend(entries)
-        told += [f"{file.name}: {line}" for line in said] if folder else said
-    refuse((not runs, f"{printable(path.name)} has no file with an inertial sensor"))
+    runs, told = _of_folder(path) if folder else ({_run_of(path): (one := _of_file(path))[0]}, one[1])
     whose = "files' heads" if folder else "file's head"
     lines = [f"# Proposed from the {whose}; lines that end in ? are to be filled in or confirmed", "runs:"]
     for name, entries in runs.items():
         lines += [f"  - experiment: {{name: {_quoted(name)}, origin: measured, slope_deg: null}}  # the ramp's slope ?",
                   "    files:", *entries]  # fmt: skip
-    places = "" if all(_PLACE.search(file.stem) for file in files) else "place, "
-    told += [*left_out, f"to be filled in: slope_deg, {places}forward_axis and up_axis"]
-    return "\n".join(lines) + "\n", told
+    to_fill = ["slope_deg", *(["place"] if any(line.endswith("foot ?") for line in lines) else []), "forward_axis"]
+    return "\n".join(lines) + "\n", [*told, f"to be filled in: {', '.join(to_fill)} and up_axis"]
+
+
+def _of_file(path: Path) -> Proposed:
+    """Entries and lines for a file. Raises SourceRefused."""
+    kind = format_of(path)
+    return (_of_bag if kind is BAG else _of_arrays if kind is ARRAY_FILE else _of_table)(path)
+
+
+def _of_folder(path: Path) -> tuple[dict[str, list[str]], list[str]]:
+    """Entries of each run of a folder's files, and lines for all. Raises SourceRefused if none has a sensor."""
+    runs, told, left_out, beside = dict[str, list[str]](), list[str](), list[str](), set[Path]()
+    for file in sorted(one for one in path.iterdir() if one.is_file()):
+        if file in beside:
+            continue
+        try:
+            entries, said = _of_file(file)
+            refuse((NO_AXES in said, f"{printable(file.name)} has no axis of an inertial sensor, by its names"))
+        except SourceRefused as refused:
+            left_out.append(f"left out: {refused}")
+            continue
+        other = _gyroscope_beside(file)
+        if other is not None and any(other.name in line for line in entries):
+            beside.add(other)
+        runs.setdefault(_run_of(file), []).extend(entries)
+        told += [f"{file.name}: {line}" for line in said]
+    refuse((not runs, f"{printable(path.name)} has no file with an inertial sensor"))
+    return runs, told + left_out
 
 
 def _run_of(path: Path) -> str:

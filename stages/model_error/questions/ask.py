@@ -52,21 +52,21 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.model_error.run import further
 
     if options.learn:
-        parts = dict(asking.each(walk, range(options.learn), options.learn))
-        result = further(result, parameters, [parts[number] for number in range(options.learn)])
+        result = further(result, parameters, list(asking.each(walk, range(options.learn), options.learn)))
     ladder = Ladder(parameters, Learnt(result), asking.progress)
     found = [ladder.within(name, one.error, one.share) for name, one in allowed.items()]
-    stable = ladder.stable() if STABLE in options.what else None
-    lines = [line for one in found for line in told(one)] + (told_stable(stable) if stable else [])
+    lines = [line for one in found for line in told(one)]
+    plain: dict[str, Any] = {one.measure: as_json(one) for one in found}
+    if STABLE in options.what:
+        stable = ladder.stable()
+        lines += told_stable(stable)
+        plain[STABLE] = as_json(stable)
     outside, unlike = ladder.outside(), ladder.unlike()
     if unlike:
         lines.append(f"of another kind than the sampled designs, so that only the twin answers: {unlike}")
     elif outside:
         lines.append(f"outside of the sampled designs in {', '.join(outside)}: the model's error is widened")
     lines.append("no error here contains the difference between twin and robot: a calibration estimates it")
-    plain: dict[str, Any] = {one.measure: as_json(one) for one in found}
-    if stable:
-        plain[STABLE] = as_json(stable)
     plain |= {"outside_of_drawn": outside, "unlike_the_drawn": unlike or None}
     refused = any(not one.met for one in found)
     return Answer(lines, plain, rows=[{"measure": one.measure, **as_json(one)} for one in found], no=refused)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterator, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -76,20 +77,18 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     held = dict(target_of(text, TARGETS) for text in options.target)
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     goal = GOALS[options.goal]
-    aims = held
-    for _ in range(AIMS):
-        searches = search_design(
-            design, point.z, bounds, targets=aims, tolerance=tolerance, iterations=options.iterations,
+
+    def search(targets: Mapping[str, float]) -> Sequence[DesignSearch]:
+        return search_design(
+            design, point.z, bounds, targets=targets, tolerance=tolerance, iterations=options.iterations,
             goal=options.goal, maximise=options.maximise, starts=options.starts,
             progress=lambda step, value: asking.note(f"iteration {step + 1}: {goal.title} {value:.6g} {goal.unit}"))
-        answers = measured(parameters, result, searches[0].best.design, allowed, asking)
-        missed = {one.measure: one.value - held[TARGETS[one.measure]] for one in answers
-                  if one.met and TARGETS.get(one.measure) in held}  # fmt: skip
-        off = [name for name, miss in missed.items()
-               if abs(miss) > allowed[name].error * (held[TARGETS[name]] if allowed[name].share else 1.0)]  # fmt: skip
-        if not (off and searches[0].met):
-            break
-        aims = {**aims, **{TARGETS[name]: aims[TARGETS[name]] - miss for name, miss in missed.items()}}
+
+    def answer(found: DesignPoint) -> list[Answered]:
+        return measured(parameters, result, found, allowed, asking)
+
+    searches, aims, answers = aimed(search, answer, held, allowed)
+    missed = misses(answers, held, allowed)
 
     def draw(save: Any) -> None:
         from stages.analytic.pictures import gaits
@@ -102,12 +101,45 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     ground = report_gait(found.walker, found.point, tolerance, parameters.friction.static_friction).validity
     lines = [*told(searches, bounds, aims, goal, options.starts), asked_of_the_ground(ground),
              *(line for one in answers for line in as_words(one)),
-             *(f"Not met: {name} misses its target by {abs(missed[name]):.3g}" for name in off)]
+             *(f"Not met: {name} misses its target by {abs(miss):.3g}" for name, miss in missed.items())]
     plain = {**as_plain(searches, bounds, aims, goal), "ground": {name: getattr(ground, name) for name in GROUND},
              "targets": held, "within": {one.measure: as_json(one) for one in answers}}
     rows = [{"parameter": name, **told_of} for name, told_of in plain["parameters"].items()]
     return Answer(lines, plain, rows=rows, draw=draw, parameters={name: found.design.value(name) for name in bounds},
-                  no=not searches[0].met or bool(off) or not all(one.met for one in answers))  # fmt: skip
+                  no=not searches[0].met or bool(missed) or not all(one.met for one in answers))  # fmt: skip
+
+
+def aimed(
+    search: Callable[[Mapping[str, float]], Sequence[DesignSearch]], answer: Callable[[DesignPoint], list[Answered]],
+    held: Mapping[str, float], allowed: Mapping[str, Allowed]
+) -> tuple[Sequence[DesignSearch], Mapping[str, float], list[Answered]]:  # fmt: skip
+    """The searches, with targets moved until the best design has those that are `held` as the twin has them; these
+    targets; and its measures.
+    """
+    from stages.analytic.design.search import TARGETS
+
+    aims = held
+    for searched in itertools.count(1):
+        searches = search(aims)
+        answers = answer(searches[0].best.design)
+        missed = misses(answers, held, allowed)
+        if not (missed and searches[0].met) or searched == AIMS:
+            break
+        aims = {**aims, **{TARGETS[name]: aims[TARGETS[name]] - miss for name, miss in missed.items()}}
+    return searches, aims, answers
+
+
+def misses(
+    answers: Sequence[Answered], held: Mapping[str, float], allowed: Mapping[str, Allowed]
+) -> dict[str, float]:
+    """By how much measures miss their targets, of those that miss them by more than their error."""
+    from stages.analytic.design.search import TARGETS
+
+    of_targets = {one.measure: held[TARGETS[one.measure]] for one in answers
+                  if one.met and TARGETS.get(one.measure) in held}  # fmt: skip
+    missed = {one.measure: one.value - of_targets[one.measure] for one in answers if one.measure in of_targets}
+    return {name: miss for name, miss in missed.items()
+            if abs(miss) > allowed[name].error * (of_targets[name] if allowed[name].share else 1.0)}  # fmt: skip
 
 
 def measured(

@@ -70,12 +70,14 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             table.write(first, dict(zip(NAMES, found.T, strict=True)))
         whole = options.front or box.seed is None
         columns = {name: table.read(name, 1 if whole else -(-box.size // DRAWN)) for name in shown}
-    best = front(columns) if options.front else []
-    heads = [f"{axis.name.partition('.')[2]} [{axis.unit}]" for axis in box.axes]
-    tables = [("No other stable design beats these in both", [*heads, "multiplier [1]", "speed [m/s]"],
-               [[f"{value:.6g}" for value in row.values()] for row in best])] if best else []  # fmt: skip
-    return Answer(list(lines(counts, options.search)), counts.as_plain() | ({"front": best} if options.front else {}),
-                  tables, best, drawing(box, columns))  # fmt: skip
+    told, draw = list(lines(counts, options.search)), drawing(box, columns)
+    if not options.front:
+        return Answer(told, counts.as_plain(), draw=draw)
+    best = front(columns)
+    heads = [f"{axis.name.partition('.')[2]} [{axis.unit}]" for axis in box.axes] + ["multiplier [1]", "speed [m/s]"]
+    rows = [[f"{value:.6g}" for value in row.values()] for row in best]
+    tables = [("No other stable design beats these in both", heads, rows)] if best else []
+    return Answer(told, {**counts.as_plain(), "front": best}, tables, best, draw)
 
 
 def front(columns: Mapping[str, np.ndarray]) -> list[dict[str, float]]:
