@@ -255,7 +255,7 @@ def test_settings_are_refined_until_the_error_is_what_was_asked(asked, factor, o
     try:
         settings, error, (estimate,) = solved(asked, lambda tolerance: factor * tolerance**order)
     except NotMet as refusal:
-        assert factor * 1e-8**order * 4 > asked and f"hip_position_m <= {asked:g} asked" in str(refusal)
+        assert factor * 1e-8**order * 4 > asked and f"hip_position_m <= {asked:g} requested" in str(refusal)
         return
     assert error <= estimate.estimated <= estimate.asked == asked
     assert estimate.settings == f"tolerance {settings.tolerance:g}"
@@ -304,7 +304,7 @@ def test_an_accuracy_is_met_on_a_design_that_no_table_knows(asked, exact):
 
 def test_an_error_that_grows_beyond_the_finest_tolerance_is_refused():
     """An unstable gait loses a digit every few steps: after twenty, round-off is more than a micrometre."""
-    with pytest.raises(NotMet, match=r"hip_position_m <= 1e-06 asked"):
+    with pytest.raises(NotMet, match=r"hip_position_m <= 1e-06 requested"):
         analytic("ground.slope_deg=8", "analytic.steps=20", "analytic.sampling_rate_hz=100",
                  asked="hip_position_m=1e-6")
 

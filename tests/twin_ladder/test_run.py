@@ -62,11 +62,11 @@ def test_tables_say_which_rung_has_no_gait(made_up):
 
 
 def test_what_is_left_of_the_twin_is_told(made_up):
-    assert made_up.left_of_twin() is None and "same machine" not in made_up.summary()
+    assert made_up.left_of_twin() is None and "same robot" not in made_up.summary()
     found = dataclasses.replace(made_up, same_machine=tuple(
         dataclasses.replace(own, outcome=COMPLETED) for own in made_up.same_machine))  # fmt: skip
     assert found.left_of_twin() == pytest.approx((0.47 - 0.495, 0.165 - 0.16))
-    assert "from the constraint model of the same machine -25.00 ms" in found.summary()
+    assert "from the constraint model of the same robot -25.00 ms" in found.summary()
 
 
 def test_a_planar_walker_without_gait_is_a_result(parameters):
@@ -102,7 +102,7 @@ def test_newton_finds_the_fixed_point_of_a_known_step():
 
 
 def assert_contact_alone_is_left(result):
-    """What parts each machine from the constraint model of the same machine is what parts the simple ones: contact.
+    """What parts each machine from the constraint model of the same robot is what parts the simple ones: contact.
 
     The machines' own differences are many times that.
     """
