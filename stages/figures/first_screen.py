@@ -77,7 +77,7 @@ def measure(analytic: Analytic, learnt: ModelError | None, name: str) -> Measure
     place, gait = NAMES.index(name), analytic.gait
     found = float(np.hypot(*gait.floquet_multipliers[0])) if name == "multiplier" else getattr(gait, FIELDS[name])
     own = next((one for one in analytic.uncertainties if one.name == FIELDS[name]), None)
-    slopes = own.slope_most - own.slope_least if own and name == "multiplier" else 0.0
+    slopes = float(np.nan_to_num(own.slope_most - own.slope_least)) if own else 0.0  # NaN: the slope is exact
     inputs = EVEN * WIDTH * math.hypot(own.independent, 0.5 * slopes) if own else 0.0
     errors = learnt.at_the_design[0, place] if learnt is not None and gait.stable else np.full(3, math.nan)
     solver, bias, model = (float(part) for part in errors * (found if SHARED[place] else 1.0))

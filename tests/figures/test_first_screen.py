@@ -40,6 +40,13 @@ def test_a_number_is_corrected_by_the_bias_and_has_three_errors():
     assert found.parts() == "solver < 0.001 %, model 4 %, inputs 1 %"
 
 
+def test_the_digits_of_the_slope_are_inputs_too():
+    found = analytic()
+    digits = dataclasses.replace(found.uncertainties[0], slope_least=1.9, slope_most=2.1)
+    found.uncertainties = (digits,)
+    assert measure(found, misses(), "step_frequency").inputs == pytest.approx(EVEN * WIDTH * np.hypot(0.02, 0.1))
+
+
 def test_what_was_learnt_of_stable_gaits_corrects_no_other():
     found = measure(analytic(1.2), misses(), "multiplier")
     assert found.value == 1.2 and np.isnan(found.model) and "model not known" in found.parts(share=False)
