@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from stages.biped.question import refuse
+from stages.biped.question import Asking, WrongOption, refuse
+
+if TYPE_CHECKING:
+    from stages.model_error.result import Result
 
 #: What is asked of a gait: name, unit, and whether an error of it is told as a share of it. The last is the largest
 #: multiplier's magnitude.
@@ -45,4 +49,13 @@ def errors(texts: Sequence[str], flag: str = "--within") -> Mapping[str, Allowed
             (name in found, f"{flag} {text}: there is an error for {name or 'all measures'} already"),
         )
         found[name] = Allowed(error, share)
+    return found
+
+
+def learnt_by(asking: Asking) -> Result:
+    """The stage's result among the study's. Raises WrongOption without one."""
+    result, where = asking.result()
+    if result is None:
+        raise WrongOption(NOT_KNOWN.format(where))
+    found: Result = result
     return found

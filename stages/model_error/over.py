@@ -6,7 +6,6 @@ the block that has one.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,7 +14,6 @@ import numpy as np
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.maps.box import Box
 from stages.analytic.model.walker import Vector
-from stages.analytic.parameters import DesignDigits, SlopeDigits
 from stages.biped.question import Column
 from stages.model_error.choice import Answered, Ladder
 from stages.model_error.measures import UNITS, Allowed
@@ -49,7 +47,6 @@ def block(
     end: int
 ) -> list[list[float]]:  # fmt: skip
     """The rows of `columns` of the designs `first` to before `end` of the box."""
-    exact = dataclasses.replace(parameters, design_digits=DesignDigits(), slope_digits=SlopeDigits())
     shares = box.shares(first, end)
     rows, known = [], list[tuple[np.ndarray, dict[str, Vector]]]()
     for share, values in zip(shares, box.at(shares), strict=True):
@@ -58,8 +55,7 @@ def block(
             rows.append([np.nan, np.nan, float(WAYS.index("not allowed"))] * len(allowed))
             continue
         near = min(known, key=lambda one: float(np.abs(one[0] - share).max()), default=(share, {}))[1]
-        here = dataclasses.replace(exact, biped=design.biped, slope=design.slope)
-        ladder = Ladder(here, learnt, near=near)
+        ladder = Ladder(parameters.with_exact(design.biped, design.slope), learnt, near=near)
         rows.append([number for name, one in allowed.items()
                      for number in numbers_of(ladder.within(name, one.error, one.share))])  # fmt: skip
         known.append((share, ladder.design.searched))

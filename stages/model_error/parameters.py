@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
@@ -46,6 +47,11 @@ class Parameters:
     design_digits: DesignDigits = DesignDigits()
     slope_digits: SlopeDigits = SlopeDigits()
     level: Level = Level()
+
+    def with_exact(self, biped: Biped, slope: Slope) -> Parameters:
+        """These of another biped and slope, whose numbers are exact."""
+        return dataclasses.replace(self, biped=biped, slope=slope, design_digits=DesignDigits(),
+                                   slope_digits=SlopeDigits())  # fmt: skip
 
     @property
     def half_widths(self) -> dict[str, float]:

@@ -200,7 +200,7 @@ def by_twin(design: Design, tolerance: float) -> Found:
     def search(one: float) -> Search:
         settings = dataclasses.replace(design.twin, tolerance=one)
         take = step_map(design.machine, design.slope, design.contact, settings)
-        return Search(take, (scales, side), one, DIFFERENCE, sideways=False)
+        return Search(take, (scales, side), one, DIFFERENCE)
 
     walker = search(tolerance)
     found = limit_cycle(walker, cycle.section_state, exact)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, option
-from stages.model_error.measures import NAMES, NOT_KNOWN, UNITS, Allowed, errors
+from stages.model_error.measures import NAMES, UNITS, Allowed, errors, learnt_by
 
 if TYPE_CHECKING:
     from stages.model_error.choice import Answered, Stability
@@ -44,9 +44,7 @@ class Options:
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """The measures that are asked. Raises WrongOption, NoRung."""
     allowed = {name: options.allowed(name) for name in dict.fromkeys(options.what) if name != STABLE}
-    result, where = asking.result()
-    if result is None:
-        raise WrongOption(NOT_KNOWN.format(where))
+    result = learnt_by(asking)
     from stages.model_error.choice import Ladder
     from stages.model_error.miss import Learnt
     from stages.model_error.run import further

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option, refuse
-from stages.model_error.measures import NOT_KNOWN, Allowed, errors
+from stages.model_error.measures import Allowed, errors, learnt_by
 from stages.model_error.questions.ask import as_json
 from stages.model_error.questions.ask import told as as_words
 
@@ -66,8 +65,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     friction, tolerance = parameters.analytic.limited(parameters.friction), parameters.analytic.tolerance
     allowed = errors(options.within)
     refuse(("" in allowed, "--within: a design names the measure of each error, as speed=1%"))
-    result, where = asking.result() if allowed else (None, "")
-    refuse((bool(allowed) and result is None, NOT_KNOWN.format(where)))
+    result = learnt_by(asking) if allowed else None
     design = DesignPoint(parameters.biped, parameters.slope, friction)
     known = sensitive_names(design)
     vary = options.vary or tuple(name for name in VARIED if name in known)
@@ -148,13 +146,10 @@ def measured(
     """Measures of a design that was found, within their errors, as `ask` answers them."""
     if result is None:
         return []
-    from stages.analytic.parameters import DesignDigits, SlopeDigits
     from stages.model_error.choice import Ladder
     from stages.model_error.miss import Learnt
 
-    here = dataclasses.replace(parameters, biped=found.biped, slope=found.slope, design_digits=DesignDigits(),
-                               slope_digits=SlopeDigits())  # fmt: skip
-    ladder = Ladder(here, Learnt(result), asking.progress)
+    ladder = Ladder(parameters.with_exact(found.biped, found.slope), Learnt(result), asking.progress)
     return [ladder.within(name, one.error, one.share) for name, one in allowed.items()]
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Column, Question, WrongOption, option, refuse
-from stages.model_error.measures import NOT_KNOWN, errors
+from stages.biped.question import Answer, Asking, Column, Question, option, refuse
+from stages.model_error.measures import errors, learnt_by
 
 if TYPE_CHECKING:
     import numpy as np
@@ -98,9 +98,7 @@ def ask_within(parameters: Parameters, options: Options, asking: Asking) -> Answ
     """Tell some measures of every design within their errors. Raises WrongOption."""
     allowed = errors(options.within)
     refuse(("" in allowed, "--within: a map names the measure of each error, as step_frequency=1%"))
-    result, where = asking.result()
-    if result is None:
-        raise WrongOption(NOT_KNOWN.format(where))
+    result = learnt_by(asking)
     from stages.model_error import over
 
     box = task(parameters, options.file, options.search).box
