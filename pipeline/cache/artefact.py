@@ -190,6 +190,11 @@ class Field:
     value: Any
     error: float | None = None
 
+    @property
+    def shown_unit(self) -> str:
+        """Its unit beside a value; nothing for a number or a word."""
+        return "" if self.unit in ("1", "-") else self.unit
+
 
 def tree(content: bytes, name: str, older: bool = False) -> list[Field]:
     """Every field of an artefact, groups included (their shape is None), in the order of declaration.

@@ -116,13 +116,14 @@ def beyond(store: Store, bounds: Bounds) -> list[Stored]:
 
 def hold(store: Store, bounds: Bounds, say: Callable[[str], None]) -> None:
     """Remove what is beyond the bounds of cache.yaml, and say so. Call it under the lock of the results folder."""
-    gone = beyond(store, bounds) if bounds else []
+    if not bounds:
+        return
+    gone = beyond(store, bounds)
     for one in gone:
         shutil.rmtree(one.folder, ignore_errors=True)
     if gone:
         say(f"earlier results of {told(sum(one.size for one in gone))} are gone, as {FILE_NAME} has it")
-    left = sum(one.size for one in stored(store)) if bounds.max_size is not None else 0
-    if left > (bounds.max_size or 0):
+    if bounds.max_size is not None and (left := sum(one.size for one in stored(store))) > bounds.max_size:
         say(f"the current results stay, though they take {told(left)}, more than max_size in {FILE_NAME}")
 
 

@@ -298,7 +298,7 @@ def _fields(content: bytes, name: str, older: bool) -> dict[str, tuple[Any, str]
     from pipeline.cache import artefact
 
     with h5py.File(io.BytesIO(content), "r") as file:
-        found = {field.path: (_value(file[field.path]), "" if field.unit in ("1", "-") else field.unit)
+        found = {field.path: (_value(file[field.path]), field.shown_unit)
                  for field in artefact.tree(content, name, older) if field.shape is not None}  # fmt: skip
     columns: dict[str, list[str]] = {}
     for path in found if older else ():

@@ -98,9 +98,10 @@ def cached(function: Command) -> Command:
                   help="Take results from the cache of this results folder too; it is only read.")
     @functools.wraps(function)
     def with_cache(found: Study, cache: Path | None, **options: Any) -> Any:
-        hidden = cache and cache.absolute() / ".cache"
-        shared = hidden if hidden and hidden.is_dir() else cache and cache.absolute()
-        return function(dataclasses.replace(found, cache=shared), **options)
+        if cache is not None:
+            hidden = cache.absolute() / ".cache"
+            found = dataclasses.replace(found, cache=hidden if hidden.is_dir() else cache.absolute())
+        return function(found, **options)
 
     return with_cache
 

@@ -122,9 +122,9 @@ def _give_part(content: bytes, chosen: str, fields: list[Field], form: options.F
     if field.shape is not None and isinstance(value, list):
         lines = (" ".join(map(str, part)) if isinstance(part, list) else part for part in value)
     elif field.shape is not None:
-        lines = [f"{str(value).lower() if isinstance(value, bool) else value} {_unit(field)}".rstrip()]
+        lines = [f"{str(value).lower() if isinstance(value, bool) else value} {field.shown_unit}".rstrip()]
     elif rows and not any(isinstance(cell, (dict, list)) for row in rows for cell in row.values()):
-        units = {each.path.rpartition("/")[2]: _unit(each) for each in fields}
+        units = {each.path.rpartition("/")[2]: each.shown_unit for each in fields}
         heads = [f"{name} [{units[name]}]" if units.get(name) else name for name in rows[0]]
         lines, cells = (), [list(row.values()) for row in rows]
         tables = [(f"{chosen}: {field.description}".rstrip(": "), heads, cells)]
@@ -173,10 +173,6 @@ def _size(shape: tuple[int, ...] | None) -> str:
     return " x ".join(map(str, shape or ()))
 
 
-def _unit(field: Field) -> str:
-    return "" if field.unit in ("", "1", "-") else field.unit
-
-
 def _line(field: Field, above: int = 0) -> str:
     """A field: its name, indented by its depth, its value, and what it is, folded."""
     depth = field.path.count("/") - above
@@ -184,7 +180,7 @@ def _line(field: Field, above: int = 0) -> str:
     if field.shape is None:
         return layout.beside(f"{name:<{_NAMES}} ", field.description)
     exact = isinstance(field.value, float) and field.error is not None and field.error <= _EXACT * abs(field.value)
-    near, unit = "" if field.error is None or exact else f" +- {field.error:.0e}", f" {_unit(field)}".rstrip()
+    near, unit = "" if field.error is None or exact else f" +- {field.error:.0e}", f" {field.shown_unit}".rstrip()
     value = f"array {_size(field.shape)}" if field.value is None else layout.short(field.value)
     start = max(_NAMES, len(name)) + 1
     head = f"{name:<{start}}" + ("none" if field.value is None and field.shape == () else f"{value}{near}{unit}")

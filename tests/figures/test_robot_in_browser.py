@@ -72,6 +72,8 @@ def test_it_is_drawn_below_the_title_and_above_the_verdicts_without_the_network(
     assert 0.2 < anything < 0.9 and min(green, orange) > 0.004 and blue > 0.001
     order = "['h1', '#robot', '.strip'].map(one => document.querySelector(one).getBoundingClientRect())"
     assert page.value(f"{order}.every((box, at, all) => !at || all[at - 1].bottom <= box.top)")
+    below = "document.querySelector('.strip').getBoundingClientRect().bottom"
+    assert page.value(below) < 800, "robot, numbers and verdicts stand on the first screen"
     assert page.said == [] and [at for at in page.requests if not at.startswith(("data:", "file:"))] == []
 
 
