@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 
 import pytest
 import yaml
 
-from pipeline import wheels
+from pipeline import graph, wheels
+from pipeline.cache import fingerprint
+from pipeline.study import locate
 
 
 def test_actions_are_named_by_commit(repository):
@@ -25,6 +28,17 @@ def test_every_install_is_by_hash_but_that_of_the_lowest_versions(repository):
     exact = ("--require-hashes", "--no-deps --no-build-isolation")  # the second installs this checkout itself
     loose = [line for line in installs if not any(words in line for words in exact)]
     assert len(installs) == 9 and [line for line in loose if not line.startswith("$(FLOOR)")] == []
+
+
+def test_keys_have_only_packages_that_every_installation_has(repository):
+    """An extra that is installed later, as by `make test`, leaves results current."""
+    needed = re.search(r"\ndependencies = \[\n(.*?)\n\]", (repository / "pyproject.toml").read_text(), flags=re.S)
+    names = {*re.findall(r'^    "([a-z0-9-]+)', needed[1], flags=re.M)}
+    study = locate(start=repository)
+    for stage in graph.read(repository).stages.values():
+        closure = study.sources.closure(fingerprint.entry_modules(stage, study.package))
+        direct = {fingerprint._NAME_OF_MODULE.get(each, each) for each in closure.foreign} - {*sys.stdlib_module_names}
+        assert direct <= names, stage.name
 
 
 def test_the_citation_is_of_this_version(repository):

@@ -15,6 +15,7 @@ from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -262,8 +263,7 @@ class SqlSource(TableSource):
         self.open_tables()
 
     def _open(self, connection_string: str, statement_s: float) -> None:
-        import sqlalchemy
-
+        sqlalchemy = _sqlalchemy()
         try:
             url = sqlalchemy.make_url(connection_string)
         except Exception:
@@ -296,11 +296,9 @@ class SqlSource(TableSource):
 
     def query(self, sql: str, **values: Any) -> Iterator[tuple[Any, ...]]:
         """Rows of a SELECT."""
-        import sqlalchemy
-
         with _said(self, SERVER_REASONS):
             how = {"stream_results": True}
-            ask = partial(self._connection.execute, sqlalchemy.text(sql), values, execution_options=how)
+            ask = partial(self._connection.execute, _sqlalchemy().text(sql), values, execution_options=how)
             result = _within(self._limit_s, ask)
             while rows := _within(self._limit_s, partial(result.fetchmany, AT_ONCE)):
                 yield from map(tuple, rows)
@@ -320,9 +318,7 @@ class SqlSource(TableSource):
         return found
 
     def _present(self) -> dict[str, set[str]]:
-        import sqlalchemy
-
-        look = sqlalchemy.inspect(self._connection)
+        look = _sqlalchemy().inspect(self._connection)
         names = [*look.get_table_names(), *look.get_view_names()]
         return {
             name: {column["name"] for column in look.get_columns(name)} if name in TABLES else set() for name in names
@@ -343,6 +339,11 @@ class SqlSource(TableSource):
                 _within(LOCK_S, self._connection.close)
         if self._engine is not None:
             self._engine.dispose()
+
+
+def _sqlalchemy() -> Any:
+    """The package, by name: no stage reads from a server, so it is in no result's key."""
+    return import_module("sqlalchemy")
 
 
 def _within(seconds: float, work: Callable[[], T]) -> T:
