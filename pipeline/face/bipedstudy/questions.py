@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bipedstudy.results import resolved
+from pipeline import layout
 from pipeline.errors import StudyError
 from pipeline.parameters.value import declared
 from pipeline.questions.asking import Asked
@@ -102,4 +103,5 @@ def _ask(
             answer = question.ask(parameters, question.options(**values), asking)
     except question.wrong as wrong:
         raise StudyError(str(wrong)) from None
-    return Reply(answer.plain, tuple(answer.lines), tuple(answer.rows), answer.draw)
+    lines = (*answer.lines, *(line for table in answer.tables for line in layout.titled(*table)))
+    return Reply(answer.plain, lines, tuple(answer.rows), answer.draw)
