@@ -48,19 +48,21 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> Iterator[str
     body = [[row[index] for row in cells] for index in range(len(heads))]
     numbers = [all(_NUMBER.fullmatch(cell) for cell in column) and any(column) for column in body]
     natural = [max(map(len, [head, *column])) for head, column in zip(heads, body)]
-    least = [
-        max(_longest_word([head]), max(map(len, column), default=0) if number
-            else max(_longest_word(column), min(_READABLE, max(map(len, column), default=0))))
-        for head, column, number in zip(heads, body, numbers)
-    ]  # fmt: skip
-    keys = 2 if len(heads) > 2 and len(set(body[0])) < len(cells) and len(set(zip(*body[:2]))) == len(cells) else 1
+    least = [_least(head, column, number) for head, column, number in zip(heads, body, numbers)]
+    together = len(heads) > 2 and len(set(body[0])) < len(cells) and len(set(zip(*body[:2]))) == len(cells)
     room = width() - _GAP
-    for number, panel in enumerate(_panels(least, keys, room)):
+    for number, panel in enumerate(_panels(least, 2 if together else 1, room)):
         if number:
             yield ""
         sizes = _shared([natural[index] for index in panel], [least[index] for index in panel], room)
         for row in (heads, *cells):
             yield from _row([row[index] for index in panel], sizes, [numbers[index] for index in panel])
+
+
+def _least(head: str, column: Sequence[str], is_number: bool) -> int:
+    """The smallest width of a column: numbers stand whole, words fold to what can be read."""
+    whole = max(map(len, column), default=0)
+    return max(_longest_word([head]), whole if is_number else max(_longest_word(column), min(_READABLE, whole)))
 
 
 def titled(title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,22 +51,15 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
     about = artefacts.provenance(content, name)
     status.say(study, *(each for each, stage in study.graph.stages.items()
                           if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
-    made_by, fields, inside = about.get("stage", ""), artefacts.tree(content, name), []
-    if where is not None:
-        chosen = where.replace(".", "/").strip("/")
-        inside = [field for field in fields if field.path == chosen or field.path.startswith(f"{chosen}/")]
-        if not inside:
-            known = {field.path: field.path.replace("/", ".") for field in fields}
-            alike = [known[path] for path in known if path.rpartition("/")[2] == chosen.rpartition("/")[2]]
-            hint = f"; did you mean {alike[0]}?" if alike else nearest(chosen.replace("/", "."), known.values())
-            raise StudyError(f'{name}: there is no "{where}"{hint}')
+    made_by, fields = about.get("stage", ""), artefacts.tree(content, name)
+    inside = [] if where is None else _inside(fields, where, name)
     if why:
         from pipeline.commands import why as account
 
         account.give(study, content, name, inside[0] if inside else None, form)
         return
     if where is not None:
-        _give_part(content, chosen, inside, form)
+        _give_part(content, inside, form)
         return
     lines = [f"{name}: stage {about.get('stage', '?')}, key {about.get('key', '?')}"]
     lines += [line for text in requests.kept(study, about) for line in layout.folded(text)]
@@ -78,6 +71,18 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
         ({**_plain(field), "shape": _size(field.shape)} for field in fields if field.shape is not None),
         _tables(study, content, made_by, name),
     )
+
+
+def _inside(fields: list[Field], where: str, name: str) -> list[Field]:
+    """The field at a path, or a group and the fields below it, the one at the path first; raises `StudyError`."""
+    chosen = where.replace(".", "/").strip("/")
+    inside = [field for field in fields if field.path == chosen or field.path.startswith(f"{chosen}/")]
+    if not inside:
+        known = {field.path: field.path.replace("/", ".") for field in fields}
+        alike = [known[path] for path in known if path.rpartition("/")[2] == chosen.rpartition("/")[2]]
+        hint = f"; did you mean {alike[0]}?" if alike else nearest(chosen.replace("/", "."), known.values())
+        raise StudyError(f'{name}: there is no "{where}"{hint}')
+    return inside
 
 
 def _path(study: Study, name: str) -> Path:
@@ -111,26 +116,36 @@ def _check_links(content: bytes, name: str) -> None:
         raise ArtefactError(f"{name}: its groups lie in each other; those of artefacts do not")
 
 
-def _give_part(content: bytes, chosen: str, fields: list[Field], form: options.Form) -> None:
-    """Give what stands at a path: a value alone, rows of a table, or the fields below."""
+def _give_part(content: bytes, fields: list[Field], form: options.Form) -> None:
+    """Give what stands at the path of the first of `fields`: a value alone, rows of a table, or the fields below."""
     import h5py
 
+    field, chosen = fields[0], fields[0].path
     with h5py.File(io.BytesIO(content), "r") as file:
         value = _whole(file[chosen])
-    field, rows, tables = fields[0], _rows(value), []
-    lines: Iterable[Any] = (_line(each, chosen.count("/")) for each in fields)
-    if field.shape is not None and isinstance(value, list):
-        lines = (" ".join(map(str, part)) if isinstance(part, list) else part for part in value)
-    elif field.shape is not None:
-        lines = [f"{str(value).lower() if isinstance(value, bool) else value} {field.shown_unit}".rstrip()]
-    elif rows and not any(isinstance(cell, (dict, list)) for row in rows for cell in row.values()):
-        units = {each.path.rpartition("/")[2]: each.shown_unit for each in fields}
-        heads = [f"{name} [{units[name]}]" if units.get(name) else name for name in rows[0]]
-        lines, cells = (), [list(row.values()) for row in rows]
-        tables = [(f"{chosen}: {field.description}".rstrip(": "), heads, cells)]
+    rows, plain = _rows(value), value if field.shape is None else {**_plain(field), "value": value}
     alone = value if field.shape is None else {field.path.rpartition("/")[2]: value}
-    plain = value if field.shape is None else {**_plain(field), "value": value}
+    tables = _as_table(field, fields, rows) if field.shape is None and rows else []
+    below = [] if tables else [_line(each, chosen.count("/")) for each in fields]
+    lines = below if field.shape is None else _in_full(field, value)
     form.give(lines, plain, [alone] if rows is None else rows, tables)
+
+
+def _in_full(field: Field, value: Any) -> Iterator[str]:
+    """The lines of a value alone, with all its digits: a row of an array each, or one with its unit."""
+    if isinstance(value, list):
+        yield from (" ".join(map(str, part)) if isinstance(part, list) else str(part) for part in value)
+    else:
+        yield f"{str(value).lower() if isinstance(value, bool) else value} {field.shown_unit}".rstrip()
+
+
+def _as_table(field: Field, fields: list[Field], rows: list[dict[str, Any]]) -> list[options.Table]:
+    """The table of a group's rows, with units in its heads; none where a row has groups or arrays in it."""
+    if any(isinstance(cell, (dict, list)) for row in rows for cell in row.values()):
+        return []
+    units = {each.path.rpartition("/")[2]: each.shown_unit for each in fields}
+    heads = [f"{name} [{units[name]}]" if units.get(name) else name for name in rows[0]]
+    return [(f"{field.path}: {field.description}".rstrip(": "), heads, [list(row.values()) for row in rows])]
 
 
 def _whole(item: Any) -> Any:
