@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import eig
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -40,15 +39,13 @@ from stages.twin.machine.detailed import machine_of
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import project
 from stages.twin.parameters import Settings as TwinSettings
-from stages.twin_ladder.cycle import SIDE_UNITS, Search, step_map
+from stages.twin_ladder.cycle import ALONG, SIDE_UNITS, Search, step_map
 from stages.twin_ladder.run import STANDING, section_numbers
 
 #: A second search at so many times the tolerance tells the error of the first.
 LOOSER = 10.0
 #: Tolerance of the constraint models.
 CONSTRAINT = 1e-8
-#: Step of the twin's finite differences in the section's scales; shorter ones show the solver's error.
-DIFFERENCE = 5e-3
 #: No tolerance leaves less of a multiplier by these differences.
 DIFFERENCES_LEAVE = 1e-4
 
@@ -200,37 +197,20 @@ def by_twin(design: Design, tolerance: float) -> Found:
     def search(one: float) -> Search:
         settings = dataclasses.replace(design.twin, tolerance=one)
         take = step_map(design.machine, design.slope, design.contact, settings)
-        return Search(take, (scales, side), one, DIFFERENCE)
+        return Search(take, (scales, side), one, ALONG)
 
     walker = search(tolerance)
     found = limit_cycle(walker, cycle.section_state, exact)
     strides = [corrected(each, found.numbers, found.derivative) for each in (walker, search(LOOSER * tolerance))]
-    largest, penalty = largest_multipliers(walker, found.numbers, exact)
+    largest = float(abs(walker.multipliers(found.numbers, exact, 1)[0]))
+    penalty = float(np.abs(np.linalg.eigvals(exact)).max()) ** 0.5
     values, other = (
         measures(0.5 * (first.duration + second.duration), 0.5 * (first.length + second.length), largest)
         for first, second in ((one.first, one.second) for one in strides))  # fmt: skip
     errors = np.abs(other - values)
     errors[NAMES.index("multiplier")] = (
-        LOOSER * tolerance / DIFFERENCE + max(DIFFERENCES_LEAVE, abs(largest - penalty)))  # fmt: skip
+        LOOSER * tolerance / ALONG + max(DIFFERENCES_LEAVE, abs(largest - penalty)))  # fmt: skip
     return Found(values, errors)
-
-
-def largest_multipliers(walker: Search, numbers: np.ndarray, near: np.ndarray) -> tuple[float, float]:
-    """The largest multiplier of a step, in magnitude, of a walker's gait (10,), and that of one near it, of which the
-    derivative (10, 10) of a stride is known.
-
-    To first order they differ by what a stride makes of the known one's direction, by central differences along it.
-    """
-    values, left, right = eig(near * walker.scales / walker.scales[:, None], left=True)
-    place = int(np.argmax(np.abs(values)))
-    along, across = right[:, place], left[:, place].conj()
-    grown = np.zeros(10, complex)
-    for part, unit in ((along.real, 1.0), (along.imag, 1j)):
-        if size := float(np.abs(part).max()):
-            change = part * walker.scales * DIFFERENCE / size
-            ahead, back = (walker.step(numbers + sign * change).numbers for sign in (1.0, -1.0))
-            grown += unit * size * (ahead - back) / (2.0 * DIFFERENCE * walker.scales)
-    return abs(across @ grown / (across @ along)) ** 0.5, abs(values[place]) ** 0.5
 
 
 @dataclass(frozen=True)

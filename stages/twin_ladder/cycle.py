@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.linalg import eig
 from scipy.optimize import brentq
 
 from stages.ground.contact_law import ContactLaw
@@ -35,6 +36,9 @@ IN_PLANE, SIDEWAYS = 2, 1
 SETTLED, NOISE, MOST_STRIDES = 5.0, 10.0, 6
 #: Turns of a basis towards the changes that a matrix makes grow most: a power of their ratio to the others is left.
 TURNS = 60
+#: Step of central differences along changes that lead back to the gait, in the section's scales: no foot is lifted by
+#: these, and shorter steps show the solver's error.
+ALONG = 5e-3
 UPRIGHT = np.zeros(9)
 #: Changes (n,) of a section's numbers after a step and after two, for one at the start; all in the section's scales.
 Changes = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -144,15 +148,14 @@ class Stride:
 
 @dataclass(frozen=True)
 class Near:
-    """What a machine's gait tells of one like it.
+    """What is known near a machine's gait.
 
-    plane (10,): its mid-stance; derivative of its stride (10, 10); changes of a mid-stance that grow most or fade last,
-    a column each, in scales, in the plane (10, 2) and out of it (9, 1).
+    plane (10,): its mid-stance; derivative of its stride (10, 10); the change of a mid-stance out of the plane that
+    grows most or fades last, in scales (9, 1).
     """
 
     plane: np.ndarray
     derivative: np.ndarray
-    in_plane: np.ndarray
     sideways: np.ndarray
 
 
@@ -211,16 +214,14 @@ class Search:
         """The gait near that of a machine like this one. Raises NoLimitCycle if it falls or the search fails."""
         found = fixed_point(self, near.plane, near.derivative)
         first, second = found.step.first, found.step.second
-        rough = found.derivative * self.scales / self.scales[:, None]
-        walked = self._changes(found.numbers, found.step)
-        plane, in_plane, known = leading(walked, near.in_plane, self.settled, rough)
+        plane = self.multipliers(found.numbers, near.derivative, IN_PLANE)[:IN_PLANE]
         side, sideways = np.zeros(0), near.sideways
         if self.sideways:
-            side, sideways, _ = leading(self._changes(found.numbers), near.sideways, self.settled)
+            side, sideways = leading(self._changes(found.numbers), near.sideways, self.settled)
         period = 0.5 * (first.duration + second.duration)
         return Gait(
             stride=found.step,
-            near=Near(found.numbers, known * self.scales[:, None] / self.scales, in_plane, sideways),
+            near=Near(found.numbers, found.derivative, sideways),
             plane_multipliers=plane,
             side_multipliers=side,
             period=period,
@@ -231,52 +232,56 @@ class Search:
             solver_steps=first.solver_steps + second.solver_steps,
         )
 
-    def _changes(self, plane: np.ndarray, base: Stride | None = None) -> Changes:
-        """In the plane, from the stride `base`, or without it out of the plane.
+    def multipliers(self, numbers: np.ndarray, near: np.ndarray, count: int) -> np.ndarray:
+        """The `count` largest multipliers of a step in the plane, complex, or one more where the last is of a pair.
 
-        There the mirrored run is not walked: it would give the mirrored motion, and the motion in the plane stays.
+        They are those of the gait at `numbers` (10,), to first order in what its stride's derivative differs by from
+        `near` (10, 10), that of a gait near it: the stride is differenced along the changes that go with these alone.
         """
-        sizes = self.difference * (self.side_scales if base is None else self.scales)
+        values, left, right = eig(near * self.scales / self.scales[:, None], left=True)
+        order = np.argsort(-np.abs(values), kind="stable")
+        count += bool(values[order[count - 1]].imag and values[order[count]] == values[order[count - 1]].conj())
+        basis, across = (np.linalg.svd(np.hstack([part.real, part.imag]))[0][:, :count]
+                         for part in (right[:, order[:count]], left[:, order[:count]]))  # fmt: skip
+        sizes = ALONG * self.scales
+        pairs = [[self.step(numbers + sign * sizes * column) for sign in (1.0, -1.0)] for column in basis.T]
+        first = np.column_stack([ahead.first.end.plane - back.first.end.plane for ahead, back in pairs])
+        second = np.column_stack([ahead.numbers - back.numbers for ahead, back in pairs])
+        first, second = (columns / (2.0 * sizes[:, None]) for columns in (first, second))
+        return step_multipliers(basis, first, basis @ np.linalg.solve(across.T @ basis, across.T @ second))
+
+    def _changes(self, plane: np.ndarray) -> Changes:
+        """Out of the plane. The mirrored run is not walked: it would give the mirrored motion, and the motion in the
+        plane stays.
+        """
+        sizes = self.difference * self.side_scales
 
         def changes(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            if base is None:
-                after = self.step(plane, sizes * change)
-                return after.first.end.side / sizes, after.second.end.side / sizes
-            after = self.step(plane + sizes * change)
-            return (after.first.end.plane - base.first.end.plane) / sizes, (after.numbers - base.numbers) / sizes
+            after = self.step(plane, sizes * change)
+            return after.first.end.side / sizes, after.second.end.side / sizes
 
         return changes
 
 
-def leading(
-    changes: Changes, start: np.ndarray, settled: float, stride: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The k multipliers of a step that are largest, complex (k,), the changes (n, k) that go with them, and what is
-    known of the derivative of a stride (n, n).
+def leading(changes: Changes, start: np.ndarray, settled: float) -> tuple[np.ndarray, np.ndarray]:
+    """The k multipliers of a step that are largest, complex (k,), and the changes (n, k) that go with them.
 
     Orthogonal iteration from `start` (n, k): every stride turns the changes towards those sought, by the ratio of the
-    next multiplier to theirs, squared, until that changes the multipliers by less than `settled`. So it is, too, where
-    `stride`, if anything is known of that derivative before, says that it would not. What does not settle is taken
-    from all n changes.
+    next multiplier to theirs, squared, until that changes the multipliers by less than `settled`. What does not settle
+    is taken from all n changes.
     """
     size, count = start.shape
     basis, known, before = np.linalg.qr(start)[0], np.full(count, np.inf + 0j), np.inf
-    whole = np.zeros((size, size)) if stride is None else stride
     for _ in range(MOST_STRIDES):
         first, second = (np.column_stack(rows) for rows in zip(*map(changes, basis.T), strict=True))
-        whole = whole + (second - whole @ basis) @ basis.T
-        turned = growing(whole, basis)
         found = step_multipliers(basis, first, second)
-        foreseen = step_multipliers(turned, first @ (basis.T @ turned), whole @ turned)
         changed = float(np.abs(found - known).max())
-        if stride is not None:
-            changed = min(changed, float(np.abs(found - foreseen).max()))
         if changed < settled or before <= changed < NOISE * settled:
-            return found, basis, whole
+            return found, basis
         basis, known, before = np.linalg.qr(second)[0], found, changed
     everything = np.eye(size)
     first, second = (np.column_stack(rows) for rows in zip(*map(changes, everything), strict=True))
-    return step_multipliers(everything, first, second)[:count], growing(second, basis), second
+    return step_multipliers(everything, first, second)[:count], growing(second, basis)
 
 
 def growing(matrix: np.ndarray, basis: np.ndarray) -> np.ndarray:

@@ -29,6 +29,9 @@ from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 from stages.multibody.result import Result as Multibody
 from stages.multibody.walking.walk import simulate
+from stages.penalty.settings import Settings as PenaltySettings
+from stages.penalty.step_map import PenaltyStepper
+from stages.planar.limit_cycle import gait_near
 from stages.planar.run import LimitCycle, PlanarState
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
 from stages.studies.result import COMPLETED
@@ -45,8 +48,6 @@ PHASES = np.linspace(0.0, 1.0, 801)
 PLANAR = "planar model"
 #: Which feet the ground acts on at a mid-stance; the rest of it comes from a section's numbers.
 STANDING = PlanarState((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (True, False))
-#: Steps after which only the changes are left that go with the leading multipliers.
-LEFT_AFTER = 4
 PLANAR_ADDED = "compliant ground lets standing feet slide slowly: penalty contact and friction instead of constraints"
 #: The row of a rung, and where its hip is at `PHASES` of a stride (801, 2) [m]; NaN without a gait.
 Climbed = tuple[RungGait, np.ndarray]
@@ -222,7 +223,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         rows += [without_gait(rung.name, rung.added, reason, rung.is_twin) for rung in machines]
         found = [(row, NO_HIP) for row in rows]
     else:
-        found = [planar_rung(parameters, cycle), *climb(parameters, machines, cycle, constrained, progress)]
+        found = [planar_rung(parameters, cycle), *climb(parameters, machines, cycle, constrained[1:], progress)]
     return Result(
         simple_period_s=analytic.gait.period_s,
         simple_step_length_m=analytic.gait.step_length_m,
@@ -265,46 +266,41 @@ def climb(
     parameters: Parameters, machines: list[Rung], cycle: LimitCycle, constrained: Sequence[ConstraintGait],
     progress: Progress,
 ) -> list[Climbed]:
-    """Gaits of the spatial machines, each searched from the last one found, by as much as their constraint models'
-    mid-stances differ; `constrained` has the planar model's first.
+    """Gaits of the spatial machines, each searched from the penalty walker's of the same machine, and that from the
+    machine's constraint model, one of `constrained`; from the planar model's gait where that has none.
     """
     settings = parameters.settings
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
     in_plane, sideways = (section_scales(parameters.biped, parameters.slope, each) for each in (UNITS, SIDE_UNITS))
-    near = like_planar(cycle, in_plane)
-    length, before = parameters.biped.leg_length, constrained[0]
+    side = np.ones((len(SIDE_UNITS), SIDEWAYS))
     rows: list[Climbed] = []
     found: tuple[Machine, Gait, np.ndarray] | None = None
-    for number, (rung, own) in enumerate(zip(machines, constrained[1:], strict=True), 1):
+    for number, (rung, own) in enumerate(zip(machines, constrained, strict=True), 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
         if not settings.sideways and found is not None and alike_in_the_plane(found[0], rung.machine):
             rows.append((spatial_row(rung, found[1]), found[2]))
             continue
-        longer = float(rung.machine.length.mean()) - length
-        length += longer
-        if own.found and before.found:
-            ahead = section_numbers(own.mid_stance) - section_numbers(before.mid_stance)
-        else:  # a longer machine stands higher on its feet
-            ahead = longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
-        near, before = dataclasses.replace(near, plane=near.plane + ahead), own
+        start = section_state(section_numbers(own.mid_stance) if own.found else cycle.section_state, STANDING)
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
         search = Search(take, (in_plane, sideways), settings.tolerance, settings.difference, settings.sideways)
         try:
-            gait = search.find(near)
+            gait = search.find(Near(*in_the_plane(parameters, rung.machine, start), side))
         except NoLimitCycle as error:
             rows.append((without_gait(rung.name, rung.added, str(error), rung.is_twin), NO_HIP))
             continue
-        near = gait.near
-        found = rung.machine, gait, gait.hip(PHASES)
+        side, found = gait.near.sideways, (rung.machine, gait, gait.hip(PHASES))
         rows.append((spatial_row(rung, gait), found[2]))
     return rows
 
 
-def like_planar(cycle: LimitCycle, scales: np.ndarray) -> Near:
-    """What the planar model's gait tells of the first machine; of motion out of the plane it knows nothing."""
-    step = cycle.monodromy_matrix
-    scaled = np.linalg.matrix_power(step * scales / scales[:, None], LEFT_AFTER)
-    return Near(cycle.section_state, step @ step, np.linalg.svd(scaled)[0][:, :IN_PLANE], np.ones((9, SIDEWAYS)))
+def in_the_plane(parameters: Parameters, machine: Machine, start: PlanarState) -> tuple[np.ndarray, np.ndarray]:
+    """The mid-stance (10,) of the penalty walker's gait of a machine near `start`, and the exact derivative of its
+    stride (10, 10). Raises NoLimitCycle.
+    """
+    settings = PenaltySettings(parameters.settings.tolerance)
+    stepper = PenaltyStepper(project(machine), parameters.slope, parameters.contact, start, settings)
+    cycle = gait_near(stepper, start)
+    return cycle.section_state, np.linalg.matrix_power(cycle.monodromy_matrix, 2 // stepper.steps_a_cycle)
 
 
 def spatial_row(rung: Rung, gait: Gait) -> RungGait:
