@@ -30,8 +30,8 @@ class Settings:
         "1", "absolute tolerance of the solver in m, rad, m/s, rad/s",
         bound=Bound(minimum=1e-11, maximum=1e-6), looser=LOOSER)
     difference: float = parameter(
-        "1", "step of the finite differences in the section's scales", bound=Bound(minimum=1e-5, maximum=1e-1)
-    )
+        "1", "step of the finite differences out of the plane, in the section's scales",
+        bound=Bound(minimum=1e-5, maximum=1e-1))
     sideways: bool = parameter("-", "multipliers of roll, yaw and sideways motion as well")
 
 

@@ -223,7 +223,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         rows += [without_gait(rung.name, rung.added, reason, rung.is_twin) for rung in machines]
         found = [(row, NO_HIP) for row in rows]
     else:
-        found = [planar_rung(parameters, cycle), *climb(parameters, machines, cycle, constrained[1:], progress)]
+        found = [planar_rung(parameters, cycle), *climb(parameters, machines, cycle, constrained, progress)]
     return Result(
         simple_period_s=analytic.gait.period_s,
         simple_step_length_m=analytic.gait.step_length_m,
@@ -267,28 +267,37 @@ def climb(
     progress: Progress,
 ) -> list[Climbed]:
     """Gaits of the spatial machines, each searched from the penalty walker's of the same machine, and that from the
-    machine's constraint model, one of `constrained`; from the planar model's gait where that has none.
+    last one found, by as much as their constraint models' mid-stances differ; `constrained` has the planar model's
+    first.
     """
     settings = parameters.settings
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
     in_plane, sideways = (section_scales(parameters.biped, parameters.slope, each) for each in (UNITS, SIDE_UNITS))
-    side = np.ones((len(SIDE_UNITS), SIDEWAYS))
+    plane, side = cycle.section_state, np.ones((len(SIDE_UNITS), SIDEWAYS))
+    length, before = parameters.biped.leg_length, constrained[0]
     rows: list[Climbed] = []
     found: tuple[Machine, Gait, np.ndarray] | None = None
-    for number, (rung, own) in enumerate(zip(machines, constrained, strict=True), 1):
+    for number, (rung, own) in enumerate(zip(machines, constrained[1:], strict=True), 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
         if not settings.sideways and found is not None and alike_in_the_plane(found[0], rung.machine):
             rows.append((spatial_row(rung, found[1]), found[2]))
             continue
-        start = section_state(section_numbers(own.mid_stance) if own.found else cycle.section_state, STANDING)
+        longer = float(rung.machine.length.mean()) - length
+        length += longer
+        if own.found and before.found:
+            ahead = section_numbers(own.mid_stance) - section_numbers(before.mid_stance)
+        else:  # a longer machine stands higher on its feet
+            ahead = longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
+        plane, before = plane + ahead, own
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
         search = Search(take, (in_plane, sideways), settings.tolerance, settings.difference, settings.sideways)
         try:
-            gait = search.find(Near(*in_the_plane(parameters, rung.machine, start), side))
+            gait = search.find(Near(*in_the_plane(parameters, rung.machine, section_state(plane, STANDING)), side))
         except NoLimitCycle as error:
             rows.append((without_gait(rung.name, rung.added, str(error), rung.is_twin), NO_HIP))
             continue
-        side, found = gait.near.sideways, (rung.machine, gait, gait.hip(PHASES))
+        plane, side = gait.near.plane, gait.near.sideways
+        found = rung.machine, gait, gait.hip(PHASES)
         rows.append((spatial_row(rung, gait), found[2]))
     return rows
 
