@@ -16,17 +16,21 @@ from matplotlib.collections import PathCollection
 from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator
 
-from stages.drawing import style
+from stages.drawing import panels, style
 
 #: The smallest letter [points], in figures that are shown at the size they are made for.
 SMALLEST = 7.0
 #: Boxes are those of whole lines, with room for accents and tails: so much of it may be shared [points].
 SHARED = 1.0
 DPI = 100
+#: Width of a figure on a phone of 390 px, and pixels an inch there: a point is 1/72 of it.
+PHONE, INCH = 358.0, 96.0
+#: Pixels an inch that the report gives a piece, where there is room.
+PIECE = 100.0
 
 
-def complaints(figure):
-    """Everything a referee has to say of a figure, a sentence each."""
+def complaints(figure, phone=False):
+    """Everything a referee has to say of a figure, a sentence each; of one of the report also on a phone."""
     FigureCanvasAgg(figure)
     with style.laid_out(figure, DPI):
         texts = drawn_texts(figure)
@@ -45,8 +49,18 @@ def complaints(figure):
             name = axes.get_title(loc="left") or axes.get_title() or axes.get_ylabel() or "a panel"
             said += [f"{name!r} has no unit along {way}" for way in "xy" if not has_unit(axes, way)]
             said += [f"{name!r} shows nothing"] * idle(axes)
+        if phone:
+            least = min(text.get_fontsize() for text in texts) * scale_on_a_phone(figure)
+            said += [f"the smallest letter has {least:.1f} points on a phone"] * (least < SMALLEST)
     plt.close(figure)
     return said
+
+
+def scale_on_a_phone(figure):
+    """By how much the widest piece of a figure is smaller on a phone than in print; the report enlarges a little."""
+    whole, *parts = ([float(number) for number in box.split()] for box in panels.pieces(figure).split(";")[:-1])
+    widest = max(part[2] for part in parts) if len(parts) > 1 else whole[0]
+    return min(PIECE, PHONE / widest) / INCH
 
 
 def drawn_texts(figure):

@@ -91,7 +91,7 @@ def test_figure_05_lays_each_variation_over_the_constraint_model():
         assert texts == [f"{factor * value:g}" for value in getattr(DEFAULTS, key) * np.array([1.0, 0.5, 2.0])]
         for panel in (impact, after):  # no curve leaves at the top
             assert panel.get_ylim()[1] > np.nanmax([np.nanmax(line.get_ydata()) for line in panel.lines])
-    *differences, chosen, limit = figure.get_axes()[-1].lines
+    *differences, chosen, limit = figure.get_axes()[-2].lines
     assert len(differences) == len(contact_laws.ROWS)
     for line in differences:
         values, found = line.get_data()

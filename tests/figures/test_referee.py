@@ -57,7 +57,7 @@ LARGE = {"extremes, all": all_extremes, "tradeoff, all": all_prices, "figure 16,
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_a_figure_passes_a_referee(name):
-    assert complaints(drawn(name)) == []
+    assert complaints(drawn(name), phone=True) == []
 
 
 @pytest.mark.parametrize("name", [*question_pictures.PICTURES, *LARGE])
@@ -83,6 +83,15 @@ def test_a_referee_sees_what_is_wrong():
                   "'speed' has no unit along y", "'speed [m/s]' shows nothing"):
         assert any(words in one for one in said), said
     assert len(said) == 5, said
+
+
+@pytest.mark.parametrize("width, readable", [(3.5, True), (3.9, False)])
+def test_a_referee_has_a_phone(width, readable):
+    _, axes = plt.subplots(figsize=(width, 3.0))
+    axes.set(xlabel="x [m]", ylabel="y [m]")
+    axes.plot([0, 1], [0, 1])
+    said = [] if readable else ["the smallest letter has 6.7 points on a phone"]
+    assert complaints(axes.figure, phone=True) == said
 
 
 @pytest.mark.parametrize("apart, count", [(0.15, 0), (0.02, 1)])

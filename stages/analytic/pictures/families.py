@@ -29,7 +29,7 @@ def draw_families(families: Sequence[RecordedFamily], label: str, here: float | 
 
     Full lines are stable gaits, dashed ones unstable. `label` is that of the parameter, `here` the design's own value.
     """
-    figure, (forks, multipliers) = plt.subplots(2, 1, figsize=(style.TWO_COLUMNS, 4.6), sharex=True)
+    figure, (forks, multipliers) = plt.subplots(2, 1, figsize=(style.ONE_COLUMN, 4.6), sharex=True)
     cycles = sorted({family.steps for family in families})
     for family in families:
         colour = COLOURS[cycles.index(family.steps) % len(COLOURS)]
@@ -49,7 +49,7 @@ def draw_families(families: Sequence[RecordedFamily], label: str, here: float | 
     for limit in (-1.0, 1.0):
         multipliers.axhline(limit, color="black", linewidth=0.8)
     multipliers.set_ylim(-1.9, 1.4)
-    forks.set_ylabel("duration of each step [s]")
+    forks.set_ylabel("duration of a step [s]")
     multipliers.set_ylabel("multipliers, real part [1]")
     multipliers.set_xlabel(label)
     for axes, letter in ((forks, "a"), (multipliers, "b")):
@@ -80,7 +80,7 @@ def _legend(figure: Figure, families: Sequence[RecordedFamily], cycles: Sequence
     if here:
         looks.append(("the design", {"color": "#777777", "linestyle": ":", "linewidth": 0.8}))
     handles = [Line2D([], [], label=name, **look) for name, look in looks]
-    figure.legend(handles=handles, loc="outside upper center", ncols=4)
+    figure.legend(handles=handles, loc="outside upper center", ncols=2)
 
 
 #: Light to dark in grey as well, so that kinds of ending are told apart in print.
@@ -93,7 +93,7 @@ def draw_basin(basin: Basin) -> Figure:
 
     Starts that reach the gait by the number of their steps, in colour; others by how they end, in greys.
     """
-    figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 3.6))
+    figure, axes = plt.subplots(figsize=(style.ONE_COLUMN, 3.6))
     angles, rates = np.degrees(basin.stance_angle), basin.stance_rate
     order = [number for number in LOOKS if (basin.ending == number).any()]
 
@@ -120,7 +120,7 @@ def draw_basin(basin: Basin) -> Figure:
     handles = [*gait,
                *(Patch(facecolor=LOOKS[number], edgecolor="#555555", linewidth=0.4, label=basin.endings[number])
                  for number in order)]  # fmt: skip
-    figure.legend(handles=handles, loc="outside upper center", ncols=3)
+    figure.legend(handles=handles, loc="outside upper center", ncols=2)
     bar = figure.colorbar(shades, label="steps until it reaches the gait [1]")
     whole = MaxNLocator(6, integer=True, min_n_ticks=1).tick_values(few, most)
     bar.set_ticks([tick for tick in whole if few <= tick <= most])

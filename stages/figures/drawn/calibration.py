@@ -31,7 +31,7 @@ def draw_robots(given: Given) -> Figure:
     result: Result = given.calibrated_twin
     if not result.robots:
         raise NoEvidence("; ".join([result.summary(), *result.reasons]))
-    figure, (left, right) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(1.25, 1.0))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(1.0, 1.2))
     names = [short(one.name) for one in result.robots[0].numbers]
     for number, (robot, color) in enumerate(zip(result.robots, COLORS, strict=False)):
         draw_robot(left, robot, color, 0.16 * (2 * number - (len(result.robots) - 1)))
@@ -52,7 +52,7 @@ def draw_robots(given: Given) -> Figure:
     left.set_xscale("symlog", linthresh=1.0)
     left.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
     reach = max(1.0, 1.3 * float(np.abs(left.dataLim.intervalx).max()))
-    left.set(xlim=(-reach, reach), xlabel="difference from the drawing [%]")
+    left.set(xlim=(-reach, reach), xlabel="difference from nominal [%]")
     left.plot([], [], "o", color="#777777", markerfacecolor="none", markersize=4, label="found by the constraint model")
     left.plot([], [], "o-", color="#777777", markersize=4, label="corrected, 95 %")
     left.plot([], [], "x", color="#777777", markersize=5, label="true")

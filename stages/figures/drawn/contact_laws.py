@@ -112,7 +112,7 @@ def draw_contact_parameters(given: Given) -> Figure:
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 8.4))
     parts: Any = figure.subfigures(2, 1, height_ratios=(4.0, 1.2))
     upper, lower = parts
-    axes = upper.subplots(4, 2, sharex="col", sharey=True)
+    axes = upper.subplots(4, 2, sharex="col", sharey=True, width_ratios=(1.25, 1.0))
     exact = constraint_force(given.analytic.walk)
     for (key, symbol, unit, factor), (impact, after) in zip(ROWS, axes, strict=True):
         for panel in (impact, after):
@@ -133,8 +133,10 @@ def draw_contact_parameters(given: Given) -> Figure:
     after.set_yticks([0.0, *tens], ["0", *(f"{ten:g}" for ten in tens)], minor=False)
     axes[0, 0].set_title("heel strike")
     axes[0, 1].set_title("after it")
-    difference = lower.subplots()
+    difference, key = lower.subplots(1, 2, width_ratios=(1.0, 1.3))
     _differences(difference, study)
+    key.set_axis_off()
+    key.legend(*difference.get_legend_handles_labels(), loc="center left")
     style.panel_labels((*axes.flat, difference))
     upper.legend(
         handles=[
@@ -170,7 +172,6 @@ def _differences(axes: Axes, study: Result) -> None:
     axes.set(xscale="log", yscale="log", xlabel="value over that of the starting set [1]",
              ylabel="largest hip difference\nover a step [mm]")  # fmt: skip
     style.round_ticks(axes.yaxis)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
 def _value(study: Result, key: str, factor: float) -> str:

@@ -125,7 +125,7 @@ def draw(given: Given) -> Figure:
     require_plain(biped, "the bill of parts")
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 3.7))
     places: Any = [["whole", "hip"], ["whole", "key"]]
-    panels = figure.subplot_mosaic(places, width_ratios=(0.62, 1.0), height_ratios=(1.0, 0.28))
+    panels = figure.subplot_mosaic(places, width_ratios=(1.15, 1.0), height_ratios=(1.0, 0.28))
     whole, hip, key = (panels[name] for name in ("whole", "hip", "key"))
     camera = view.Camera(AZIMUTH, ELEVATION, 0.0)
     natural = biped.leg_length + twin.outsole
@@ -158,11 +158,11 @@ def draw(given: Given) -> Figure:
         hip.add_patch(Rectangle((0, 0), 0, 0, facecolor=COLOURS[pair], edgecolor="#222222", hatch=hatch,
                                 label=f"{pair} legs"))  # fmt: skip
     words = [f"{number} {part.name}" for number, (part, _) in enumerate(named, 1)]
-    third = -(-len(words) // 3)
+    half_of = -(-len(words) // 2)
     key.set_axis_off()
-    for number, start in enumerate(range(0, len(words), third)):
-        column = "\n".join(words[start : start + third])
-        key.text(number / 3, 1.0, column, transform=key.transAxes, va="top", fontsize=7)
+    for number, start in enumerate(range(0, len(words), half_of)):
+        column = "\n".join(words[start : start + half_of])
+        key.text(number / 2, 1.0, column, transform=key.transAxes, va="top", fontsize=7)
     figure.legend(loc="outside upper right", ncols=2)
     return figure
 

@@ -38,7 +38,7 @@ def multipliers(given: Given) -> list[tuple[str, np.ndarray, str, str]]:
 
 def draw_multipliers(given: Given) -> Figure:
     """The unit circle with the multipliers of a step, and bars for the elasticities."""
-    figure, (circle, bars) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.0), width_ratios=(1.0, 1.25))
+    figure, (circle, bars) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.0), width_ratios=(1.15, 1.0))
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     circle.plot(np.cos(turn), np.sin(turn), color="black", linewidth=0.8, label="limit of stability")
     for name, values, colour, mark in multipliers(given):

@@ -21,7 +21,7 @@ from stages.imu.trial.agreement import Agreement, FrequencyDifference
 # Figure 14: the way of a sensor's samples, from the robot to the curves that are compared.
 
 #: Size of a box, and of the drawing, in units of the drawing.
-WIDTH, HEIGHT, ACROSS, DOWN = 2.25, 0.9, 10.4, 4.15
+WIDTH, HEIGHT, ACROSS, DOWN = 2.3, 1.05, 5.1, 6.2
 DEVICE, STEP = "#E8EEF4", "#F3ECE0"
 
 
@@ -29,8 +29,8 @@ def box(axes: Axes, x: float, y: float, title: str, words: str, colour: str) -> 
     """A box around a middle, with a title and what happens there."""
     look: dict[str, Any] = {"boxstyle": "round,pad=0.02,rounding_size=0.08", "edgecolor": "#333333", "linewidth": 0.7}
     axes.add_patch(FancyBboxPatch((x - WIDTH / 2, y - HEIGHT / 2), WIDTH, HEIGHT, facecolor=colour, **look))
-    axes.text(x, y + 0.24, title, ha="center", va="center", fontsize=7.5, fontweight="bold")
-    axes.text(x, y - 0.13, words, ha="center", va="center", fontsize=7, linespacing=1.15)
+    axes.text(x, y + 0.32, title, ha="center", va="center", fontsize=7.5, fontweight="bold")
+    axes.text(x, y - 0.1, words, ha="center", va="center", fontsize=7, linespacing=1.15)
 
 
 def arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], words: str = "") -> None:
@@ -38,30 +38,29 @@ def arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], word
     axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "linewidth": 0.9, "color": "black",
                                               "shrinkA": 0, "shrinkB": 0})  # fmt: skip
     if words:
-        axes.text(0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]) + 0.13, words, ha="center", fontsize=7)
+        axes.text(start[0] + 0.1, 0.5 * (start[1] + end[1]), words, va="center", fontsize=7)
 
 
 def draw_data_way(given: Given) -> Figure:
-    """Devices above, steps of the ingest below."""
+    """Devices on the left, downwards; steps of the ingest on the right, upwards."""
     imu = given.imu
     rates = [report.rate_hz for report in imu.reports]
     lost, batch = sum(max(0, report.lost_packets) for report in imu.reports), imu.reports[0].batch_size
-    figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 2.9))
+    figure, axes = plt.subplots(figsize=(style.ONE_COLUMN, 4.2))
     axes.set(xlim=(0.0, ACROSS), ylim=(0.0, DOWN))
     axes.set_axis_off()
-    upper, lower, half = 3.0, 0.7, WIDTH / 2
-    columns = (1.15, 3.85, 6.55, 9.25)
-    sampled = f"{sum(rates) / len(rates):.1f} Hz\n{batch} samples a packet"
-    for y, name in ((upper + 0.52, "hip sensor"), (upper - 0.52, "foot sensor")):
-        box(axes, columns[0], y, name, sampled, DEVICE)
-    box(axes, columns[1], upper, "phone", "stamps packets\nas they arrive", DEVICE)
-    box(axes, columns[2], upper, "computer", "rows with packet\nnumber and stamp", DEVICE)
-    box(axes, columns[3], upper, "database", f"{len(imu.runs) + len(imu.rejected)} runs, {imu.origin}\n"
-        f"{sum(report.rows for report in imu.reports)} rows, {lost} packets lost", DEVICE)  # fmt: skip
-    for y in (upper + 0.52, upper - 0.52):
-        arrow(axes, (columns[0] + half, y), (columns[1] - half, upper + 0.5 * (y - upper)), "BLE")
-    arrow(axes, (columns[1] + half, upper), (columns[2] - half, upper), "WiFi")
-    arrow(axes, (columns[2] + half, upper), (columns[3] - half, upper))
+    (left, right), half, levels = (1.2, 3.9), HEIGHT / 2, (5.1, 3.6, 2.1, 0.6)
+    devices = (
+        ("hip and foot sensor", f"{sum(rates) / len(rates):.1f} Hz\n{batch} samples a packet", "BLE"),
+        ("phone", "stamps packets\nas they arrive", "WiFi"),
+        ("computer", "rows with packet\nnumber and stamp", ""),
+        ("database", f"{len(imu.runs) + len(imu.rejected)} runs, {imu.origin}\n"
+                     f"{sum(report.rows for report in imu.reports)} rows\n{lost} packets lost", ""),
+    )  # fmt: skip
+    for y, (name, words, carrier) in zip(levels, devices, strict=True):
+        box(axes, left, y, name, words, DEVICE)
+        if y > levels[-1]:
+            arrow(axes, (left, y - half), (left, y - 1.5 + half), carrier)
     off = 1e3 * max(abs(report.clock_error_s) for report in imu.reports)
     steps = (
         ("clock", f"fitted to stamps,\noff by {off:.2f} ms at most"),
@@ -70,13 +69,13 @@ def draw_data_way(given: Given) -> Figure:
                          f"{len(imu.runs)} runs"),
         ("strides", f"{sum(len(run.strides) for run in imu.runs)} registered,\n{imu.step_frequency:.3f} Hz"),
     )  # fmt: skip
-    for x, (title, words) in zip(reversed(columns), steps, strict=True):
-        box(axes, x, lower, title, words, STEP)
-    arrow(axes, (columns[3], upper - HEIGHT / 2), (columns[3], lower + HEIGHT / 2))
-    for right, left in zip(columns[:0:-1], columns[-2::-1]):
-        arrow(axes, (right - half, lower), (left + half, lower))
-    axes.text(0.5 * (columns[0] + columns[3]), upper + 0.95, "measurement", ha="center", fontsize=8, style="italic")
-    axes.text(0.5 * (columns[0] + columns[3]), lower + 0.62, "ingest", ha="center", fontsize=8, style="italic")
+    arrow(axes, (left + WIDTH / 2, levels[-1]), (right - WIDTH / 2, levels[-1]))
+    for y, (title, words) in zip(reversed(levels), steps, strict=True):
+        box(axes, right, y, title, words, STEP)
+        if y < levels[0]:
+            arrow(axes, (right, y + half), (right, y + 1.5 - half))
+    for x, words in ((left, "measurement"), (right, "ingest")):
+        axes.text(x, levels[0] + 0.7, words, ha="center", fontsize=8, style="italic")
     return figure
 
 
@@ -112,7 +111,7 @@ def draw_agreement(given: Given) -> Figure:
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 8.4))
     parts: Any = figure.subfigures(2, 1, height_ratios=(6.0, 2.4))
     above, below = parts
-    grid = above.subplots(3, 2, sharex="col", gridspec_kw={"width_ratios": (1.0, 0.72)})
+    grid = above.subplots(3, 2, sharex="col", gridspec_kw={"width_ratios": (1.0, 1.2)})
     phase = np.linspace(0, 100, strides.shape[1])
     for (column, title, unit), (panel, beside), letter in zip(PANELS, grid, "abc", strict=True):
         panel.plot(phase, strides[:, :, column].T, color=style.MEASURED, linewidth=0.3, alpha=0.35)
@@ -141,7 +140,8 @@ def draw_agreement(given: Given) -> Figure:
     if measured.leg is not None:
         portrait, path = below.subplots(1, 2)
         draw_leg(portrait, path, measured.leg)
-    figure.supxlabel(f"{agreement_line(measured)}.\n{frequency_line(measured)}", fontsize=7)
+    said = f"{agreement_line(measured)}. {frequency_line(measured)}"
+    figure.supxlabel("\n".join(textwrap.wrap(said, 60)), fontsize=7)
     if measured.origin != "measured":
         words, place = "SYNTHETIC measurements", grid[0, 0].transAxes
         grid[0, 0].text(0.99, 0.04, words, transform=place, ha="right", va="bottom", fontsize=7, color="#555555")
@@ -206,7 +206,7 @@ def frequency_line(measured: MeasurementAgreement) -> str:
 
     twin = words("twin over the same steps", measured.twin_frequency)
     simple = words("settled simple model", measured.simple_frequency)
-    return f"Step frequency of the runs: {twin},\n{simple}."
+    return f"Step frequency of the runs: {twin}, {simple}."
 
 
 def agreement_line(measured: MeasurementAgreement) -> str:
@@ -214,7 +214,7 @@ def agreement_line(measured: MeasurementAgreement) -> str:
     how = (f"models behind the sensors' {measured.bandwidth:g} Hz low pass" if measured.bandwidth > 0 else
            "the sensors' bandwidth is not known: the models' spikes at impacts, which they cannot show, count in RMSE, "
            "ICC and limits")  # fmt: skip
-    return "\n".join(textwrap.wrap(f"Agreement with the mean of {measured.runs} {measured.origin} runs; {how}", 110))
+    return f"Agreement with the mean of {measured.runs} {measured.origin} runs; {how}"
 
 
 #: Said where models cannot be shown as the sensors would.

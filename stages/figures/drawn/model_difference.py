@@ -187,7 +187,7 @@ def draw_contact_sets(given: Given) -> Figure:
     study = given.contact_study
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 6.6))
     places: Any = [["cost", "stiffness"]] * 2 + [["parts", "period"], ["parts", "length"]]
-    panels = figure.subplot_mosaic(places)
+    panels = figure.subplot_mosaic(places, width_ratios=(1.0, 1.1))
     cost, stiffness, parts = (panels[name] for name in ("cost", "stiffness", "parts"))
     if study.limit is None or study.candidates is None:
         cost.set_title(study.limit_outcome)
@@ -257,7 +257,7 @@ def _parts(axes: Axes, limit: RigidLimit) -> None:
     axes.set_yticks(range(len(rows)), [f"{name}\n{_law(one)}" for name, one in rows])
     axes.set_ylim(len(rows) + 0.7, -0.5)  # below the bars is room for the legend
     axes.set_title("below names: $k_c$ [$10^5$ N/mm$^e$], $c_{max}$ [N s/mm],\n$d$ [mm], $v_s$ [mm/s]", fontsize=7)
-    axes.set_xlabel("largest difference of the hip over one step [mm]")
+    axes.set_xlabel("largest difference of the hip\nover one step [mm]")
     axes.legend(loc="lower right")
 
 

@@ -137,15 +137,15 @@ def draw_walk(axes: Axes, given: Given) -> None:
 def draw_twin(given: Given) -> Figure:
     """Poses on the ramp, and the phase portrait of the whole walk."""
     walk = given.twin.walk
-    figure = plt.figure(figsize=(style.TWO_COLUMNS, 5.1))
-    parts: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.0))
-    upper, lower = parts
-    scene = upper.subplots()
+    figure = plt.figure(figsize=(style.TWO_COLUMNS, 3.9))
+    parts: Any = figure.subfigures(1, 2)
+    left, right = parts
+    scene = left.subplots()
     draw_walk(scene, given)
     for colour, name in zip(LEG_COLOURS, LEG_NAMES, strict=True):
         scene.plot([], [], color=colour, linewidth=4, label=name)
-    upper.legend(loc="outside upper right", ncols=2)
-    portraits = lower.subplots(1, 2, sharey=True)
+    left.legend(loc="outside upper center", ncols=2)
+    portraits = right.subplots(2, 1, sharex=True)
     strikes = walk.heel_strike_time[walk.heel_strike_leg == 0]
     begin, end = strikes[-2:] if len(strikes) > 1 else (np.inf, np.inf)
     settled = (walk.time >= begin) & (walk.time <= end)
@@ -154,11 +154,11 @@ def draw_twin(given: Given) -> Figure:
         axes.plot(angle, rate, color="#BBBBBB", linewidth=0.6, label="transient")
         axes.plot(angle[settled], rate[settled], color=LEG_COLOURS[pair], linewidth=1.4, label="last stride")
         axes.plot(angle[0], rate[0], "o", color=style.ANALYTIC, markersize=4, label="start: simple model's gait")
-        axes.set_xlabel(f"angle of the {name} [°]")
+        axes.set_ylabel(f"rate of the {name} [rad/s]")
         if pair == 0:
             axes.legend(loc="center", bbox_to_anchor=(0.5, 0.66))
+    portraits[-1].set_xlabel("angle of the legs [°]")
     style.panel_labels((scene, *portraits))
-    portraits[0].set_ylabel("rate [rad/s]")
     return figure
 
 
@@ -195,7 +195,7 @@ def draw_ramp(given: Given) -> Figure:
     back = stride * round((pose.hip[0] - ALONG * ramp.steps * ramp.step) / stride)
     pose = view.Pose(pose.hip - [back, 0.0], pose.angle, pose.slide)
     edge = ramp.tracks[1] + 0.8 * ramp.width
-    figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 3.3))
+    figure, axes = plt.subplots(figsize=(style.ONE_COLUMN, 2.2))
     spare = 0.5 * (ramp.length - ramp.steps * ramp.step)
     view.paint(axes, camera, [
         view.deck(-spare, ramp.steps * ramp.step + spare, edge),

@@ -51,7 +51,7 @@ def draw_ground_reaction(given: Given) -> Figure:
     """Normal and friction force of both models over one contact; a second row shows the impact at its own scale."""
     ours, theirs = contact(given.analytic.walk, LEG, 0), contact(given.multibody.walk, LEG, -1)
     time = scales_of(given.parameters.biped, given.parameters.slope.gravity).time
-    figure, axes = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(2, 1), sharex="col")
+    figure, axes = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 3.9), sharex="col")
     for row, (column, name) in enumerate(((1, "normal force $F_N$ [N]"), (0, "friction force $F_T$ [N]"))):
         whole, impact = axes[row]
         for part, milliseconds in ((whole, False), (impact, True)):
@@ -89,7 +89,7 @@ def caption_ground_reaction(given: Given) -> str:
 
 # Figure 7: snapshots of the multibody model walking down the slope.
 
-SNAPSHOTS = 7
+SNAPSHOTS = 8
 LEG_COLOURS = (style.ANALYTIC, style.MULTIBODY)
 FOOT_ARC_DEG = 40  # drawn part of the round foot on either side of the leg
 
@@ -125,25 +125,24 @@ def draw_snapshots(given: Given) -> Figure:
     strikes = walk.heel_strike_time
     times = np.linspace(strikes[-4], strikes[-1], SNAPSHOTS)
     rows = np.searchsorted(walk.time, times).clip(max=len(walk.time) - 1)
-    figure, axes = plt.subplots(figsize=(style.TWO_COLUMNS, 2.3))
+    figure, panels = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 1.9), sharex=True, sharey=True)
     large = size(given.parameters.biped)
     spread = 0.10 * large  # consecutive snapshots overlap on the page: each moves on by so much more than it walked
-    origin = walk.hip_position[rows[0], 0]
-    for number, row in enumerate(rows):
-        hip = walk.hip_position[row] - np.array([origin, 0.0]) + np.array([number * spread, 0.0])
-        draw_biped(axes, hip, walk.leg_angle[row], walk.leg_length[row], given.parameters.biped.foot_radius, slope)
-        ((x, y),) = rotated(np.array([[hip[0], -0.045 * large]]), slope)
-        axes.text(x, y, f"{walk.time[row] - walk.time[rows[0]]:.2f} s", ha="center", va="top", fontsize=7)
-    ground = rotated(np.array([[-0.25 * large, 0.0], [hip[0] + 0.25 * large, 0.0]]), slope)
-    axes.plot(ground[:, 0], ground[:, 1], color=style.GROUND, linewidth=2)
-    axes.set_aspect("equal")
-    axes.grid(False)
-    axes.set_axis_off()
+    for axes, part in zip(panels, np.array_split(rows, 2), strict=True):
+        origin = walk.hip_position[part[0], 0]
+        for number, row in enumerate(part):
+            hip = walk.hip_position[row] - np.array([origin, 0.0]) + np.array([number * spread, 0.0])
+            draw_biped(axes, hip, walk.leg_angle[row], walk.leg_length[row], given.parameters.biped.foot_radius, slope)
+            ((x, y),) = rotated(np.array([[hip[0], -0.045 * large]]), slope)
+            axes.text(x, y, f"{walk.time[row] - walk.time[rows[0]]:.2f} s", ha="center", va="top", fontsize=7)
+        ground = rotated(np.array([[-0.25 * large, 0.0], [hip[0] + 0.25 * large, 0.0]]), slope)
+        axes.plot(ground[:, 0], ground[:, 1], color=style.GROUND, linewidth=2)
+        axes.set_aspect("equal")
+        axes.grid(False)
+        axes.set_axis_off()
     axes.plot([], [], color=LEG_COLOURS[0], label="inner leg")
     axes.plot([], [], color=LEG_COLOURS[1], label="outer leg")
-    figure.legend(loc="outside upper right", ncols=2)
-    words = f"Slope {np.degrees(slope):.3g}°, three steps; snapshots are drawn {1e3 * spread:.0f} mm further apart"
-    figure.text(0.01, 0.93, f"{words} than they are", fontsize=7)
+    figure.legend(loc="outside upper center", ncols=2)
     return figure
 
 
@@ -151,7 +150,8 @@ def caption_snapshots(given: Given) -> str:
     cycle = given.multibody.cycle
     return (
         f"Exudyn's model on the slope of {np.degrees(given.parameters.slope.angle):.3g}°: "
-        f"{cycle.speed_m_s:.4f} m/s, a step in {cycle.period_s:.4f} s."
+        f"{cycle.speed_m_s:.4f} m/s, a step in {cycle.period_s:.4f} s. Three steps, from left to right; snapshots "
+        f"stand {100 * size(given.parameters.biped):.0f} mm further apart than they were."
     )
 
 

@@ -71,10 +71,12 @@ def work_and_precision(result: Result, spent: Sequence[float], label: str) -> Fi
     models = [
         reference.model for reference in result.references if math.isfinite(reference.independent_differs.hip_position)
     ]
-    rows = -(-len(models) // 2)
-    figure, grid = plt.subplots(rows, 2, figsize=(style.TWO_COLUMNS, 2.3 * rows + 0.5), squeeze=False)
+    columns = min(len(models), 2)
+    rows = -(-len(models) // columns)
+    size = 0.5 * columns * style.TWO_COLUMNS, 2.3 * rows + 0.5
+    figure, grid = plt.subplots(rows, columns, figsize=size, squeeze=False)
     for axes in grid.flat[len(models) :]:
-        axes.remove()
+        axes.set_visible(False)  # the others keep their widths, which a phone shows whole
     for model, axes in zip(models, grid.flat):
         pairs = [(row, cost) for row, cost in zip(result.rows, spent) if row.model == model]
         ways = list(dict.fromkeys(row.way for row, _ in pairs))
@@ -84,7 +86,7 @@ def work_and_precision(result: Result, spent: Sequence[float], label: str) -> Fi
         handles, names = axes.get_legend_handles_labels()
         axes.legend(handles[: len(ways)], names[: len(ways)], loc="upper left", bbox_to_anchor=(1.0, 1.0),
                     handletextpad=0.1, borderaxespad=0.0)  # fmt: skip
-    figure.legend(handles[len(ways) :], names[len(ways) :], loc="outside upper center", ncols=4)
+    figure.legend(handles[len(ways) :], names[len(ways) :], loc="outside upper center", ncols=2 * columns)
     return figure
 
 
@@ -148,7 +150,7 @@ def points(axes: Axes, places: Sequence[tuple[float, float]], mark: str, **look:
 #: Status: colour, what a reader is told. Dark and light take turns, for print in grey.
 STATUS = {
     RIGHT: (style.ANALYTIC, "right"),
-    INACCURATE: ("#E69F00", "inaccurate, and told"),
+    INACCURATE: ("#E69F00", "inaccurate, warned"),
     REFUSED: ("#CCCCCC", "refused with a reason"),
     FAILED: ("#000000", "ended early with a reason"),
     UNCONFIRMED: (style.SECOND, "no reference"),
@@ -161,7 +163,7 @@ UNITS = {f"{kind.FILE}.{field.name}": field.metadata["unit"] for kind in (Biped,
          Twin) for field in dataclasses.fields(kind)}  # fmt: skip
 UNITS |= {"leg length": "m", "size, similar": "m", "slope_deg, rigid legs": "deg"}
 #: Height of a row [inches], and the share of a cell that its bars fill.
-ROW, FILLED = 0.165, 0.88
+ROW, FILLED = 0.27, 0.88
 
 
 def draw_extremes(given: Given) -> Figure:
@@ -173,7 +175,7 @@ def draw_extremes(given: Given) -> Figure:
         cells.setdefault((axis, engine), []).append((value, status))
     engines, order = list(dict.fromkeys(engine for _, engine in cells)), list(STATUS)
     axes_of = sorted(dict.fromkeys(axis for axis, _ in cells), key=lambda axis: (axis in (TOGETHER, USUAL), axis))
-    figure, panel = plt.subplots(figsize=(style.TWO_COLUMNS, 1.5 + ROW * len(axes_of)))
+    figure, panel = plt.subplots(figsize=(style.ONE_COLUMN, 1.9 + ROW * len(axes_of)))
     bars: dict[str, list[tuple[float, float, float]]] = {status: [] for status in order}
     for (axis, engine), found in cells.items():
         found.sort(key=lambda one: (order.index(one[1]), one[0]) if axis == TOGETHER else (0, one[0]))
@@ -192,7 +194,7 @@ def draw_extremes(given: Given) -> Figure:
     panel.tick_params(axis="x", top=True, bottom=False, labeltop=True, labelbottom=False)
     panel.set(ylim=(len(axes_of) - 0.4, -0.6), xlim=(-0.1, len(engines)))
     panel.grid(visible=False)
-    figure.legend(loc="outside lower center", ncols=4)
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -202,7 +204,7 @@ def label(axis: str, span: list[float]) -> str:
         return axis
     low, high, unit = min(span), max(span), UNITS.get(axis, "1").replace("^2", "²")
     name = axis.removeprefix("biped.").removeprefix("ground.").replace("_deg", "").replace("_", " ").replace(".", " ")
-    return f"{name}, {low:g}{'' if low == high else f' to {high:g}'}{'' if unit == '1' else f' {unit}'}"
+    return f"{name}\n{low:g}{'' if low == high else f' to {high:g}'}{'' if unit == '1' else f' {unit}'}"
 
 
 def caption_extremes(given: Given) -> str:
