@@ -130,9 +130,11 @@ class Study:
     def result(self, stage: str, made_by: str = "") -> Any:
         """The result of a stage as it lies there, whatever made it. Raises `StudyError` as `there` does."""
         from pipeline.cache import artefact  # with h5py, which takes its time
+        from pipeline.room import reading
 
         place = self.there(self.graph.stage(stage).artefact, made_by)
         importable(self.package, self.code_root)
+        reading.vetted(place, shown(place))
         return artefact.load(place, result_class(self.package, stage))
 
     def named_files(self, values: Any) -> dict[str, tuple[str, str]]:

@@ -178,9 +178,10 @@ def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str 
     Raises `StudyError`; that one is no artefact is added to what is `unread`.
     """
     from pipeline.cache import artefact
+    from pipeline.room import reading
 
     names = shown(before), shown(after)
-    old, new = disk.content(before, names[0]), disk.content(after, names[1])
+    old, new = reading.vetted(before, names[0]), reading.vetted(after, names[1])
     if old == new:
         return False
     alone: dict[str, list[str]] = {"before": [], "after": []}

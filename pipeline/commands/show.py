@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline import completion, layout, requests
-from pipeline.cache import disk
 from pipeline.commands import options, status
 from pipeline.errors import ArtefactError, StudyError, nearest
 from pipeline.stage_modules import result_class
@@ -41,12 +40,14 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
     recording.
     """
     from pipeline.cache import artefact as artefacts
+    from pipeline.room import reading
 
     stage, _, inside_it = artefact.partition(".")
     if where is None and inside_it and stage in study.graph.stages and not Path(artefact).exists():
         artefact, where = stage, inside_it
     path = _path(study, artefact)
-    name, content = shown(path), disk.content(path, shown(path))
+    name = shown(path)
+    content = reading.vetted(path, name)
     _check_links(content, name)
     about = artefacts.provenance(content, name)
     status.say(study, *(each for each, stage in study.graph.stages.items()

@@ -10,6 +10,7 @@ None, and it says why, by name. A field
 from __future__ import annotations
 
 import contextlib
+import io
 import typing
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -20,6 +21,7 @@ from pipeline.errors import Lacking, StudyError, nearest
 from pipeline.execution.job import File
 from pipeline.graph import Stage, beneath
 from pipeline.parameters.value import declared
+from pipeline.room import hdf5_file
 from pipeline.stage_modules import result_class, stage_module
 
 MISSING, LOOSER = "missing", "looser"
@@ -110,6 +112,7 @@ def _value(path: str, kind: Any, files: Mapping[str, File]) -> tuple[Any, Any]:
     content = disk.read(Path(files[path][0])) or b""
     if disk.digest(content) != files[path][1]:
         raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
+    hdf5_file.check_plain(io.BytesIO(content), path)
     return artefact.decode(content, kind, path), artefact.decode_looser(content, kind, path)
 
 

@@ -153,6 +153,17 @@ class Asked:
         yield from pool.rows(job, [*waiting], lambda number: (number, waiting[number]),
                              jobs if self._client is None else self.jobs, self._client)  # fmt: skip
 
+    def reading(
+        self, reader: Callable[..., Iterator[Any]], source: Path, *given: Any, writes: Path | None = None
+    ) -> Iterator[Any]:
+        """What a reader yields of a file from outside, in a process that can do nothing else."""
+        from pipeline.room import reading
+
+        try:
+            yield from reading.read(reader, source, *given, writes=writes)
+        except reading.Refused as refused:
+            raise self._question.wrong(str(refused)) from None
+
     def result(self) -> tuple[Any, str]:
         """The stage's own result as it lies among the study's, and its file; None, and a clause why, without one.
 

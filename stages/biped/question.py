@@ -28,6 +28,11 @@ def refuse(*rows: tuple[bool, str]) -> None:
             raise WrongOption(sentence)
 
 
+def at_hand(reader: Callable[..., Iterator[Any]], source: Path, *given: Any) -> Iterator[Any]:
+    """What a reader yields in this process: of files that the study made, or in one that is confined already."""
+    return reader(source, *given)
+
+
 def option(
     unit: str,
     description: str,
@@ -80,6 +85,14 @@ class Asking(Protocol):
         The function stands in a module and is given the stage's parameters, what is `shared`, and an argument; what it
         computes follows from these and the code alone. All but the parameters, the answers too, are what JSON knows.
         Answers are kept, so a question that is stopped goes on where it was.
+        """
+
+    def reading(self, reader: Callable[..., Iterator[Any]], source: Path, *given: Any, writes: Path | None = None
+                ) -> Iterator[Any]:  # fmt: skip
+        """What `reader(source, *given)` yields, which reads a file or folder from outside and fills the file `writes`.
+
+        It runs in a process that can do nothing else. The reader stands in a module; what it is given is what JSON
+        knows, what it yields are arrays of numbers as well. Raises `WrongOption`.
         """
 
     def result(self) -> tuple[Any, str]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from stages.analytic.model.walker import Vector
 from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
 from stages.biped.processes import Progress, ignore
+from stages.biped.question import at_hand
 from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.estimation.run_fit import Model
@@ -24,7 +25,8 @@ from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredR
 from stages.calibration.parameters import Parameters, Settings
 from stages.campaign.result import Result as Campaign
 from stages.imu.run import trials
-from stages.imu.sources.databases import SqliteSource
+from stages.imu.sources.reading import run_of as as_read
+from stages.imu.sources.reading import runs
 from stages.imu.trial.body import FORWARD, LATERAL, UP
 from stages.imu.trial.sensor import filter_delay
 from stages.imu.trial.trial import Trial
@@ -137,12 +139,12 @@ def first_steps(run: MeasuredRun, steps: int) -> MeasuredRun:
 
 
 def read_runs(
-    source: Path, design: DesignPoint, model: Model, parameters: Parameters, progress: Progress = ignore
-) -> Iterator[MeasuredRun | str]:
-    """Runs of a database, one at a time, or why one cannot be used. Raises SourceRefused."""
-    with SqliteSource(source) as opened:
-        for trial in trials(opened.runs(), parameters.ingest.read, progress):
-            yield run_of(trial, design, model.layout, parameters.settings, parameters.ingest.read.limits.lever_arm)
+    source: Path, design: DesignPoint, model: Model, parameters: Parameters, progress: Progress = ignore,
+    reading: Callable[..., Iterator[Any]] = at_hand,
+) -> Iterator[MeasuredRun | str]:  # fmt: skip
+    """Runs of a database, one at a time, or why one cannot be used. Raises SourceRefused, and what `reading` raises."""
+    for trial in trials(map(as_read, reading(runs, source)), parameters.ingest.read, progress):
+        yield run_of(trial, design, model.layout, parameters.settings, parameters.ingest.read.limits.lever_arm)
 
 
 def mid_stance_of(design: DesignPoint, layout: Layout, strikes: Vector, first_leg: int) -> float:

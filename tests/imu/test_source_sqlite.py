@@ -1,5 +1,6 @@
 """The SQLite source: read-only in fact, clear when it cannot read."""
 
+import contextlib
 import os
 import sqlite3
 from pathlib import Path
@@ -91,3 +92,22 @@ def test_a_pipe_a_device_and_a_sparse_file_are_refused_at_once(name: str, words:
         file.truncate(5_000_000_000)
     with pytest.raises(SourceRefused, match=words):
         rows(path.parent / name)
+
+
+def test_a_log_is_read_with_its_database_or_alone(tmp_path: Path) -> None:
+    """Copied with the database but without its index, and by a link: what was committed is seen, nothing is written."""
+    path, copy = tmp_path / "log.sqlite", tmp_path / "copy"
+    path.write_bytes(make_database([make_run(1, steps=2, rest_s=0.5)]))
+    copy.mkdir()
+    with contextlib.closing(sqlite3.connect(path)) as writer:
+        writer.execute("PRAGMA journal_mode = WAL")
+        writer.execute("UPDATE experiment SET name = 'as the log has it'")
+        writer.commit()
+        for name in (path.name, f"{path.name}-wal"):
+            (copy / name).write_bytes((tmp_path / name).read_bytes())
+    (tmp_path / "link").symlink_to(copy / path.name)
+    before = {each.name: each.read_bytes() for each in copy.iterdir()}
+    for place in (copy / path.name, tmp_path / "link"):
+        with SqliteSource(place) as source:
+            assert [experiment.name for experiment, _ in source.runs()] == ["as the log has it"]
+        assert {each.name: each.read_bytes() for each in copy.iterdir()} == before

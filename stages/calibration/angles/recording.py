@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stages.analytic.model.walker import Vector
-from stages.biped.question import WrongOption, refuse
+from stages.biped.question import WrongOption, at_hand, refuse
 from stages.imu.sources.opening import SourceRefused, library
 
 if TYPE_CHECKING:
@@ -81,16 +81,16 @@ class DrivenStep:
 
 
 def read_steps(
-    path: Path, columns: Mapping[str, str], left_out: int, markers: Mapping[str, str] | None = None
-) -> tuple[DrivenStep, ...]:
+    path: Path, columns: Mapping[str, str], left_out: int, markers: Mapping[str, str] | None = None,
+    reading: Callable[..., Iterator[Any]] = at_hand,
+) -> tuple[DrivenStep, ...]:  # fmt: skip
     """The steps of a file, cut where the standing leg changes, `left_out` samples shorter at both ends.
 
     In the file the stance angle is positive with the foot ahead, the angle between the legs is that of leg 1 before leg
     0, and 1 marks that leg 0 stands; a C3D file of motion capture has `markers` instead. Raises WrongOption with file,
     line and column.
     """
-    of_markers = path.suffix.lower() == ".c3d"
-    table = captured(path, markers or {}) if of_markers else _table(path, {**COLUMNS, **columns})
+    (table,) = reading(tables, path, dict(columns), dict(markers or {}))
     interval = float(np.median(np.diff(table["time"])))
     stands = table["stands"] > 0.5
     edges = [0, *(np.flatnonzero(np.diff(stands)) + 1), len(stands)]
@@ -105,6 +105,12 @@ def read_steps(
                                 first_odd + odd))
     refuse((not steps, f"{path}: no step is longer than the {2 * left_out} samples that are left out"))
     return tuple(steps)
+
+
+def tables(path: Path, columns: Mapping[str, str], markers: Mapping[str, str]) -> Iterator[dict[str, Vector]]:
+    """The table of a file, as another process hands it over. Raises WrongOption."""
+    of_markers = path.suffix.lower() == ".c3d"
+    yield captured(path, markers) if of_markers else _table(path, {**COLUMNS, **columns})
 
 
 def bridged(values: Vector) -> tuple[Vector, int]:

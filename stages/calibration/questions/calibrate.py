@@ -37,7 +37,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         from stages.calibration.reports.angle_report import answered, calibrated
 
         asking.progress(0.1, "the robot and each step's start")
-        return answered(calibrated(parameters.biped, parameters.slope, options.about, Path(recorded)))
+        return answered(calibrated(parameters.biped, parameters.slope, options.about, Path(recorded),
+                                   asking.reading))
     from stages.calibration.estimation.request import request_of
 
     if recorded:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.biped.question import Answer
+from stages.biped.question import Answer, at_hand
 from stages.calibration.angles.fit import AngleFit, HeldOut, fit_robot, held_out
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import FARTHEST_ZERO, ZEROS, AngleSetup, setup_of
@@ -45,10 +45,13 @@ class Calibrated:
     refuted: bool
 
 
-def calibrated(biped: Biped, slope: Slope, about: Mapping[str, Any] | None, source: Path) -> Calibrated:
+def calibrated(
+    biped: Biped, slope: Slope, about: Mapping[str, Any] | None, source: Path,
+    reading: Callable[..., Iterator[Any]] = at_hand,
+) -> Calibrated:  # fmt: skip
     """Fit the steps of a recording and foretell the others. Raises WrongOption, NotIdentified."""
     setup = setup_of(about, biped, slope)
-    fitted, out = setup.split(read_steps(source, setup.columns, setup.left_out, setup.markers))
+    fitted, out = setup.split(read_steps(source, setup.columns, setup.left_out, setup.markers, reading))
     sizes, low = setup.sizes(), setup.low()
     first = fit_robot(setup.robot, fitted, setup.free, sizes, low, setup.known, NOISE)
     worth = NOISE * math.sqrt(max(1.0, correlation_length(list(first.residuals.values())))) * first.size

@@ -16,7 +16,7 @@ from stages.analytic.derivatives.numbers import changes_of
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.biped.question import Answer, Asking, WrongOption, refuse
+from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.estimation.campaign import CampaignFit, as_plain, fit_campaign, fit_of, fitted_alone
 from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import NotIdentified
@@ -37,7 +37,6 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, read_runs
 from stages.calibration.result import HALF_WIDTH, HeldOut
-from stages.imu.sources.opening import SourceRefused
 
 #: What is known of the sensors is said to be wrong beyond so many of its standard errors.
 FAR_OFF = 3.0
@@ -108,10 +107,7 @@ def _runs(
     source: Path, design: DesignPoint, model: Model, parameters: Parameters, asking: Asking
 ) -> tuple[list[MeasuredRun], list[str]]:
     """The runs of a database, and why others cannot be used. Raises WrongOption, NotIdentified."""
-    try:
-        found = list(read_runs(source, design, model, parameters, asking.progress))
-    except SourceRefused as reason:
-        raise WrongOption(str(reason)) from None
+    found = list(read_runs(source, design, model, parameters, asking.progress, asking.reading))
     runs = [run for run in found if isinstance(run, MeasuredRun)]
     refused = [run for run in found if isinstance(run, str)]
     if not runs:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,8 +15,7 @@ from stages.imu.sources.opening import SourceRefused
 if TYPE_CHECKING:
     from stages.imu.parameters import Parameters
     from stages.imu.result import RunReport, SensorReport
-    from stages.imu.sources.databases import TableSource
-    from stages.imu.sources.schema import DatabaseWriter
+    from stages.imu.sources.reading import Run
     from stages.imu.trial.trial import Trial
 
 VARIABLE = "env:"
@@ -45,21 +44,14 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.imu.export import picture
     from stages.imu.result import origin_of, tables
     from stages.imu.run import trials
-    from stages.imu.sources.databases import TableSource
-    from stages.imu.sources.schema import DatabaseWriter
 
     sensors: list[SensorReport] = []
     runs: list[RunReport] = []
     taken: list[Trial] = []
     try:
         with ExitStack() as open_until_read:
-            source = open_until_read.enter_context(opened(options, asking))
-            read, tabled = source.runs(), isinstance(source, TableSource)
-            if options.store is not None:
-                file = open_until_read.enter_context(asking.new_file(options.store))
-                writer = open_until_read.enter_context(DatabaseWriter(file, keys=not tabled))
-                read = copied(source, writer) if tabled else stored(read, writer)
-            for trial in trials(read, parameters.read, asking.progress):
+            store = open_until_read.enter_context(asking.new_file(options.store)) if options.store else None
+            for trial in trials(read(options, asking, store), parameters.read, asking.progress):
                 sensors.extend(trial.reports)
                 runs.append(trial.report())
                 if options.export is not None or not taken:
@@ -94,54 +86,41 @@ def remark(runs: list[RunReport]) -> str:
 
 def proposed(options: Options, asking: Asking) -> Answer:
     """A first map of the file or folder SOURCE, written to --propose. Raises WrongOption."""
-    from stages.imu.sources.proposal import proposal
+    from stages.imu.sources.proposal import proposals
 
     assert options.propose is not None
-    try:
-        text, told = proposal(Path(options.source))
-    except SourceRefused as refused:
-        raise WrongOption(str(refused)) from None
+    ((text, told),) = asking.reading(proposals, Path(options.source))
     with asking.new_file(options.propose) as file:
         file.write_text(text, encoding="utf-8")
     return Answer(lines=told, plain={"map": text, "told": list(told)})
 
 
-def opened(options: Options, asking: Asking) -> Any:
-    """The source as a context manager with runs(); says if all can read it. Raises SourceRefused, WrongOption."""
-    from stages.imu.sources.column_map import CsvSource
-    from stages.imu.sources.databases import SqliteSource, SqlSource
+def read(options: Options, asking: Asking, store: Path | None) -> Iterator[Run]:
+    """Each run of the source, whose rows go into `store`; says if others can read it.
 
-    source = options.source
-    if options.column_map is not None:
-        return nullcontext(CsvSource(options.column_map, Path(source)))
-    if "://" in source:
+    Raises SourceRefused, WrongOption.
+
+    A server is asked from here, as it needs the network; a file is read in a process that has none.
+    """
+    from stages.imu.sources.databases import SqlSource
+    from stages.imu.sources.reading import kept, run_of, runs
+
+    source, place = options.source, None if store is None else str(store)
+    if options.column_map is None and "://" in source:
         raise WrongOption(f"SOURCE: a connection string would stay in the shell's history; give {VARIABLE}NAME, "
                           "the environment variable that holds it")  # fmt: skip
-    if source.startswith(VARIABLE):
+    if options.column_map is None and source.startswith(VARIABLE):
         name = source.removeprefix(VARIABLE)
         if not os.environ.get(name):
             raise WrongOption(f"SOURCE: the environment variable {name} is not set")
-        server = SqlSource(os.environ[name])
-        if server.in_the_open:
-            asking.note(f"{server.name}: {OPEN}")
-        return server
-    if Path(source).is_dir():
+        with SqlSource(os.environ[name]) as server:
+            if server.in_the_open:
+                asking.note(f"{server.name}: {OPEN}")
+            yield from kept(server, place)
+        return
+    if options.column_map is None and Path(source).is_dir():
         raise WrongOption(f"{Path(source)}: is a folder; --map FILE must say what its files hold")
-    return SqliteSource(Path(source))
-
-
-def stored(runs: Iterator[Any], writer: DatabaseWriter) -> Iterator[Any]:
-    """Pass runs on, and keep them."""
-    for experiment, recordings in runs:
-        writer.recordings(experiment, recordings)
-        yield experiment, recordings
-
-
-def copied(source: TableSource, writer: DatabaseWriter) -> Iterator[Any]:
-    """Pass runs on, then keep the tables that they are from: each row as it is, in its place."""
-    yield from source.runs()
-    for table, rows in source.raw():
-        writer.copy(table, rows)
+    yield from map(run_of, asking.reading(runs, Path(source), options.column_map, place, writes=store))
 
 
 QUESTION = Question(

@@ -177,7 +177,7 @@ def experiment_from_row(row: Mapping[str, Any]) -> Experiment:
 def _text(cell: Any) -> str:
     """A short line of text without control characters."""
     text = "" if cell is None else cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell)
-    return "".join(character if character.isprintable() else "?" for character in text)[:80]
+    return "".join(character if character.isprintable() else "?" for character in text[:80])
 
 
 def _positive(cell: Any, what: str, largest: float) -> float:

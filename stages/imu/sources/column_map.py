@@ -88,6 +88,9 @@ class CsvSource:
         wanted = list(dict.fromkeys(one.columns.values()))
         stamps = [name for value, name in one.columns.items() if value in STAMPS]
         path = self.folder / one.file
+        outside = path.is_file() and not path.resolve().is_relative_to(self.folder.resolve())
+        refuse((outside, f"{printable(one.file)} lies outside of {printable(self.folder.name)}: a map names files "
+                "of its folder"))  # fmt: skip
         found = dict(read(path, one.layout, wanted, stamps))
         table = np.full((len(next(iter(found.values()))), len(SAMPLE_VALUES)), np.nan)
         for name in wanted:

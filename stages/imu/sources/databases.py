@@ -8,6 +8,7 @@ string is kept nowhere.
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import threading
 from abc import abstractmethod
@@ -203,8 +204,9 @@ class SqliteSource(TableSource):
             yield from self._connection.execute(sql, values)
 
     def present(self) -> dict[str, set[str]]:
-        """Tables with their columns; no views, which may never end."""
-        names = [name for (name,) in self.query("SELECT name FROM sqlite_master WHERE type = 'table'")]
+        """Tables with their columns; no views, which may never end, and no virtual tables, which may be of views."""
+        names = [name for (name,) in self.query("SELECT name FROM sqlite_master WHERE type = 'table' "
+                                                "AND sql NOT LIKE 'create virtual%'")]  # fmt: skip
         return {
             name: {row[1] for row in self.query(f"PRAGMA table_xinfo({name})")} if name in TABLES else set()
             for name in names
@@ -223,8 +225,9 @@ class SqliteSource(TableSource):
 
 
 def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
-    beside = [path.with_name(path.name + ending) for ending in ("-journal", "-wal", "-shm")]
-    for each in (path, *(other for other in beside if other.exists())):
+    real = path.resolve()  # SQLite looks there for what belongs to the file
+    journal, log, index = (real.with_name(real.name + ending) for ending in ("-journal", "-wal", "-shm"))
+    for each in (path, *(other for other in (journal, log, index) if other.exists())):
         check(each)
     try:
         with path.open("rb") as file:
@@ -232,11 +235,14 @@ def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
     except OSError as error:
         raise SourceRefused(f"{path.name}: cannot be read ({error.strerror})") from error
     refuse((not head.startswith(MAGIC), f"{path.name}: is not an SQLite database"))
-    # A reader of a write-ahead database creates a -shm file beside it, unless told that nobody writes.
-    log = path.with_name(path.name + "-wal")
-    at_rest = WRITE_AHEAD in head[18:20] and not (log.exists() and log.stat().st_size)
-    mode = "mode=ro&immutable=1" if at_rest else "mode=ro"
-    connection = sqlite3.connect(f"{path.absolute().as_uri()}?{mode}", uri=True, timeout=timeout_s)
+    # A reader of a write-ahead database creates an index of its log beside it, unless told that nobody writes, or that
+    # it is alone: whoever writes has made one.
+    ahead, logged = WRITE_AHEAD in head[18:20], log.exists() and log.stat().st_size > 0
+    alone = ahead and logged and not index.exists() and os.name == "posix"
+    mode = "mode=ro&immutable=1" if ahead and not logged else "mode=ro&vfs=unix-none" if alone else "mode=ro"
+    connection = sqlite3.connect(f"{real.as_uri()}?{mode}", uri=True, timeout=timeout_s)
+    if alone:
+        connection.execute("PRAGMA locking_mode = EXCLUSIVE")
     connection.text_factory = partial(str, encoding="utf-8", errors="replace")
     return connection
 

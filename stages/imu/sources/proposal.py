@@ -7,7 +7,7 @@ guess is said beside the map, and what no file holds (place, mounting, slope) is
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -62,6 +62,11 @@ def proposal(path: Path) -> tuple[str, list[str]]:
                   "    files:", *entries]  # fmt: skip
     to_fill = ["slope_deg", *(["place"] if any(line.endswith("foot ?") for line in lines) else []), "forward_axis"]
     return "\n".join(lines) + "\n", [*told, f"to be filled in: {', '.join(to_fill)} and up_axis"]
+
+
+def proposals(path: Path) -> Iterator[tuple[str, list[str]]]:
+    """That alone, as another process hands it over."""
+    yield proposal(path)
 
 
 def _of_file(path: Path) -> Proposed:

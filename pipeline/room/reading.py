@@ -1,0 +1,301 @@
+"""The room in which every file from outside is read: a process that can read that file and Python, and little else.
+
+What a reader yields comes back through a pipe as JSON, with the bytes of arrays behind it. Nothing is unpickled, so
+that a reader that a file has taken over can answer with wrong numbers alone. On Linux the process is forked, elsewhere
+it is begun afresh. Processor time, memory, and what is unpacked have limits, which grow with the size of the source.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import re
+import signal
+import stat
+import struct
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any, NoReturn
+
+import numpy as np
+
+from pipeline.cache import disk
+from pipeline.errors import StudyError, is_answer
+from pipeline.execution.process import FORKED
+from pipeline.home import engine
+from pipeline.room import hdf5_file
+from pipeline.room.confine import confine
+from pipeline.stage_modules import named
+
+Reader = Callable[..., Iterable[Any]]
+_ARRAY, _HEAD = "array", struct.Struct("<Q")
+_NUMBERS = re.compile(r"[<>|][fiub]\d{1,2}$")
+_LONGEST_HEAD = 1 << 28
+_PATIENCE = 4.0  # waiting for another process or a disk counts as well by the clock
+_OF_SQLITE = ("-journal", "-wal", "-shm")
+
+
+class Refused(StudyError):
+    """A file cannot be read, or takes more than a file of its size may."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What reading a source of `size` [bytes] may take: processor time [s], memory and answers [bytes], rows."""
+
+    size: int
+
+    @property
+    def seconds(self) -> float:
+        """Of processor time; a sheet takes the most, 1.5 s for each of its megabytes."""
+        return max(4.0 + 1.2e-6 * self.size, 2.5e-6 * self.size)
+
+    @property
+    def memory(self) -> int:
+        """Beside that of the program; a database's rows take the most."""
+        return 768_000_000 + 12 * self.size
+
+    @property
+    def rows(self) -> int:
+        """Of a table: what was measured has noise, and takes a byte a row at least, however it is packed."""
+        return 1_000_000 + self.size
+
+    def over(self, what: str) -> str:
+        """The clause that says which limit was met."""
+        words = {
+            "time": f"takes more than {self.seconds:.1f} s of processor time to read",
+            "memory": f"takes more than {self.memory / 1e6:.0f} MB of memory to read",
+            "unpacked": f"unpacks to more than {self.memory / 1e6:.0f} MB",
+            "rows": f"has a table of more than {self.rows} rows",
+        }
+        return f"{words[what]}, the limit for {self.size / 1e6:.3g} MB"
+
+
+def read(reader: Reader, source: Path, *given: Any, writes: Path | None = None) -> Iterator[Any]:
+    """What `reader(source, *given)`, a function of a module, yields when it runs in the room.
+
+    All are numbers, words, arrays of numbers, and lists and mappings of these. A folder is read with what lies in it, a
+    file with what a database has beside it; `writes` is a file that the reader fills. Raises `Refused`, in one sentence
+    that names the source.
+    """
+    name = ascii(source.name)
+    size = _size(source, name)
+    limits = Limits(size)
+    if writes is not None:
+        writes.touch()
+    process = _Process(reader, source, given, writes, limits)
+    try:
+        left = limits.memory
+        while (head := process.take(_HEAD.size)) and (length := _HEAD.unpack(head)[0]) <= _LONGEST_HEAD:
+            said = json.loads(process.take(length))
+            if "ended" in said:
+                if said["ended"] is None:
+                    return
+                what = said["ended"]
+                raise Refused(f"{name} {limits.over(what)}" if what in ("memory", "rows", "unpacked") else what)
+            parts = []
+            for kind, shape in said["arrays"]:
+                if not _NUMBERS.match(kind) or min(shape, default=0) < 0:
+                    raise Refused(f"{name}: its reader gave no answer that can be read")
+                left -= (count := math.prod(shape) * np.dtype(kind).itemsize)
+                if left < 0:
+                    raise Refused(f"{name} {limits.over('unpacked')}")
+                parts.append(np.frombuffer(process.take(count), dtype=kind).reshape(shape) if count else
+                             np.empty(shape, kind))  # fmt: skip
+            yield _whole(said["item"], parts)
+        code, late = process.ended()
+        what = "time" if late or code == -getattr(signal, "SIGXCPU", 0) else ""
+        raise Refused(f"{name} {limits.over(what)}" if what else
+                      f"{name} cannot be read: its reader ended by itself ({_how(code)})")  # fmt: skip
+    finally:
+        process.kill()
+
+
+def vetted(path: Path, where: str) -> bytes:
+    """The bytes of an artefact, which was read whole in the room. Raises `StudyError` where that is refused."""
+    content = disk.content(path, where)
+    if [*read(hdf5_file.vet, path)] != [disk.digest(content)]:
+        raise Refused(f"{where} was changed by someone else meanwhile; try again")
+    return content
+
+
+def check(source: Path, name: str) -> os.stat_result:
+    """What is there. Raises `Refused` unless it is a plain file or a folder, and all above it folders."""
+    for each in (*reversed(source.absolute().parents), source):
+        try:
+            found = each.stat()
+        except (OSError, ValueError) as error:
+            raise Refused(f"{name} cannot be read ({getattr(error, 'strerror', error)})") from None
+        if not stat.S_ISDIR(found.st_mode) and not stat.S_ISREG(found.st_mode):
+            which = "it" if each == source else ascii(each.name)
+            raise Refused(f"{name} cannot be read: {which} is a pipe, device or socket, not a file")
+    return found
+
+
+def _size(source: Path, name: str) -> int:
+    """Bytes of a source; a file with holes has less than its length."""
+    found = [check(source, name)]
+    if source.is_dir():
+        with contextlib.suppress(OSError):
+            found = [each.stat() for each in source.rglob("*") if each.is_file()]
+    return sum(min(each.st_size, 512 * getattr(each, "st_blocks", each.st_size)) for each in found)
+
+
+class _Process:
+    """The process of one reading."""
+
+    def __init__(self, reader: Reader, source: Path, given: Any, writes: Path | None, limits: Limits) -> None:
+        self._late, self._limits, self._child, self._popen = False, limits, 0, None
+        if FORKED:
+            listen, send = os.pipe()
+            self._child = os.fork()
+            if not self._child:
+                _begin(send, reader, source, given, writes, limits)
+            os.close(send)
+            self._answer: IO[bytes] = os.fdopen(listen, "rb")
+        else:
+            asked = [sys.path, reader.__module__, reader.__qualname__, str(source), given, writes and str(writes)]
+            self._popen = subprocess.Popen([sys.executable, "-m", __name__, json.dumps(asked)], cwd=engine(),
+                                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)  # fmt: skip
+            assert self._popen.stdout is not None
+            self._answer = self._popen.stdout
+
+    def take(self, count: int) -> bytearray:
+        """The next bytes of the answer, fewer at its end. Whoever lets this wait for too long is ended."""
+        patience = threading.Timer(_PATIENCE * self._limits.seconds, self._end_late)
+        patience.daemon = True
+        patience.start()
+        found = bytearray(count)
+        try:
+            got = self._answer.readinto(found)  # type: ignore[attr-defined]
+        finally:
+            patience.cancel()
+        return found[:got] if got < count else found
+
+    def ended(self) -> tuple[int, bool]:
+        """Its exit code, and whether it was ended for its slowness."""
+        code = self._popen.wait() if self._popen else os.waitstatus_to_exitcode(os.waitpid(self._child, 0)[1])
+        self._child, self._popen = 0, None
+        return code, self._late
+
+    def kill(self) -> None:
+        """End it, where that has not been done."""
+        self._answer.close()
+        if self._popen:
+            self._popen.kill()
+        elif self._child:
+            os.kill(self._child, signal.SIGKILL)
+        if self._popen or self._child:
+            self.ended()
+
+    def _end_late(self) -> None:
+        self._late = True
+        with contextlib.suppress(OSError):
+            self._popen.kill() if self._popen else os.kill(self._child, signal.SIGKILL)
+
+
+def _begin(send: int, *asked: Any) -> NoReturn:
+    """Be the forked process of a reading: without what its parent has open, and without its ways to end."""
+    with contextlib.suppress(BaseException):
+        for ending in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(ending, signal.SIG_DFL)
+        nothing = os.open(os.devnull, os.O_RDWR)
+        for number in (0, 1, 2):
+            os.dup2(nothing, number)
+        os.dup2(send, 3)
+        os.closerange(4, os.sysconf("SC_OPEN_MAX"))
+        _answer(3, *asked)
+    os._exit(1)
+
+
+def _begun_afresh(path: list[str], module: str, name: str, source: str, given: list[Any], writes: str | None) -> None:
+    """The same in a process of its own, whose standard output is the answer."""
+    sys.path[:] = path
+    send = os.dup(1)
+    os.dup2(2, 1)
+    asked = Path(source)
+    _answer(send, named(module, name), asked, given, Path(writes) if writes else None, Limits(_size(asked, asked.name)))
+
+
+def _answer(send: int, reader: Reader, source: Path, given: Any, writes: Path | None, limits: Limits) -> None:
+    """Confine this process, read, and send what is yielded."""
+    real = source.resolve()
+    beside = [each.with_name(each.name + ending) for each in (source, real) for ending in _OF_SQLITE]
+    code = [Path(sys.modules[reader.__module__.partition(".")[0]].__path__[0]), Path(__file__).parents[1]]
+    confine([source, *beside, *code], [writes] if writes else [], memory=limits.memory, seconds=limits.seconds,
+            written=limits.memory if writes else 0)  # fmt: skip
+    with os.fdopen(send, "wb") as out:
+        try:
+            for each in [source] if source.is_file() else source.rglob("*"):
+                signed = each.is_file() and hdf5_file.is_signed(each)
+                if signed and hdf5_file.check_plain(each, ascii(each.name)) > limits.memory:
+                    raise _Over("unpacked")
+            for item in reader(source, *given):
+                arrays: list[np.ndarray] = []
+                plain = _parted(item, arrays)
+                if any(each.ndim and len(each) > limits.rows for each in arrays):
+                    raise _Over("rows")
+                _send(out, {"item": plain, "arrays": [[each.dtype.str, each.shape] for each in arrays]})
+                for array in filter(np.size, arrays):
+                    out.write(np.ascontiguousarray(array).data.cast("B"))
+                out.flush()
+            _send(out, {"ended": None})
+        except BrokenPipeError:
+            pass
+        except BaseException as error:
+            _send(out, {"ended": _said(error, source, reader.__module__.partition(".")[0])})
+
+
+class _Over(Exception):
+    """A limit is met; its name."""
+
+
+def _said(error: BaseException, source: Path, package: str) -> str:
+    """The sentence of an error, or the name of the limit that it met, perhaps beneath another error."""
+    beneath: BaseException | None = error
+    while beneath is not None:
+        if isinstance(beneath, MemoryError):
+            return "memory"
+        beneath = beneath.__cause__ or beneath.__context__
+    text = " ".join(str(error).split())
+    own = isinstance(error, (_Over, StudyError)) or is_answer(error, package)
+    return text if own else f"{source.name!a} cannot be read ({type(error).__name__}: {text[:200]})"
+
+
+def _send(out: IO[bytes], said: Any) -> None:
+    text = json.dumps(said).encode()
+    out.write(_HEAD.pack(len(text)) + text)
+
+
+def _parted(item: Any, arrays: list[np.ndarray]) -> Any:
+    """The item with a place in `arrays` for each of its arrays."""
+    if isinstance(item, np.ndarray):
+        arrays.append(item)
+        return {_ARRAY: len(arrays) - 1}
+    if isinstance(item, dict):
+        return {key: _parted(value, arrays) for key, value in item.items()}
+    return [_parted(value, arrays) for value in item] if isinstance(item, (list, tuple)) else item
+
+
+def _whole(item: Any, arrays: list[np.ndarray]) -> Any:
+    if isinstance(item, dict):
+        found = item.get(_ARRAY)
+        return arrays[found] if len(item) == 1 and isinstance(found, int) else {
+            key: _whole(value, arrays) for key, value in item.items()}  # fmt: skip
+    return [_whole(value, arrays) for value in item] if isinstance(item, list) else item
+
+
+def _how(code: int) -> str:
+    with contextlib.suppress(ValueError):
+        return signal.Signals(-code).name
+    return f"code {code}"
+
+
+if __name__ == "__main__":
+    _begun_afresh(*json.loads(sys.argv[1]))
