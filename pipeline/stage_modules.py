@@ -29,6 +29,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from pipeline import SEALED
 from pipeline.cache.fingerprint import installed
 from pipeline.errors import StudyError
 from pipeline.home import DISTRIBUTION, engine, program
@@ -75,6 +76,7 @@ def home_of(package: str, code_root: Path | None) -> Path:
 
 def importable(package: str, home: Path) -> None:
     """Let the package under `home` be imported, and no other of its name. Raises `StudyError` if another one was."""
+    SEALED.add(package)
     if _is_found(package, home):
         return
     if package in sys.modules:

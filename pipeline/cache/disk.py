@@ -74,9 +74,20 @@ def read(path: Path, largest: float = math.inf) -> bytes | None:
     """The file's content; None if there is none, or a folder, pipe or device, or one of more than `largest` bytes."""
     try:
         found = path.stat()
-        return path.read_bytes() if stat.S_ISREG(found.st_mode) and found.st_size <= largest else None
+        with _naming(path):
+            return path.read_bytes() if stat.S_ISREG(found.st_mode) and found.st_size <= largest else None
     except (FileNotFoundError, NotADirectoryError):
         return None
+
+
+@contextlib.contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Errors name the file that is read, which the system leaves out of those of an open one."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise
 
 
 def opened_at_end(path: Path) -> IO[bytes]:
@@ -181,7 +192,7 @@ def content(path: Path, where: str) -> bytes:
 
 def blocks(path: Path) -> Iterator[bytes]:
     """The content of a file, part by part."""
-    with open(path, "rb") as file:
+    with _naming(path), open(path, "rb") as file:
         while block := file.read(_BLOCK):
             yield block
 
@@ -201,6 +212,11 @@ def inside(folder: Path, path: Path, where: str) -> Path:
     return path
 
 
+def _mark(found: os.stat_result) -> list[int]:
+    """What tells that a file is the same: its time of change is the system's own, and no program can set it back."""
+    return [found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino]
+
+
 class Digests:
     """Digests of files from outside; those of large files are kept in `memo`, which vouches for itself."""
 
@@ -213,7 +229,7 @@ class Digests:
         try:
             if found.st_size < _WORTH_REMEMBERING:
                 return file_digest(path)
-            name, mark = str(path.resolve()), [found.st_size, found.st_mtime_ns, found.st_ino]
+            name, mark = str(path.resolve()), _mark(found)
             stored = read_sealed(self._memo)
             known: dict[str, Any] = stored if isinstance(stored, dict) else {}
             if known.get(name, [None])[0] == mark:
@@ -221,7 +237,7 @@ class Digests:
             value = file_digest(path)
         except OSError as error:
             raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
-        if time.time() - found.st_mtime > _IN_DOUBT_S and path.stat().st_mtime_ns == found.st_mtime_ns:
+        if time.time() - max(found.st_mtime, found.st_ctime) > _IN_DOUBT_S and _mark(path.stat()) == mark:
             with contextlib.suppress(OSError):
                 write_sealed(self._memo, {**known, name: [mark, value]})
         return value
@@ -239,8 +255,8 @@ def locked(folder: Path, name: str, command: str, wait: bool, waiting: Callable[
     """Hold the lock of a results folder, called `name` in messages, while the block runs.
 
     Raises `StudyError` naming the holder if another run has it and `wait` is false; otherwise calls `waiting` once
-    with a sentence and waits. Raises `NotWritable` if the folder can only be read. A killed holder
-    needs no clearing up: the system drops its lock with the process.
+    with a sentence and waits. Raises it too where the system gives no lock, and `NotWritable` if the folder can only be
+    read. A killed holder needs no clearing up: the system drops its lock with the process.
     """
     path = folder / ".cache" / "lock"
     try:
@@ -251,7 +267,7 @@ def locked(folder: Path, name: str, command: str, wait: bool, waiting: Callable[
         ) from None
     with file:
         told = False
-        while not _try(file):
+        while not free(file, name):
             sentence = f"{name} is in use by {_holder(path)}"
             if not wait:
                 raise StudyError(f"{sentence}; wait for it with --wait, or choose another folder with --results")
@@ -271,6 +287,18 @@ def locked(folder: Path, name: str, command: str, wait: bool, waiting: Callable[
             _release(file)
 
 
+def free(file: IO[bytes], name: str) -> bool:
+    """Take the lock of an open file, if nobody else has it. Raises `StudyError` where the system gives none."""
+    try:
+        _try(file)
+    except OSError as error:
+        if error.errno in _BUSY:
+            return False
+        raise StudyError(f"{name}: the system gives no lock there ({error.strerror}); choose a folder on another disk "
+                         "with --results") from None  # fmt: skip
+    return True
+
+
 def _holder(path: Path) -> str:
     try:
         holder = json.loads(path.read_bytes())
@@ -282,13 +310,11 @@ def _holder(path: Path) -> str:
 if sys.platform == "win32":
     import msvcrt
 
-    def _try(file: IO[bytes]) -> bool:
+    _BUSY: tuple[int, ...] = (errno.EACCES, errno.EDEADLK)
+
+    def _try(file: IO[bytes]) -> None:
         file.seek(_FAR)
-        try:
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        except OSError:
-            return False
-        return True
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
 
     def _release(file: IO[bytes]) -> None:
         file.seek(_FAR)
@@ -297,12 +323,10 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-    def _try(file: IO[bytes]) -> bool:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            return False
-        return True
+    _BUSY = (errno.EWOULDBLOCK,)
+
+    def _try(file: IO[bytes]) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
     def _release(file: IO[bytes]) -> None:
         fcntl.flock(file, fcntl.LOCK_UN)

@@ -59,6 +59,8 @@ def init(folder: Path, update: bool, no_workflow: bool, form: options.Form) -> N
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise StudyError(f"{shown(folder)}: is there already and not an empty folder; choose another")
     target = folder.absolute()
+    if str(target).encode(errors="replace").decode() != str(target):
+        raise StudyError(f"{str(folder)!a}: is no name in UTF-8, as that of a study's folder must be")
     readme = (face() / "new_study.md").read_text(encoding="utf-8").format(name=target.name)
     files = {**_given(), "README.md": readme.encode(), ".gitignore": b"results/\n"}
     if not no_workflow:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import dataclasses
 import functools
@@ -24,6 +25,7 @@ from pipeline.study import Study, locate
 Command = Callable[..., Any]
 #: Title, names of the columns, and rows.
 Table = tuple[str, Sequence[str], Sequence[Sequence[Any]]]
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
 _FOLDER = click.Path(file_okay=False).shell_complete
 
 
@@ -146,9 +148,9 @@ class Form:
         elif self.as_csv:
             flat, text = [dict(_flat(row)) for row in rows], io.StringIO()
             columns = dict.fromkeys(name for row in flat for name in row)
-            writer = csv.DictWriter(text, list(columns), lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(flat)
+            writer = csv.writer(text, lineterminator="\n")
+            writer.writerows([_cell(cell) for cell in row]
+                             for row in (columns, *([row.get(name, "") for name in columns] for row in flat)))
             click.echo(text.getvalue(), nl=False)
         else:
             for line in (*lines, *(line for table in tables for line in layout.titled(*table))):
@@ -186,6 +188,16 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
             yield from _flat(part, f"{name}.{key}" if name else str(key))
     else:
         yield name, str(value).lower() if isinstance(value, bool) else value
+
+
+def _cell(value: Any) -> Any:
+    """What stands in a cell: a text that a spreadsheet would take for a formula, and may run, begins with '."""
+    if isinstance(value, str) and value.startswith(_FORMULA) and len(value) > 1:
+        with contextlib.suppress(ValueError):
+            float(value)
+            return value
+        return f"'{value}"
+    return value
 
 
 def _finite(value: Any) -> Any:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline import layout
-from pipeline.cache import untouched
+from pipeline.cache import disk, untouched
 from pipeline.cache.store import Entry
 from pipeline.commands import options
 from pipeline.errors import StudyError
@@ -162,7 +162,7 @@ def made_by(study: Study, name: str) -> Entry | None:
     last, place = study.store.current(name), study.store.place(study.graph.stages[name].artefact)
     if not place.exists():
         return last
-    key = artefact.provenance(place.read_bytes(), shown(place)).get("key", "")
+    key = artefact.provenance(disk.content(place, shown(place)), shown(place)).get("key", "")
     return last if last is not None and last.key == key else study.store.entry(key) if key.isalnum() else None
 
 

@@ -289,7 +289,7 @@ def failure(error: BaseException, package: str) -> dict[str, Any]:
     elif is_answer(error, package):
         kind = "answer"
     elif isinstance(error, OSError) and error.errno is not None:
-        kind, text = "system", os.strerror(error.errno)
+        kind, text = "system", f"{f'{error.filename}: ' if error.filename else ''}{os.strerror(error.errno)}"
     elif isinstance(error, MemoryError):
         kind, text = "system", "not enough memory"
     else:

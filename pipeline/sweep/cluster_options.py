@@ -31,8 +31,8 @@ class Cluster:
         from pipeline.sweep import cluster
 
         if cluster.is_open(self.address):
-            note(f"the way to {self.address} is not encrypted, and whoever reaches that port can run programs there as "
-                 "you can; docs/sweeps.md has the way with certificates")  # fmt: skip
+            note(f"the way to {self.address} is not encrypted, and whoever reaches that port, on your own computer "
+                 "each of its users, can run programs there; docs/sweeps.md has the way with certificates")  # fmt: skip
         client = cluster.connected(self.address, self.certificates)
         try:
             yield client, cluster.threads(client)

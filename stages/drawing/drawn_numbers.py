@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator
 from itertools import chain
 
@@ -13,6 +11,8 @@ from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
+
+from stages.drawing.csv_table import table
 
 COLUMNS = ("panel", "series", "x", "y")
 #: Digits that are kept: more than a picture shows.
@@ -33,9 +33,7 @@ def as_csv(figure: Figure) -> str:
 
 
 def _line(*words: str) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(words)
-    return text.getvalue()
+    return table([words])
 
 
 def _panels(figure: Figure) -> Iterator[tuple[str, Axes]]:

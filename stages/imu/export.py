@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import io
 import textwrap
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
+from stages.drawing.csv_table import table
 from stages.imu.clock.clock import packet_arrivals
 from stages.imu.clock.packet_index import arrival_stamp
 from stages.imu.result import Evidence, RunReport, StepTimes
@@ -47,9 +47,10 @@ def exported(trials: Iterable[Trial]) -> dict[str, bytes]:
     found = list(trials)
     used = [trial for trial in found if trial.accepted]
     rows = [(trial.experiment.name, _rows(trial)) for trial in used]
-    files = {"runs.csv": table(_run_columns(), (_run(trial.report()) for trial in found))}
+    files = {"runs.csv": table([_run_columns(), *(_run(trial.report()) for trial in found)]).encode()}
     for name, columns in COLUMNS.items():
-        files[name] = table(("run", *columns), ((run, *row) for run, tables in rows for row in tables[name]))
+        of_runs = ((run, *row) for run, tables in rows for row in tables[name])
+        files[name] = table([("run", *columns), *of_runs]).encode()
     return files | {"curves.npz": _curves(used)}
 
 
@@ -80,16 +81,6 @@ def events_of(trial: Trial) -> list[tuple[float, int, str]]:
     if np.isfinite(double):
         found += [(float(time + double), INNER, "toe-off") for time in strikes.time[strikes.leg == OUTER]]
     return sorted(found)
-
-
-def table(columns: Sequence[str], rows: Iterable[Row]) -> bytes:
-    """A CSV text; a number has the digits that give it back, one that is not known is an empty cell."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    for row in rows:
-        writer.writerow(["" if isinstance(cell, float) and cell != cell else cell for cell in row])
-    return text.getvalue().encode()
 
 
 def _run_columns() -> tuple[str, ...]:

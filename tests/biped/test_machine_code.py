@@ -371,10 +371,20 @@ def test_a_text_serves_where_none_can_be_kept(tmp_path: Path, monkeypatch: pytes
     """Without a folder of one's own it is made each time, and with a full disk too."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     kept = machine_code.Kept("texts", tmp_path, by="")
-    monkeypatch.setattr(kept, "leave", lambda *_: (_ for _ in ()).throw(OSError("full")))
+    monkeypatch.setattr(kept, "_leave", lambda *_: (_ for _ in ()).throw(OSError("full")))
     assert kept.text("a.txt", str) == machine_code.sealed("")
     kept.refusal = "others may write"
     assert kept.text("a.txt", str) == machine_code.sealed("") and not kept.folder.exists()
+
+
+@unix
+def test_code_serves_where_the_disk_is_full(package: Path, repository: Path, tmp_path: Path) -> None:
+    """A home that is full keeps nobody from computing, and nothing half-written is left."""
+    (package.parent / "sitecustomize.py").write_text("import resource as r; r.setrlimit(r.RLIMIT_FSIZE, (0, 0))\n")
+    for _ in range(2):
+        found = used(package, repository, HOME=tmp_path / "full")
+        assert (found["answer"], found["hits"], found["refusal"]) == (14.0, 0, "")
+    assert not made_in(tmp_path / "full")
 
 
 #: Python runs it when it starts: there is no sympy, which says so in its own way.

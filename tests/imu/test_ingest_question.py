@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import os
+import shutil
+import sqlite3
 from pathlib import Path
 
 import numpy as np
@@ -134,3 +137,17 @@ def test_a_map_is_proposed(repository: Path, tmp_path: Path) -> None:
     assert code == 3 and json.loads(out)["sensors"][0]["rows"] == 200
     code, _, errors = ingest(repository, tmp_path / "none.csv", "--propose", tmp_path / "other.yaml")
     assert code == 2 and "cannot be read" in errors and not (tmp_path / "other.yaml").exists()
+
+
+def test_no_run_is_a_formula_in_a_spreadsheet(repository: Path, database: Path, tmp_path: Path) -> None:
+    """Whoever names a run would run something on the computer of whoever opens the tables."""
+    shutil.copy(database, tmp_path / "hostile.sqlite")
+    with contextlib.closing(sqlite3.connect(tmp_path / "hostile.sqlite")) as connection, connection:
+        connection.execute("""UPDATE experiment SET name = '=HYPERLINK("http://host.invalid","' || name || '")'""")
+    code, out, errors = ingest(repository, tmp_path / "hostile.sqlite", "--csv", "--export", tmp_path / "out")
+    assert code == 0, errors
+    tables = [out, *(path.read_text() for path in (tmp_path / "out").glob("*.csv"))]
+    cells = [[cell for row in csv.reader(text.splitlines()) for cell in row] for text in tables]
+    assert len(tables) == 8 and all(any("HYPERLINK" in cell for cell in found) for found in cells)
+    assert not [cell for found in cells for cell in found if cell.startswith(("=", "+", "@")) or cell[:2] == "-="]
+    assert [float(cell) for found in cells for cell in found if cell.startswith("-")], "numbers stay numbers"

@@ -67,7 +67,7 @@ class Cluster:
 
     def start_scheduler(self) -> None:
         """Start a scheduler, at the port of the one before, and wait until it listens."""
-        self.port = self.port or _free_port()
+        self.port = self.port or free_port()
         self.scheduler = self._start("dask_scheduler", "--host", self.address.rpartition(":")[0],
                                      "--port", str(self.port), "--no-dashboard", "--no-show")  # fmt: skip
         end = time.monotonic() + _STARTS_S
@@ -116,7 +116,8 @@ class Cluster:
                                     stderr=log, cwd=self.folder, env={**os.environ, "PYTHONPATH": path})  # fmt: skip
 
 
-def _free_port() -> int:
+def free_port() -> int:
+    """A port of this machine that nobody uses."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
 
 import pytest
 
 pytest.importorskip("distributed", reason="needs the extra cluster")
 
-from tests.pipeline.dask_processes import Cluster, certificates
+from tests import commands
+from tests.pipeline import documented
+from tests.pipeline.dask_processes import Cluster, certificates, free_port
 from tests.pipeline.toy import HOME
 
+NOBODY = 65534
 SWEEP = "stage: side\nkind: grid\nvary: {side.seed: [1, 2, 3, 4, 5]}\n"
 
 
@@ -107,3 +115,66 @@ def test_a_machine_without_this_program_is_a_sentence(toy, started, tmp_path):
     cluster = started(first_on_path=(tmp_path / "other",))
     code, _, said = swept(toy, "--cluster", cluster.address)
     assert code == 1 and "every machine of a cluster needs this program" in said
+
+
+#: Another user, or this one with the key, has a function run that leaves a file; every way to talk is tried.
+INTRUDES = """
+import os, sys
+from distributed import Client
+from distributed.security import Security
+port, left, user, *files = sys.argv[1:]
+if int(user):
+    os.setgroups([]), os.setgid(int(user)), os.setuid(int(user))
+named = dict(zip(("tls_ca_file", "tls_client_cert", "tls_client_key"), files))
+for number, (address, security) in enumerate((
+    (f"tcp://127.0.0.1:{port}", None), (f"tls://127.0.0.1:{port}", Security(require_encryption=True)),
+    (f"tls://127.0.0.1:{port}", Security(require_encryption=True, **named)),
+)):
+    try:
+        with Client(address, security=security, timeout=5) as client:
+            client.submit(os.mkdir, f"{left}/{number}", pure=False).result(timeout=20)
+    except Exception as error:
+        print(address, type(error).__name__)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid(), reason="needs to become another user")
+def test_another_user_of_the_machine_runs_nothing_on_the_documented_cluster():
+    """The commands as docs/sweeps.md has them, on one machine; whoever has the key may run functions there."""
+    tmp_path = Path(tempfile.mkdtemp())  # pytest's own folders are closed to others
+    try:
+        tmp_path.chmod(0o755)
+        _intruded(tmp_path)
+    finally:
+        shutil.rmtree(tmp_path)
+
+
+def _intruded(tmp_path):
+    made, scheduler, worker = (block.split() for text in documented.blocks(HOME / "docs/sweeps.md", "text")
+                               for block in text.splitlines() if block.startswith(("openssl", "dask")))  # fmt: skip
+    subprocess.run(made, cwd=tmp_path, check=True, capture_output=True)
+    theirs = certificates(tmp_path / "theirs")
+    for path in (tmp_path / "theirs", *(tmp_path / "theirs").iterdir(), left := tmp_path / "left"):
+        left.mkdir(exist_ok=True)
+        os.chown(path, NOBODY, NOBODY)
+        path.chmod(0o777)
+    port = free_port()
+    began = [subprocess.Popen([sys.executable, "-m", f"distributed.cli.dask_{program}", *words], cwd=tmp_path,
+                              stderr=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": str(HOME)})
+             for program, words in (("scheduler", [*scheduler[2:], "--host", "127.0.0.1", "--port", str(port)]),
+                                    ("worker", [f"tls://127.0.0.1:{port}", *worker[3:]]))]  # fmt: skip
+
+    def intrude(user, *files):
+        """What was run of it."""
+        commands.python(INTRUDES, str(port), str(left), str(user), *map(str, files), cwd=tmp_path, env={**os.environ})
+        return len([*left.iterdir()])
+
+    try:
+        assert intrude(NOBODY, theirs.authority, theirs.certificate, theirs.key) == 0
+        assert intrude(NOBODY, *(tmp_path / name for name in ("cluster.pem", "cluster.pem", "cluster.key"))) == 0
+        assert intrude(0, *(tmp_path / name for name in ("cluster.pem", "cluster.pem", "cluster.key"))) == 1
+    finally:
+        for process in began:
+            process.terminate()
+            process.wait()

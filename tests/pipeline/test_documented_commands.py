@@ -23,10 +23,8 @@ DOCUMENTS = [HOME / "README.md", *sorted((HOME / "docs").glob("*.md")), HOME / "
 NOT_RUN = {
     "make study": "installs an environment; .ci/run and the workflows call make, and every stage it runs is run here",
     "make test": "is what runs this test",
-    "bipedstudy sweep slopes.yaml --cluster tcp://scheduler:8786": "needs a cluster: tests/pipeline/test_sweep_cluster",
-    "bipedstudy sweep slopes.yaml --cluster tls://scheduler:8786 --tls-ca-file ca.pem --tls-cert me.pem": (
-        "needs a cluster: tests/pipeline/test_cluster_refusals"
-    ),
+    "bipedstudy sweep slopes.yaml --cluster tls://scheduler:8786 --tls-ca-file cluster.pem --tls-cert cluster.pem "
+    "--tls-key cluster.key": "needs a cluster: tests/pipeline/test_cluster_refusals",
     "bipedstudy ingest env:LAB": "needs a server: tests/imu/test_source_sql",
     "bipedstudy ingest env:LAB --store measurements/lab.sqlite": "needs a server; a file is stored in docs/own_biped",
 }

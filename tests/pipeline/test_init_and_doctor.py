@@ -84,6 +84,13 @@ def test_init_never_writes_into_what_is_there(tmp_path, repository):
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
 
 
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="all names are Unicode there")
+def test_a_name_that_is_no_utf_8_is_one_sentence(tmp_path):
+    done = commands.run("init", os.fsdecode(b"mine\xff"), cwd=tmp_path)
+    assert (done.returncode, [*tmp_path.iterdir()]) == (2, [])
+    assert done.stderr == "error: 'mine\\udcff': is no name in UTF-8, as that of a study's folder must be\n"
+
+
 def test_doctor_on_this_machine(repository):
     code, out, errors = bipedstudy(repository, "doctor", "--json", PYTHONPATH=str(repository))
     findings = {finding["what"]: finding for finding in json.loads(out)}

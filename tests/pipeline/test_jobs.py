@@ -7,6 +7,7 @@ import json
 import math
 import platform
 import random
+import tempfile
 import time
 
 import pytest
@@ -17,7 +18,7 @@ from pipeline.execution.display import Display
 from pipeline.execution.job import Job, engine_code, job_of, task_of
 from pipeline.parameters import loading
 from pipeline.study import locate
-from pipeline.sweep import cluster
+from pipeline.sweep import cluster, pool
 from pipeline.sweep import spec as specs
 from pipeline.sweep.sweep import Sweep
 
@@ -73,9 +74,9 @@ def test_what_the_engine_is_made_of_includes_every_module_that_a_worker_runs():
 
 @pytest.mark.parametrize(("address", "leaves_open"), [
     ("tcp://10.0.0.1:8786", True), ("scheduler:8786", True), ("tls://10.0.0.1:8786", False),
-    ("tcp://127.0.0.1:8786", False), ("localhost:8786", False), ("tcp://[::1]:8786", False), ("inproc://x/1", False),
+    ("tcp://127.0.0.1:8786", True), ("localhost:8786", True), ("tcp://[::1]:8786", True), ("inproc://x/1", False),
 ])  # fmt: skip
-def test_an_unencrypted_way_to_another_machine_is_told(address, leaves_open):
+def test_an_unencrypted_way_is_told(address, leaves_open):
     assert cluster.is_open(address) == leaves_open
 
 
@@ -83,6 +84,22 @@ def test_an_unencrypted_way_to_another_machine_is_told(address, leaves_open):
 def sweep(toy):
     (toy.root / "sweep.yaml").write_text("stage: side\nkind: grid\nvary: {side.seed: [1, 2]}\n")
     return Sweep(toy.study(), specs.read(toy.root / "sweep.yaml"), Display())
+
+
+def test_what_a_killed_sweep_left_is_removed_and_what_another_uses_stays(sweep, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(pool, "_NEW_S", 0.0)
+    left = tmp_path / "bipedstudy-sweep-left"
+    left.mkdir()
+    (left / "held").touch()
+    benches = [pool.Bench(sweep.chain.job(Display())) for _ in range(2)]
+    for number, bench in enumerate(benches):  # two sweeps at a time
+        assert [row.outcome for _, row in bench.work([sweep._task(number)])] == ["computed"]
+        assert not left.exists()
+    assert len([*tmp_path.glob("bipedstudy-sweep-*")]) == 2
+    for bench in benches:
+        bench.close()
+    assert not [*tmp_path.glob("bipedstudy-sweep-*")]
 
 
 def test_a_bench_of_a_cluster_that_nobody_asks_any_more_ends_and_starts_again(sweep, monkeypatch):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import threading
@@ -55,6 +56,21 @@ def test_a_lock_left_by_a_killed_process_is_harmless(tmp_path):
     path.write_text('{"pid": 1, "command": "bipedstudy run-all", "since": "2001-01-01 00:00:00"}')
     with hold(tmp_path):
         pass
+
+
+@pytest.mark.parametrize("wait", [False, True])
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EBADF, errno.EINVAL, errno.EIO, errno.EOPNOTSUPP])
+def test_a_system_that_gives_no_lock_says_why(tmp_path, monkeypatch, number, wait):
+    """A disk of another machine may have none: that is not another run, and waiting for it has no end."""
+
+    def refuse(file):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(disk, "_try", refuse)
+    with pytest.raises(StudyError) as caught, disk.locked(tmp_path, "results", "bipedstudy run", wait, pytest.fail):
+        pass
+    (sentence,) = caught.value.sentences
+    assert sentence.startswith(f"results: the system gives no lock there ({os.strerror(number)}); ")
 
 
 def test_a_results_folder_that_cannot_be_written_is_one_sentence(tmp_path):

@@ -139,17 +139,25 @@ class Kept:
                 if content == sealed(content.rpartition("# ")[0]):
                     return content
         content = sealed(make())
-        if not self.refusal:
-            with contextlib.suppress(OSError):  # it serves all the same
-                self.leave(file, content.encode())
+        self.leave(file, content.encode())
         return content
 
     def leave(self, file: str, content: bytes) -> None:
-        """Leave a whole file, or none; whoever leaves the same just now leaves as good a one."""
+        """Leave a whole file, or none where there is no room: what was made serves all the same. Whoever leaves the
+        same just now leaves as good a one.
+        """
+        if not self.refusal:
+            with contextlib.suppress(OSError):
+                self._leave(file, content)
+
+    def _leave(self, file: str, content: bytes) -> None:
         self.begin()
         unfinished = self.folder / f"{file}.{os.getpid()}.tmp"
-        unfinished.write_bytes(content)
-        unfinished.replace(self.folder / file)
+        try:
+            unfinished.write_bytes(content)
+            unfinished.replace(self.folder / file)
+        finally:
+            unfinished.unlink(missing_ok=True)
 
     def begin(self) -> None:
         """Make the folder, and remove old ones of its name but those that another checkout may be using."""

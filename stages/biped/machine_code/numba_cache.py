@@ -34,7 +34,7 @@ class Code(Protocol):
         """The folders to read from."""
 
     def leave(self, file: str, content: bytes) -> None:
-        """Leave a whole file, or none."""
+        """Leave a whole file, or none where there is no room."""
 
 
 def attach(dispatcher: Any, code: Code) -> None:
@@ -85,10 +85,9 @@ class _Kept(Cache):  # type: ignore[misc]
         """Keep it; whoever else keeps the same just now keeps as good a one."""
         if self._code.refusal or not self._results.check_cachable(result):
             return
-        with self._guard_against_spurious_io_errors():
-            key = self._keys(signature, result.codegen)
-            content: bytes = dumps([*self._known(key), self._results.reduce(result)])
-            self._code.leave(self._file(key), hashlib.sha256(content).digest() + content)
+        key = self._keys(signature, result.codegen)
+        content: bytes = dumps([*self._known(key), self._results.reduce(result)])
+        self._code.leave(self._file(key), hashlib.sha256(content).digest() + content)
 
     def _known(self, key: Any) -> list[Any]:
         return [numba.__version__, self._code.stamp, key]
