@@ -51,10 +51,11 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
 
 
 def given(
-    package: str, stage: Stage, parameters: Any, named: Mapping[str, File], results: Mapping[str, File]
-) -> tuple[Any, Any, dict[str, File]]:
-    """The stage's inputs (None without a class for them), the same as looser solvers gave them (None where none did),
-    and those of its files that it is given as they lie there.
+    package: str, stage: Stage, parameters: Any, named: Mapping[str, File], results: Mapping[str, File],
+    errors: bool = True,
+) -> tuple[Any, Any, dict[str, File]]:  # fmt: skip
+    """The stage's inputs (None without a class for them), the same as looser solvers gave them (None where none did, or
+    without `errors`), and those of its files that it is given as they lie there.
 
     `named` are the files that `parameters` name, by key, `results` those of stages, by path. Raises `StudyError` for a
     disagreement and for a file that is not as it was, `Lacking` for a result that is not there and has to be.
@@ -78,7 +79,7 @@ def given(
             missing[name], values[name] = why, None
         elif files:  # else a parameter that names no file; the field has a default
             open_files |= files if Path in _kinds(kind) else {}
-            values[name], looser[name] = _value(path, kind, files)
+            values[name], looser[name] = _value(path, kind, files, errors or LOOSER in fields)
     values |= {MISSING: missing} if missing else {}
     solved = {name: value for name, value in looser.items() if value is not None}
     other = inputs(**{**values, **solved}) if inputs and solved else None
@@ -100,9 +101,9 @@ def _lacking(path: str, files: Mapping[str, File]) -> str | None:
     return why if why is None or why.startswith(_NONE) else f"{_NONE}{Path(path).name.removesuffix('.h5')}: {why}"
 
 
-def _value(path: str, kind: Any, files: Mapping[str, File]) -> tuple[Any, Any]:
+def _value(path: str, kind: Any, files: Mapping[str, File], errors: bool) -> tuple[Any, Any]:
     """What lies at `path` of the study, one file or several: its place, or decoded as what the field declares; and what
-    looser solvers gave in its place, if anything.
+    looser solvers gave in its place, if anything, and if `errors` are wanted.
     """
     if Path in _kinds(kind):
         check_unchanged(files, "was changed by someone else meanwhile; run again")
@@ -113,7 +114,7 @@ def _value(path: str, kind: Any, files: Mapping[str, File]) -> tuple[Any, Any]:
     if disk.digest(content) != files[path][1]:
         raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
     hdf5_file.check_plain(io.BytesIO(content), path)
-    return artefact.decode(content, kind, path), artefact.decode_looser(content, kind, path)
+    return artefact.decode(content, kind, path), artefact.decode_looser(content, kind, path) if errors else None
 
 
 def check_unchanged(

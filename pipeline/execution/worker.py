@@ -208,10 +208,11 @@ class Computing:
         module = stage_module(self.job.package, stage.name, "run")
         plain, chosen = point[stage.name]
         parameters = self._parameters(stage.name, plain)
-        inputs, above, open_files = given(self.job.package, stage, parameters, chosen, files)
-        result = module.run(parameters, inputs, self.messages.progress)
         other, loose = getattr(module, "ONCE", None), looser(parameters)
-        if errors and not other and (loose != parameters or above is not None):
+        errors = errors and not other
+        inputs, above, open_files = given(self.job.package, stage, parameters, chosen, files, errors)
+        result = module.run(parameters, inputs, self.messages.progress)
+        if errors and (loose != parameters or above is not None):
             self.messages.send(progress=[1.0, "once more, looser, for the errors of its numbers"])
             try:
                 other = module.run(loose, inputs if above is None else above)

@@ -118,6 +118,38 @@ def few_ticks(axis: Axis, values: Sequence[float], narrow: float = 20.0, most: i
 
 
 @contextmanager
+def ticks_once() -> Iterator[None]:
+    """Look for the ticks of an axis, and the boxes of their labels, once where it lies; nobody may change them inside.
+
+    Matplotlib looks anew for each edge, label and pass of the layout, which takes a quarter of the drawing.
+    """
+    names = ("_update_ticks", "_get_ticklabel_bboxes")
+    own: list[Any] = [getattr(Axis, name, None) for name in names]
+    known: dict[Axis, tuple[Any, Any, dict[type, Any]]] = {}
+
+    def ticks(axis: Any) -> Any:
+        place = *axis.get_view_interval(), *axis.axes.bbox.bounds, axis.figure.dpi
+        if axis not in known or known[axis][0] != place:
+            known[axis] = place, own[0](axis), {}
+        return known[axis][1]
+
+    def boxes(axis: Any, shown: Any, renderer: Any = None) -> Any:
+        found = known[axis][2] if ticks(axis) is shown else {}
+        if type(renderer) not in found:
+            found[type(renderer)] = own[1](axis, shown, renderer)
+        return found[type(renderer)]
+
+    known_methods = all(own)  # they are Matplotlib's own affair: where they are gone, all is looked for as it was
+    try:
+        for name, once in zip(names, (ticks, boxes), strict=True) if known_methods else ():
+            setattr(Axis, name, once)
+        yield
+    finally:
+        for name, method in zip(names, own, strict=True) if known_methods else ():
+            setattr(Axis, name, method)
+
+
+@contextmanager
 def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     """Lay a figure out once, for this resolution: as often as it is saved inside, it is only drawn.
 
@@ -125,7 +157,7 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     """
     figure.dpi = dpi
     engine = figure.get_layout_engine()
-    with plt.rc_context({"figure.constrained_layout.use": False}):
+    with plt.rc_context({"figure.constrained_layout.use": False}), ticks_once():
         if engine is not None:
             engine.execute(figure)
             for part in figure.subfigs:  # the solver's last digit is not the same twice
