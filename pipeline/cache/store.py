@@ -28,7 +28,7 @@ from pipeline.cache.fingerprint import INGREDIENTS, Ingredients
 from pipeline.errors import ArtefactError, StudyError
 from pipeline.graph import OWN, beneath, is_inside
 
-_MANIFEST = "manifest.json"
+MANIFEST = "manifest.json"
 _MAKING = "making-"
 _ASIDE = "-old"
 _RESULTS = "results/"
@@ -100,7 +100,7 @@ class Store:
     def _found(self, key: str) -> tuple[Path, Entry | None]:
         """The folder with an entry's files, and the entry."""
         for cache in (self.folder, *([self.shared] if self.shared else [])):
-            entry = _entry(disk.read(cache / key / _MANIFEST, disk.MEMO), key)
+            entry = _entry(disk.read(cache / key / MANIFEST, disk.MEMO), key)
             if entry is not None:
                 return cache / key, entry
         return self.folder / key, None
@@ -115,7 +115,7 @@ class Store:
     def keep(self, folder: Path, entry: Entry) -> bool:
         """Make a filled folder the entry of its key. Whether an earlier entry held other bytes (it is replaced)."""
         body = asdict(entry)
-        disk.write(folder / _MANIFEST, json.dumps({"seal": _seal(body), "entry": body}, indent=1).encode())
+        disk.write(folder / MANIFEST, json.dumps({"seal": _seal(body), "entry": body}, indent=1).encode())
         target = self.folder / entry.key
         earlier = self.entry(entry.key)
         if target.exists() or target.is_symlink():
@@ -233,7 +233,7 @@ class Store:
         self._set_record(entry, True, sorted(entry.outs))
         if before is not None and before["key"] != entry.key:
             with contextlib.suppress(OSError):  # an earlier result is as old as the time since it was current
-                os.utime(self.folder / before["key"] / _MANIFEST)
+                os.utime(self.folder / before["key"] / MANIFEST)
         return True
 
     def place(self, path: str) -> Path:
@@ -242,7 +242,7 @@ class Store:
 
     def vouchers(self, entry: Entry) -> tuple[Path, Path]:
         """The files that say of an entry what was made and that it was put in place."""
-        return self.folder / entry.key / _MANIFEST, self._record(entry.stage)
+        return self.folder / entry.key / MANIFEST, self._record(entry.stage)
 
     def _record(self, stage: str) -> Path:
         return self.folder / CURRENT / f"{stage}.json"

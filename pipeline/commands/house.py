@@ -13,7 +13,7 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,11 +50,12 @@ def init(folder: Path, update: bool, no_workflow: bool, form: options.Form) -> N
     """Lay out a new study in DIR: parameters to edit, the graph of stages, a README, and checks for GitHub and GitLab.
 
     DIR must not exist yet, or be empty. The parameters are those of the study this program comes with. With --update
-    dvc.yaml is written anew (the old one stays beside it), parameter files that are missing are added, and none is
-    changed.
+    dvc.yaml is written anew (the old one stays beside it), parameter files and checks that are missing are added, and
+    none is changed.
     """
+    checks = {} if no_workflow else {place: (face() / name).read_bytes() for place, name in _WORKFLOWS.items()}
     if update:
-        form.give(*_update(folder))
+        form.give(*_update(folder, checks))
         return
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise StudyError(f"{shown(folder)}: is there already and not an empty folder; choose another")
@@ -62,9 +63,7 @@ def init(folder: Path, update: bool, no_workflow: bool, form: options.Form) -> N
     if str(target).encode(errors="replace").decode() != str(target):
         raise StudyError(f"{str(folder)!a}: is no name in UTF-8, as that of a study's folder must be")
     readme = (face() / "new_study.md").read_text(encoding="utf-8").format(name=target.name)
-    files = {**_given(), "README.md": readme.encode(), ".gitignore": b"results/\n"}
-    if not no_workflow:
-        files |= {place: (face() / name).read_bytes() for place, name in _WORKFLOWS.items()}
+    files = {**_given(), **checks, "README.md": readme.encode(), ".gitignore": b"results/\n"}
     with disk.whole(target) as unfinished:
         for name, content in files.items():
             disk.write(unfinished / name, content)
@@ -74,7 +73,7 @@ def init(folder: Path, update: bool, no_workflow: bool, form: options.Form) -> N
               {"study": shown(target)})
 
 
-def _update(folder: Path) -> tuple[list[str], dict[str, str]]:
+def _update(folder: Path, checks: Mapping[str, bytes]) -> tuple[list[str], dict[str, str]]:
     """Bring a study that runs the installed stages to this version; what was done, in lines and by file.
 
     Raises `StudyError` if it has stages of its own.
@@ -83,7 +82,7 @@ def _update(folder: Path) -> tuple[list[str], dict[str, str]]:
     if study.borrowed or study.code_root == study.root:
         raise StudyError(f"{shown(folder)}: is not a study that `init` laid out")
     done: dict[str, str] = {}
-    for name, new in _given().items():
+    for name, new in {**_given(), **checks}.items():
         path = study.root / name
         old = disk.read(path)
         if name == FILE_NAME and new != old:

@@ -17,10 +17,11 @@ from typing import Any
 import click
 
 from pipeline import completion, layout
+from pipeline.cache.store import MANIFEST
 from pipeline.errors import StudyError
 from pipeline.graph import FILE_NAME
 from pipeline.home import face
-from pipeline.study import Study, locate
+from pipeline.study import Study, locate, shown
 
 Command = Callable[..., Any]
 #: Title, names of the columns, and rows.
@@ -102,7 +103,10 @@ def cached(function: Command) -> Command:
     def with_cache(found: Study, cache: Path | None, **options: Any) -> Any:
         if cache is not None:
             hidden = cache.absolute() / ".cache"
-            found = dataclasses.replace(found, cache=hidden if hidden.is_dir() else cache.absolute())
+            place = hidden if hidden.is_dir() else cache.absolute()
+            found = dataclasses.replace(found, cache=place)
+            if not any(place.glob(f"*/{MANIFEST}")):
+                click.echo(f"note: {shown(cache)} has no stored results: what is not in results is computed", err=True)
         return function(found, **options)
 
     return with_cache

@@ -56,6 +56,16 @@ def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed
     assert bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))[0] == 0
 
 
+def test_a_study_of_an_earlier_version_gets_its_checks_unless_they_are_left_out(tmp_path, repository):
+    bipedstudy(tmp_path, "init", "mine", "--no-workflow", PYTHONPATH=str(repository))
+    words = ("init", "mine", "--update", "--json")
+    assert json.loads(bipedstudy(tmp_path, *words, "--no-workflow", PYTHONPATH=str(repository))[1]) == {}
+    (tmp_path / "mine/.gitlab-ci.yml").write_text("mine")
+    added = json.loads(bipedstudy(tmp_path, *words, PYTHONPATH=str(repository))[1])
+    assert added == {"mine/.github/workflows/figures.yml": "added"}
+    assert (tmp_path / "mine/.gitlab-ci.yml").read_text() == "mine"
+
+
 def test_a_new_study_brings_its_checks_for_github_and_gitlab_unless_they_are_left_out(tmp_path, repository):
     checks = (".github/workflows/figures.yml", ".gitlab-ci.yml")
     for name, options in (("mine", ()), ("plain", ("--no-workflow",))):

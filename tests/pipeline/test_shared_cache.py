@@ -55,3 +55,10 @@ def test_what_the_shared_cache_lacks_or_holds_damaged_is_computed_into_the_own_o
     assert lay(ran.root / "lab") == first
     code, _, errors = ran.command("run-all", "--cache", "nowhere")
     assert code == 2 and "nowhere" in errors
+
+
+def test_a_shared_cache_without_results_says_so(ran):
+    (ran.root / "lab").mkdir()
+    code, out, errors = ran.command("run-all", "--cache", "lab")
+    said = "note: lab has no stored results: what is not in results is computed\n"
+    assert (code, errors, out.count(" current ")) == (0, said, 4)
