@@ -1,4 +1,4 @@
-"""Whether an accuracy asked for is met on designs that no table knows.
+"""Whether an accuracy asked for is met on any design.
 
 `python -m benchmarks.accuracy_requests [seed] [designs]` draws designs (every number of Table 1 within 30 %, 1 to 4
 degrees) and asks each for an error of the hip and for one of the step's duration, both drawn too. The true error is

@@ -1,6 +1,6 @@
-"""Speed against accuracy of all ways this study can walk, in clock time; keeps the tables that accuracy requests read.
+"""Speed against accuracy of all ways this study can walk, in clock time; keeps the table that docs/prices.md shows.
 
-    python -m benchmarks.tradeoff            measures (some minutes), writes stages/tradeoff/accuracy/table.json
+    python -m benchmarks.tradeoff            measures (some minutes), writes benchmarks/ways.json
     python -m benchmarks.tradeoff twin       measures one kind of model anew: constraint, detailed, penalty or twin
     python -m benchmarks.tradeoff --picture  writes docs/prices.png from the kept table alone
 
@@ -30,14 +30,13 @@ from stages.analytic.result import Result as Analytic
 from stages.drawing import style
 from stages.figures.drawn import work_and_extremes
 from stages.tradeoff import constraint_ways
-from stages.tradeoff.accuracy.choice import MARGIN
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, front, gain
 from stages.tradeoff.run import constraint_plans, measure, penalty_plans, projected_plan, twin_plan
 
 ROOT = Path(__file__).resolve().parent.parent
 LISTED = ("constraint model, rolling", "penalty model", "twin")
-KEPT, PICTURE = ROOT / "stages/tradeoff/accuracy/table.json", ROOT / "docs/prices.png"
+KEPT, PICTURE = ROOT / "benchmarks/ways.json", ROOT / "docs/prices.png"
 #: Rounds end when they have taken this much processor time [s].
 LONG = 0.4
 PACKAGES = ("exudyn", "numba", "numpy", "scipy")
@@ -173,8 +172,7 @@ def fronts(kept: dict[str, Any]) -> list[str]:
     lines += markdown(columns, rows)
     return [
         *lines, "", "`accuracy: {hip_position_m: 1e-5}` in `params/analytic.yaml`, `multibody.yaml` or `twin.yaml`, or",
-        "`--accuracy hip_position_m=1e-5` for all of them, chooses the cheapest setting whose measured",
-        f"error is {MARGIN:g} times smaller. The run checks it on its own design and refines it where needed;",
+        "`--accuracy hip_position_m=1e-5` for all of them, refines each walk until its own error is smaller;",
         "`--verify` shows the errors that it found."]  # fmt: skip
 
 

@@ -1,9 +1,9 @@
-"""Options that decide settings of several stages, as one stage declares them: `--accuracy`, where a study has it.
+"""Options that ask something of several stages, as one stage declares them: `--accuracy`, where a study has it.
 
 A stage's module `request` declares one: NAME of the option and of the key it stands for, METAVAR, HELP, FORM and
-`words()` for messages, FILES it decides settings of, `parsed(text)`, `decide(file, section)`, which gives a decision
-with the `settings` to take (None: nothing is asked), and `decided(file, values)`, the names of those settings. With
-VERIFY_HELP, `verified(decision, result)` and `line(found)` tell what a run reached.
+`words()` for messages, FILES that have the key, FREE, its value with which nothing is asked, `parsed(text)`, and
+`level(value)`, the study's level that goes with it. With VERIFY_HELP, `verified(asked, result)` and `line(found)` tell
+what a run reached.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from pipeline.study import Study, shown
 
 _SEAL = "seal: "
 Request = ModuleType
-#: The request, a stage, and what was decided of it.
-Decision = tuple[Request, str, Any]
+#: The request, a stage, and what is asked of it.
+Asked = tuple[Request, str, Any]
 
 
-def decisions(study: Study, values: Mapping[str, Any]) -> Iterator[Decision]:
-    """What requests decided of stages; `values` is stage -> parameters."""
+def all_asked(study: Study, values: Mapping[str, Any]) -> Iterator[Asked]:
+    """What requests ask of stages; `values` is stage -> parameters."""
     for stage, own in values.items():
         for request in study.requests:
             section = next((section for section in vars(own).values() if stage == section.FILE), None)
-            wanted = section is not None and stage in request.FILES
-            if wanted and (decision := request.decide(stage, section)) is not None:
-                yield request, stage, decision
+            asked = getattr(section, request.NAME, request.FREE)
+            if stage in request.FILES and asked != request.FREE:
+                yield request, stage, asked
 
 
-def to_verify(study: Study, stages: Iterable[str]) -> list[Decision]:
+def to_verify(study: Study, stages: Iterable[str]) -> list[Asked]:
     """What is asked of these stages. Raises `StudyError` if nothing is."""
     names = [study.graph.stage(name).name for name in stages]
-    found = list(decisions(study, study.parameters(names)))
+    found = list(all_asked(study, study.parameters(names)))
     if not found:
         options = " or ".join(f"--{request.NAME}" for request in study.requests)
         raise StudyError(f"--verify estimates an error that was asked for, and none is asked of {', '.join(names)}; "
@@ -49,7 +49,7 @@ def to_verify(study: Study, stages: Iterable[str]) -> list[Decision]:
     return found
 
 
-def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
+def verify(study: Study, chosen: list[Asked], *, told: bool) -> None:
     """Keep what each stage's result tells of its request beside the artefact and, if `told`, print it.
 
     Holds the lock.
@@ -57,12 +57,12 @@ def verify(study: Study, chosen: list[Decision], *, told: bool) -> None:
     from pipeline.cache import artefact  # with h5py, which takes its time
 
     with disk.locked(study.results, shown(study.results), "bipedstudy --verify", True, click.echo):
-        for request, stage, decision in chosen:
+        for request, stage, asked in chosen:
             path = study.graph.stages[stage].artefact
             content = disk.content(study.store.place(path), shown(study.store.place(path)))
             key = artefact.provenance(content, path)["key"]
             result = artefact.decode(content, result_class(study.package, stage), path)
-            found = {"stage": stage, "artefact_key": key, **request.verified(decision, result)}
+            found = {"stage": stage, "artefact_key": key, **request.verified(asked, result)}
             place, text = record_of(study, request, stage), yaml.safe_dump(found, sort_keys=False)
             disk.inside(study.results, place, shown(place))
             disk.write(place, f"{text}{_SEAL}{disk.digest(text.encode())}\n".encode())

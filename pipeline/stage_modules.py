@@ -4,8 +4,8 @@ A stage is a folder of the package of stages. The engine knows these modules in 
 `result` must be there:
 
 `parameters` (class `Parameters`), `result` (class `Result`), `run` (class `Inputs` if it reads results, function
-`run`), `questions` (a folder: each file is a `QUESTION` for the command line), `request` (an option that decides
-settings of other stages), `warnings` (sentences about parameters before a run), `compiled` (`CODE`, its
+`run`), `questions` (a folder: each file is a `QUESTION` for the command line), `request` (an option that asks
+something of several stages), `warnings` (sentences about parameters before a run), `compiled` (`CODE`, its
 machine code on disk: `folder`, `refusal` (why none can be kept, or nothing), `is_cold()` (whether it must be compiled
 first), `old(keep)` (folders of old code but the last used); `COMPILING`: what to say where it is cold).
 

@@ -100,7 +100,7 @@ class Study:
 
     @cached_property
     def requests(self) -> tuple[ModuleType, ...]:
-        """Options that decide settings, as the stages' modules `request` declare them; see `pipeline.requests`."""
+        """Options that ask something of stages, as these declare them in modules `request`; see `pipeline.requests`."""
         return self.offered("request")
 
     def offered(self, name: str) -> tuple[ModuleType, ...]:

@@ -202,11 +202,10 @@ def made_as_here(about: Mapping[str, str]) -> bool:
 
 
 def _asked(parts: Ingredients, request: Any) -> str:
-    """What a request asked of the stage, and the settings used for it; nothing where nothing was asked."""
-    own = parts["parameters"].get(parts["stage"], {})
-    keys = request.decided(parts["stage"], own) if parts["stage"] in request.FILES and request.NAME in own else ()
-    used = ", ".join(f"{key} {compact(own[key])}" for key in keys)
-    return f"asked: {compact(own[request.NAME])}; used: {used}" if keys else ""
+    """What a request asked of the stage; nothing where nothing was asked."""
+    own = parts["parameters"].get(parts["stage"], {}) if parts["stage"] in request.FILES else {}
+    asked = own.get(request.NAME, request.FREE)
+    return "" if asked == request.FREE else f"asked: {compact(asked)}"
 
 
 def parameter_text(files: Mapping[str, Mapping[str, Any]]) -> str:

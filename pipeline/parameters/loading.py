@@ -217,8 +217,8 @@ class _Loading:
         if problems:
             return None
         values |= dict.fromkeys(derived(cls), self._half_widths(entries))
-        instance = self._decided(cls(**values), file, entries)
-        for key, sentence in broken_rules(instance) if instance is not None else ():
+        instance = cls(**values)
+        for key, sentence in broken_rules(instance):
             self._problem(file, entries[key].line if key in entries else 0, sentence, key)
         return instance
 
@@ -231,27 +231,6 @@ class _Loading:
                 if width is not None:
                     found[key] = width
         return found
-
-    def _decided(self, instance: Any, file: str, entries: dict[str, Node]) -> Any:
-        """The instance with the settings that requests decide, or None if what is asked cannot be had."""
-        for request in self.requests:
-            key = request.NAME
-            if file not in request.FILES or key not in declared(instance.__class__):
-                continue
-            try:
-                decision = request.decide(file, instance)
-            except ValueError as refused:
-                self._problem(file, entries[key].line, f"{key} {refused}", key)
-                return None
-            if decision is None:
-                continue
-            for override in self.overrides.get(file, ()):
-                if override.key in decision.settings:
-                    free = declared(instance.__class__)[key][0].default
-                    why = f"{file}.{key} decides it; to give it, set {file}.{key}={free}"
-                    self.problems.append(("", 0, f"{override.text} is not allowed: {why}"))
-            instance = dataclasses.replace(instance, **decision.settings)
-        return instance
 
     def _stage(self, cls: type, built: Mapping[type, Any]) -> Any:
         instance = cls(**{name: built[kind] for name, (_, kind) in declared(cls).items()})

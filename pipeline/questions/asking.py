@@ -164,19 +164,20 @@ class Asked:
         except reading.Refused as refused:
             raise self._question.wrong(str(refused)) from None
 
-    def result(self) -> tuple[Any, str]:
-        """The stage's own result as it lies among the study's, and its file; None, and a clause why, without one.
+    def result(self, stage: str = "") -> tuple[Any, str]:
+        """A stage's result, or its own, as it lies among the study's, and its file; None, and a clause why not.
 
         Whatever made it: who asks says which parameters it must have been made with.
         """
-        out = f"results/{self._stage}.h5"
-        if out not in self._study.graph.stages[self._stage].outs:
+        name = stage or self._stage
+        out = f"results/{name}.h5"
+        if name not in self._study.graph.stages or out not in self._study.graph.stages[name].outs:
             return None, f"{out} is no result of this study"
         file = self._study.store.place(out)
         if not file.exists():
             return None, f"{shown(file)} is not there"
         try:
-            return self._study.result(self._stage), shown(file)
+            return self._study.result(name), shown(file)
         except StudyError as unfit:
             return None, str(unfit)
 

@@ -95,8 +95,8 @@ class Asking(Protocol):
         knows, what it yields are arrays of numbers as well. Raises `WrongOption`.
         """
 
-    def result(self) -> tuple[Any, str]:
-        """The stage's own result as it lies among the study's, and the file it is from; None, and why, without one."""
+    def result(self, stage: str = "") -> tuple[Any, str]:
+        """A stage's result, or its own, as it lies among the study's, and its file; None, and why, without one."""
 
     def new_file(self, path: Path) -> AbstractContextManager[Path]:
         """A path to write to; what stands there at the end of the context appears as `path`, whole or not at all."""

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import t as student
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -190,14 +190,12 @@ class Ladder:
             except NoRung as why:
                 reason = why
                 continue
-            sigma = math.hypot(solver, model) / WIDTH
-            alone = float(norm.sf((value - 1.0) / max(sigma, 1e-12)))
+            miss = self.miss(rung, MULTIPLIER)
+            alone = below_one(value, miss, solver)
             if min(alone, 1.0 - alone) < DECIDED or rung >= PENALTY:
                 inputs = self.inputs("multiplier", value)
-                known = inputs if math.isfinite(inputs) else 0.0
-                whole = math.hypot(sigma, known / WIDTH)
-                return Stability(float(norm.sf((value - 1.0) / max(whole, 1e-12))), value, solver, model, inputs,
-                                 one.name)  # fmt: skip
+                whole = below_one(value, miss, math.hypot(solver, inputs if math.isfinite(inputs) else 0.0))
+                return Stability(whole, value, solver, model, inputs, one.name)
         raise reason
 
     def inputs(self, name: str, value: float) -> float:
@@ -237,3 +235,12 @@ class Ladder:
             return gait_derivatives(self.design_point, self.design.as_it_stands[1], names, CONSTRAINT)
         except (NoGait, StepFailed, np.linalg.LinAlgError):
             return None
+
+
+def below_one(value: float, miss: Miss, other: float) -> float:
+    """The probability that a multiplier is below one of which a model says `value`, with what it misses and `other`
+    errors; Student's t, as what it misses is told of some draws, with the freedom that goes with the sum.
+    """
+    spread = max(math.hypot(miss.spread, other / WIDTH), 1e-12)
+    freedom = miss.freedom * (spread / max(miss.spread, 1e-12)) ** 4
+    return float(student.sf((value - 1.0) / spread, freedom))

@@ -25,10 +25,25 @@ FEWEST = 4
 
 @dataclass(frozen=True)
 class Miss:
-    """A rung's bias in one measure at one design, and its error: what it may miss beside that."""
+    """A rung's bias in one measure at one design, and its error: what it may miss beside that.
+
+    The error covers what is told of so many draws, its `freedom`.
+    """
 
     bias: float
     error: float
+    freedom: float = np.inf
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation of what it misses."""
+        return self.error / covering(self.freedom)
+
+
+def covering(freedom: float) -> float:
+    """Half width, in standard deviations that so many draws tell, of what is covered by an error."""
+    factor: float = student.ppf(0.5 + 0.5 * COVERED, freedom)
+    return factor
 
 
 @dataclass(frozen=True)
@@ -38,11 +53,12 @@ class Ridge:
     coefficients: np.ndarray
     inverse: np.ndarray
     error: float
+    freedom: float
 
     def at(self, terms: np.ndarray) -> Miss:
         """Bias and error at terms (p,)."""
         wider = float(np.sqrt(1.0 + terms @ self.inverse @ terms))
-        return Miss(float(terms @ self.coefficients), wider * self.error)
+        return Miss(float(terms @ self.coefficients), wider * self.error, self.freedom)
 
 
 def ridge(terms: np.ndarray, misses: np.ndarray) -> Ridge:
@@ -58,8 +74,8 @@ def ridge(terms: np.ndarray, misses: np.ndarray) -> Ridge:
         coefficients = inverse @ terms.T @ misses
         leverage = np.einsum("ij,jk,ik->i", terms, inverse, terms)
         left = (misses - terms @ coefficients) / (1.0 - leverage)
-        factor = student.ppf(0.5 + 0.5 * COVERED, max(len(misses) - leverage.sum(), 1.0))
-        found.append(Ridge(coefficients, inverse, float(factor * np.sqrt(np.mean(left**2)))))
+        freedom = max(len(misses) - float(leverage.sum()), 1.0)
+        found.append(Ridge(coefficients, inverse, covering(freedom) * float(np.sqrt(np.mean(left**2))), freedom))
     return min(found, key=lambda one: np.mean([one.at(each).error for each in terms]))
 
 
@@ -77,7 +93,7 @@ class Learnt:
             seen = np.where(SHARED, np.log(result.values), result.values)
         stable = result.values[:, :, -1] < 1.0
         self.fits: dict[tuple[int, int], Ridge] = {}
-        self.rest = np.full(len(SHARED), np.inf)
+        self.rest, self.twins = np.full(len(SHARED), np.inf), 1.0
         self.count = 0
         for rung in range(PENALTY):
             both = stable[rung] & stable[PENALTY]
@@ -87,8 +103,8 @@ class Learnt:
                 self.fits[rung, measure] = ridge(self.terms(self.numbers[both]), misses)
         both = stable[PENALTY] & stable[TWIN]
         if both.any():
-            factor = float(student.ppf(0.5 + 0.5 * COVERED, both.sum()))
-            self.rest = factor * np.sqrt(np.mean((seen[TWIN] - seen[PENALTY])[both] ** 2, axis=0))
+            self.twins = float(both.sum())
+            self.rest = covering(self.twins) * np.sqrt(np.mean((seen[TWIN] - seen[PENALTY])[both] ** 2, axis=0))
 
     def terms(self, numbers: np.ndarray) -> np.ndarray:
         """Terms (n, p) of the fits at numbers (n, k): a constant, and the first of them in half widths of the draws."""
@@ -107,11 +123,12 @@ class Learnt:
         if rung == TWIN:
             return Miss(0.0, 0.0)
         if rung == PENALTY:
-            return Miss(0.0, rest * (1.0 + float(self.outside(numbers).sum())))
+            return Miss(0.0, rest * (1.0 + float(self.outside(numbers).sum())), self.twins)
         fit = self.fits.get((rung, measure))
         if fit is None:
             return Miss(0.0, np.inf)
         inside = np.clip(numbers, self.middle - self.half, self.middle + self.half)
         miss = fit.at(self.terms(inside[None])[0])
         beyond = float(self.outside(numbers).sum())
-        return Miss(miss.bias, float(np.hypot(miss.error, rest)) * (1.0 + beyond) + abs(miss.bias) * beyond)
+        error = float(np.hypot(miss.error, rest)) * (1.0 + beyond) + abs(miss.bias) * beyond
+        return Miss(miss.bias, error, miss.freedom)

@@ -72,13 +72,17 @@ class Settings(PenaltyTolerance):
             most_solver_steps=most_solver_steps,
         )
 
-    def finer(self) -> Settings | None:
-        """The next finer settings of the solver; None beyond the finest tolerance or steps of 100 ns."""
+    def finer(self, by: float) -> Settings | None:
+        """Settings of the solver with so many times the tolerance, or steps of an error so many times as large.
+
+        None beyond the finest tolerance or steps of 100 ns; steps are not made coarser than they are.
+        """
         if self.assembly == "tree":
-            return finer_explicit(self)
-        if self.impact_step < 2e-7:
+            return finer_explicit(self, by)
+        share = max(by**0.5, 1e-7 / self.impact_step)
+        if share >= 1.0:
             return None
-        return dataclasses.replace(self, rolling_step=self.rolling_step / 2, impact_step=self.impact_step / 2)
+        return dataclasses.replace(self, rolling_step=self.rolling_step * share, impact_step=self.impact_step * share)
 
     def broken_rules(self) -> Iterator[Broken]:
         """The fine step is not coarser than the coarse one; a signal is named once."""

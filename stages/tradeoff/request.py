@@ -1,21 +1,33 @@
-"""`--accuracy`: the level of the whole study, or an error, which also decides solver settings of the walks shown."""
+"""`--accuracy`: the level of the whole study, or the largest errors of the walks, for which these are refined."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
-from stages.biped.accuracy.tolerances import LEVELS
-from stages.tradeoff.accuracy.choice import FILES, KEYS, TABLE, Choice, decide, decided, level
+from stages.biped.accuracy.tolerances import CUSTOM, LEVEL_ERRORS, LEVELS, REFERENCE, Accuracy
+
+#: Parameter files that have the key, each its stage's name. Other stages walk other machines, starts and grounds, or
+#: take differences: they have tolerances of their own.
+FILES = ("analytic", "multibody", "twin")
+#: What may be asked for.
+KEYS = tuple(Accuracy.__annotations__)
+#: The key's value with which nothing is asked.
+FREE = CUSTOM
 
 
-def verified(choice: Choice, result: Any) -> dict[str, Any]:
-    """The estimates in a stage's result as plain values, beside what the table proposed."""
+def level(asked: str | Mapping[str, float]) -> str:
+    """The level of the study that is requested, or the least accurate one that is for such errors, else the last."""
+    if isinstance(asked, str):
+        return asked
+    return next((name for name in LEVELS if all(LEVEL_ERRORS[name][key] <= error for key, error in asked.items())),
+                REFERENCE)  # fmt: skip
+
+
+def verified(asked: Accuracy, result: Any) -> dict[str, Any]:
+    """The estimates in a stage's result as plain values, beside what was asked."""
     return {
-        "asked": dict(choice.asked),
-        "proposed": dict(choice.settings),
-        "table": {kind: entry["made"] for kind, entry in json.loads(TABLE.read_text())["about"].items()},
+        "asked": asked.errors,
         "estimated": {row.name: float(f"{row.estimated:.1e}") for row in result.errors},  # it has no more digits
         "settings": result.errors[0].settings,
     }
@@ -31,16 +43,14 @@ def line(found: Mapping[str, Any]) -> str:
 NAME = "accuracy"
 METAVAR = "WORD|KEY=VALUE"
 HELP = (
-    "Level of the whole study: draft, paper or reference. Or the largest error of the walks, as hip_position_m=1e-5, "
-    "with the level that the study's own robot needs for it. Overrides the files of params/."
+    "Level of the whole study: draft, paper or reference. Or the largest error of the walks, as hip_position_m=1e-5: "
+    "each walk is refined until its own error is smaller. Overrides the files of params/."
 )
 VERIFY_HELP = (
     "Show the estimated errors, and keep them in results/accuracy. Every run with a requested accuracy walks a second "
     "time with coarser settings; if that does not confirm the accuracy, the command ends with 3."
 )
 FORM = f"{', '.join(LEVELS)}, or an error of {', '.join(KEYS)}, as in hip_position_m=1e-5"
-__all__ = ["FILES", "FORM", "HELP", "METAVAR", "NAME", "VERIFY_HELP", "decide", "decided", "level", "line", "parsed",
-           "verified", "words"]  # fmt: skip
 
 
 def words() -> tuple[str, ...]:

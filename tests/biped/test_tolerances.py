@@ -1,4 +1,4 @@
-"""Settings that follow from others: at every level, for an accuracy asked for, and not where one is given by hand."""
+"""Settings that follow from others: at every level, and not where one is given by hand."""
 
 from __future__ import annotations
 
@@ -48,12 +48,6 @@ def test_a_setting_by_hand_reaches_all_that_follow_and_one_of_their_own_wins():
                "calibration.corrected_runs=0")  # fmt: skip
     assert found["contact_study"].penalty_tolerance == 1e-5 and found["contact_study"].checked_tolerance == 1e-7
     assert (found["campaign"].bare_runs, found["calibration"].settings.corrected) == (0, 0)
-
-
-def test_an_accuracy_asked_for_reaches_them_too():
-    found = at(asked="hip_position_m=1e-4")
-    assert found["campaign"].twin.tolerance == found["twin"].settings.tolerance
-    assert found["contact_study"].penalty.tolerance == found["contact_study"].penalty_tolerance
 
 
 def test_nothing_that_follows_leaves_what_is_allowed():

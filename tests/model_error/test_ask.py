@@ -3,16 +3,17 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from stages.biped.question import WrongOption
-from stages.model_error.choice import Ladder
+from stages.model_error.choice import Ladder, below_one
 from stages.model_error.measures import NAMES, Allowed, errors
-from stages.model_error.miss import Learnt
+from stages.model_error.miss import Learnt, Miss, covering
 from stages.model_error.questions.ask import Options, ask
-from stages.model_error.result import MODELS, PENALTY, TWIN
+from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH
 from stages.model_error.run import design_of, further, further_draws, walked
 from stages.model_error.rungs import RUNGS
 
@@ -22,14 +23,14 @@ class Asking:
 
     jobs = 1
 
-    def __init__(self, found):
-        self.found = found
+    def __init__(self, found, **others):
+        self.results = {"model_error": found, **others}
 
     def progress(self, fraction, what):
         assert 0.0 <= fraction <= 1.0 and what
 
-    def result(self):
-        return self.found, "results/model_error.h5 is not there"
+    def result(self, stage="model_error"):
+        return self.results.get(stage), f"results/{stage}.h5 is not there"
 
     def each(self, function, arguments, *shared):
         for one in arguments:
@@ -133,6 +134,23 @@ def test_one_error_serves_all_measures_but_those_with_their_own():
     found = errors(("1%", "speed=0.02"))
     assert found[""] == Allowed(0.01, True) and found["speed"] == Allowed(0.02, False)
     assert Options(("period",), ("1%", "speed=0.02")).allowed("period").share
+
+
+def test_what_the_twin_misses_of_the_robot_is_a_calibrations_or_not_known(parameters, small):
+    calibrated = SimpleNamespace(checks=[SimpleNamespace(late=late) for late in (0.002, 0.0051, math.nan)])
+    for others, late, said in (({}, None, "nothing is known of how the twin differs"),
+                               ({"calibrated_twin": calibrated}, 0.0051, "off by up to 5.1 ms")):  # fmt: skip
+        answer = ask(parameters, Options(("period",), ("1%",)), Asking(small, **others))
+        assert answer.plain["twin_strikes_off_s"] == late and said in answer.lines[-1]
+
+
+def test_the_probability_is_students_where_draws_are_few():
+    """At one spread beyond one, two draws tell .211 (t = 1 with 2 degrees), and .159 where other errors are the sum."""
+    miss = Miss(0.0, 1e-3 * covering(2.0), 2.0)
+    assert miss.spread == pytest.approx(1e-3)
+    assert below_one(1.001, miss, 0.0) == pytest.approx(0.2113, abs=1e-4)
+    assert below_one(1.0 + 0.1, miss, 0.1 * WIDTH) == pytest.approx(0.1587, abs=1e-3)
+    assert below_one(0.9, Miss(0.0, 0.0), 0.0) == 1.0 - below_one(1.1, Miss(0.0, 0.0), 0.0) == 1.0
 
 
 def test_the_answer_has_no_clock_in_it(parameters, small):

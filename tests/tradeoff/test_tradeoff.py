@@ -27,7 +27,7 @@ FACTOR = 5.0
 
 @pytest.fixture(scope="session")
 def kept(repository):
-    return json.loads((repository / "stages/tradeoff/accuracy/table.json").read_text())
+    return json.loads((repository / "benchmarks/ways.json").read_text())
 
 
 @pytest.fixture(scope="session")

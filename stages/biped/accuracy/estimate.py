@@ -1,8 +1,8 @@
 """An accuracy that was asked for, checked by the run itself on the design at hand.
 
-A table of what was measured on one design may propose settings; a second walk with finer ones decides. The finer walk
-is kept. How far both differ is taken as its error: that is too much as soon as refining halves the error, and solvers
-of any order do better. If it is more than asked, the next finer walk follows, up to the finest settings there are.
+The loosest settings are where it begins. A second walk with finer ones tells the error: how far both differ. That is
+too much as soon as refining halves the error, and solvers of any order do better. If it is more than asked, the next
+pair is at the settings that should have half of what is asked, by what was found.
 """
 
 from __future__ import annotations
@@ -21,10 +21,15 @@ if TYPE_CHECKING:
 
 #: Places to which times count as equal [s].
 PLACES = 9
-#: Finest tolerance of Exudyn's explicit solver that the parameter files allow.
-FINEST_EXPLICIT = 1e-11
+#: Finest tolerance of Exudyn's explicit solver that the parameter files allow, and the loosest at which feet stand.
+FINEST_EXPLICIT, LOOSEST_EXPLICIT = 1e-11, 1e-4
+#: Of a pair, the finer settings have this share of the coarser ones' tolerance; the largest step goes with its root.
+REFINED, ROOT = 0.3, 0.3
+#: What the coarser ones of the next pair aim at, as a share of what is asked, and how far they go at most. An error is
+#: taken to follow the tolerance.
+AIM, FARTHEST = 0.5, 1e-3
 #: So many times settings are refined at most.
-MOST_REFINEMENTS = 5
+MOST_REFINEMENTS = 12
 
 S = TypeVar("S")
 W = TypeVar("W")
@@ -48,37 +53,46 @@ def to_accuracy(
     accuracy: str | Accuracy,
     settings: S,
     walked: Callable[[S], W],
-    finer: Callable[[S], S | None],
+    finer: Callable[[S, float], S | None],
     differences: Callable[[W, W], Mapping[str, float]],
 ) -> tuple[S, W, tuple[ErrorEstimate, ...]]:
     """The walk that meets the accuracy, its settings and estimated errors; as `settings` are where nothing is asked.
 
-    Raises NotMet.
+    `finer` gives settings at so many times the tolerance, within what there is; None at its end. Raises NotMet.
     """
     asked = errors_asked(accuracy)
-    last = walked(settings)
     if not asked:
-        return settings, last, ()
+        return settings, walked(settings), ()
+    given, settings = settings, finer(settings, math.inf) or settings
+    last = walked(settings)
     found: Mapping[str, float] = {}
     for _ in range(MOST_REFINEMENTS):
-        refined = finer(settings)
+        refined = finer(settings, REFINED)
         if refined is None:
             break
         walk = walked(refined)
-        found, used = differences(last, walk), changed(settings, refined)
-        settings, last = refined, walk
-        if all(found.get(key, math.inf) <= error for key, error in asked.items()):
-            return settings, last, tuple(ErrorEstimate(key, error, found[key], used) for key, error in asked.items())
+        found, used = differences(last, walk), changed(given, refined)
+        if not found.keys() >= asked.keys():
+            break
+        over = max(found[key] / error for key, error in asked.items())
+        if over <= 1.0:
+            return refined, walk, tuple(ErrorEstimate(key, error, found[key], used) for key, error in asked.items())
+        further = finer(settings, max(AIM / over, FARTHEST)) if AIM / REFINED < over < math.inf else None
+        if further is None or finer(further, REFINED) is None:
+            settings, last = refined, walk
+        else:
+            settings, last = further, walked(further)
     raise NotMet(f"the requested accuracy is not met on this design: {sentence(asked, found)}")
 
 
-def finer_explicit(settings: S) -> S | None:
-    """A tenth of the tolerance and half the largest step of an explicit solver; None below the finest tolerance."""
+def finer_explicit(settings: S, by: float) -> S | None:
+    """So many times the tolerance of an explicit solver, and a smaller largest step; None at its finest tolerance."""
     given: Any = settings
-    tolerance = scaled(given.tolerance, 0.1)
-    if tolerance < FINEST_EXPLICIT:
+    tolerance = min(max(scaled(given.tolerance, by), FINEST_EXPLICIT), LOOSEST_EXPLICIT)
+    if tolerance == given.tolerance:
         return None
-    refined: S = dataclasses.replace(given, tolerance=tolerance, largest_step=given.largest_step / 2)
+    step = given.largest_step * min(tolerance / given.tolerance, 1.0) ** ROOT
+    refined: S = dataclasses.replace(given, tolerance=tolerance, largest_step=step)
     return refined
 
 
@@ -91,8 +105,9 @@ def sentence(asked: Mapping[str, float], found: Mapping[str, float]) -> str:
 
 
 def changed(one: Any, other: Any) -> str:
-    """The settings of `other` that differ from those of `one`."""
-    return ", ".join(f"{key} {value:g}" for key, value in vars(other).items() if value != getattr(one, key))
+    """The settings of `other` that differ from those of `one`, or that there is none."""
+    found = [f"{key} {value:.3g}" for key, value in vars(other).items() if value != getattr(one, key)]
+    return ", ".join(found) or "the level's own settings"
 
 
 def walk_difference(one: Any, other: Any) -> float:

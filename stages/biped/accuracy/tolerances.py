@@ -1,12 +1,12 @@
 """The level of the study, tolerances of the planar models, and the largest error of a walk that is requested.
 
-A stage's settings hold the request beside the solver's own settings. Before the stage runs, the pipeline puts in the
-solver settings that were measured to keep it on Table 1; the stage's run checks them on the design it has, and refines
-them (`stages.biped.accuracy.estimate`). With `custom` they stay as they stand, at the study's level (`accuracy.level`).
+A stage's settings hold the request beside the solver's own settings, which are those of the level (`accuracy.level`)
+that goes with the request. The stage's run checks them on the design it has, and refines them
+(`stages.biped.accuracy.estimate`). With `custom` they stay as they stand.
 
 By the tolerances stages that compare the models integrate as well, unless told otherwise.
 What is compared is known no better than what it is compared with. So a stage's own key is `null`, and its parameters
-say in a property what then holds: an edit, an accuracy asked for or another level reaches all that stand beside it.
+say in a property what then holds: an edit or another level reaches all that stand beside it.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def accuracy(chosen: str) -> Any:
     """The field `accuracy: str | Accuracy` of a stage's settings; `chosen` names the settings that it decides."""
     return parameter(
         "-",
-        f"requested error; it decides {chosen}, which custom leaves as given",
+        f"requested error, for which {chosen} are refined; custom leaves them as given",
         choices=(CUSTOM,),
         otherwise=f"errors by {', '.join(Accuracy.__annotations__)} as {{hip_position_m: 1e-5}}",
         default=CUSTOM,
