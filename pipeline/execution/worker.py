@@ -41,6 +41,7 @@ from pipeline.execution.job import File, Job, Point, engine_code
 from pipeline.graph import Stage, beneath, is_inside
 from pipeline.parameters import loading
 from pipeline.parameters.looser import looser
+from pipeline.room.watch import watched
 from pipeline.stage_modules import home_of, importable, named, stage_module
 
 
@@ -211,7 +212,9 @@ class Computing:
         other, loose = getattr(module, "ONCE", None), looser(parameters)
         errors = errors and not other
         inputs, above, open_files = given(self.job.package, stage, parameters, chosen, files, errors)
-        result = module.run(parameters, inputs, self.messages.progress)
+        declared = [file for file, _ in open_files.values()]
+        with watched(self.job.root, self.observed.sources.code_root / self.job.package, self.folder, *declared):
+            result = module.run(parameters, inputs, self.messages.progress)
         if errors and (loose != parameters or above is not None):
             self.messages.send(progress=[1.0, "once more, looser, for the errors of its numbers"])
             try:

@@ -1,0 +1,113 @@
+"""Which files a stage reads while it runs, held against what it may: an input that dvc.yaml does not list is told.
+
+Python tells what `open` and `sqlite3` open, in this process and in those that it forks, and `h5py.File` is made to.
+What a library opens by itself, and what a program or process begun afresh opens, is not seen.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from pipeline.errors import StudyError
+from pipeline.home import engine
+from pipeline.room.confine import of_python
+
+#: What every program may read, unless it lies in the study: the system's own, fonts, and what programs keep for users.
+_OF_ALL = (
+    "/bin", "/dev", "/etc", "/lib", "/lib64", "/nix", "/opt", "/proc", "/run", "/sbin", "/sys", "/usr", "/var",
+    "/System", "/Library", "~/Library", "~/.cache", "~/.config", "~/.fonts", "~/.local/share", "~/.matplotlib",
+    "~/AppData", os.environ.get("SYSTEMROOT", "/usr"), tempfile.gettempdir(),
+)  # fmt: skip
+#: Variables that name folders of libraries, wherever these lie.
+_NAMED = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "MPLCONFIGDIR", "PYTHONPYCACHEPREFIX", "LOCALAPPDATA")
+_SHOWN = 3
+_watched: Watch | None = None
+
+
+class Watch:
+    """What a stage reads, beneath `root` or elsewhere, that is not beneath `allowed`."""
+
+    def __init__(self, root: str, allowed: Iterable[Path | str]) -> None:
+        own = (*of_python(), *map(Path, sysconfig.get_paths().values()), engine() / "pipeline",
+               *(Path(os.environ[name]) for name in _NAMED if os.environ.get(name)))  # fmt: skip
+        self._allowed = _places((*own, *allowed))
+        self._root, self._of_all = _places([root])[0], _places(_OF_ALL)
+        self._told = tempfile.TemporaryFile("a+b")  # noqa: SIM115 - `seen` closes it; forked processes write to it too
+        self._known = set[str]()
+
+    def see(self, opened: Any) -> None:
+        """Keep the path of a file that is opened, unless it may be, or is not there."""
+        with contextlib.suppress(OSError, TypeError, ValueError):
+            path = os.path.realpath(os.fsdecode(opened))
+            if path in self._known:
+                return
+            self._known.add(path)
+            if path.startswith(self._allowed) or (path.startswith(self._of_all) and not path.startswith(self._root)):
+                return
+            if Path(path).is_file():
+                os.write(self._told.fileno(), path.encode(errors="surrogateescape") + b"\0")
+
+    def seen(self) -> list[str]:
+        """The files, from the study's folder where they lie in it."""
+        with self._told as told:
+            told.seek(0)
+            found = told.read().decode(errors="surrogateescape").split("\0")[:-1]
+        return [path.removeprefix(self._root) for path in dict.fromkeys(found)]
+
+
+@contextlib.contextmanager
+def watched(root: str, *allowed: Path | str) -> Iterator[None]:
+    """Within it a stage runs. Raises `StudyError` if it read a file that it may not, however it ended."""
+    global _watched
+    _hear()
+    _watched = watch = Watch(root, allowed)
+    try:
+        yield
+    finally:
+        _watched = None
+        if seen := watch.seen():
+            more = f" and {len(seen) - _SHOWN} more" if len(seen) > _SHOWN else ""
+            raise StudyError(f"it read {', '.join(seen[:_SHOWN])}{more}, which dvc.yaml does not list among "
+                             "its deps, so that after an edit of it the result would stay as it is")  # fmt: skip
+
+
+def _places(paths: Iterable[Path | str]) -> tuple[str, ...]:
+    """Beginnings of what lies beneath these paths, and the paths themselves where they are files."""
+    real = [os.path.realpath(Path(path).expanduser()) for path in paths]
+    return tuple(path if Path(path).is_file() else path.rstrip(os.sep) + os.sep for path in real)
+
+
+def _hear() -> None:
+    """Let this process tell what it opens, once; a hook cannot be taken away."""
+    if getattr(h5py.File, "tells", False):
+        return
+    begin = h5py.File.__init__
+
+    def told(self: Any, name: Any, *arguments: Any, **keywords: Any) -> None:
+        if _watched is not None:
+            _watched.see(name)
+        begin(self, name, *arguments, **keywords)
+
+    h5py.File.__init__, h5py.File.tells = told, True
+    sys.addaudithook(_audited)
+
+
+def _audited(event: str, arguments: tuple[Any, ...]) -> None:
+    if _watched is None or event not in ("open", "sqlite3.connect"):
+        return
+    name, written = arguments[0], event == "open" and arguments[2] & os.O_ACCMODE == os.O_WRONLY
+    if isinstance(name, str) and name.startswith("file:"):
+        import urllib.parse
+
+        name = urllib.parse.unquote(name.removeprefix("file:").partition("?")[0])
+    if isinstance(name, (str, bytes, os.PathLike)) and not written:
+        _watched.see(name)
