@@ -65,7 +65,8 @@ def _input(study: Study, line: str, parameters: list[Row]) -> Row:
 
 
 def _parameters(study: Study, text: str) -> Iterator[Row]:
-    """Each value of an artefact's lines `file.key = value`, with the line of the file that states it, or no place."""
+    """Each value of an artefact's lines `file.key = value`, with the line of the file that states it (of a table
+    the row's), or no place."""
     files: dict[str, Mapping[str, yaml_text.Node]] = {}
     for line in text.splitlines():
         name, _, value = line.partition(" = ")
@@ -78,7 +79,9 @@ def _parameters(study: Study, text: str) -> Iterator[Row]:
             plain = node.plain() if isinstance(node.value, dict) else {"value": node.plain()}
             stated = compact(plain.get("value"))
             same = row or name.endswith(_WIDTH) or stated in (value, f"({value.count(',') + 1} entries)")
-            found |= {"unit": str(plain.get("unit", "")).replace("-", ""), "place": f"{where}:{node.line}",
+            rows = node.value["rows"].value if row and "rows" in plain else []
+            line_of = rows[int(row[0])] if row and row[0].isdigit() and int(row[0]) < len(rows) else node
+            found |= {"unit": str(plain.get("unit", "")).replace("-", ""), "place": f"{where}:{line_of.line}",
                       "source": str(plain.get("source", "")) if same else
                       f"set for this run; the file says {stated}"}  # fmt: skip
         yield found

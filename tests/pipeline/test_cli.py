@@ -11,6 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.commands import why
+from pipeline.study import locate
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -99,6 +102,13 @@ def test_show_why_tells_parameters_by_line_inputs_code_and_the_same_of_what_was_
     ran.edit("params/ground.yaml", "value: 1e5", "value: 2e5")
     again = ran.command("show", "--why", "bounce.force", "--csv")[1].splitlines()
     assert "set for this run; the file says 2e5" in next(line for line in again if "contact_stiffness" in line)
+
+
+def test_why_names_the_line_of_a_row(repository):
+    study = locate(start=repository)
+    (found,) = why._parameters(study, "twin.materials.1 = {name: aluminium, density: 2700}")
+    path, _, number = found["place"].partition(":")
+    assert "name: aluminium" in (repository / path).read_text().splitlines()[int(number) - 1]
 
 
 def test_claims(ran):
