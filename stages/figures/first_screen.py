@@ -53,6 +53,11 @@ class Measure:
     inputs: float
 
     @property
+    def known(self) -> bool:
+        """Whether it is known what the model misses; else a robot beyond the other errors may still be alike."""
+        return math.isfinite(self.model)
+
+    @property
     def error(self) -> float:
         """What is known of its errors, together; zero if nothing is."""
         solver, model, inputs = np.nan_to_num([self.solver, self.model, self.inputs])
@@ -109,8 +114,9 @@ def fast(found: dict[str, Measure]) -> Answer:
     """Speed, step frequency and step length."""
     speed, frequency = found["speed"], found["step_frequency"]
     low, high = frequency.value - frequency.error, frequency.value + frequency.error
-    means = (f"A metre takes {1.0 / speed.value:.3g} s. A robot that takes fewer than {low:.3g} or more than "
-             f"{high:.3g} steps a second differs from this design, or its ramp does.")  # fmt: skip
+    means = f"A metre takes {1.0 / speed.value:.3g} s. " + (
+        f"A robot that takes fewer than {low:.3g} or more than {high:.3g} steps a second differs from this design, or "
+        "its ramp does." if frequency.known else "How far the twin differs from this model is not known.")
     steps = f"{frequency.text()} steps a second, each {found['step_length'].text(1e3)} mm."
     return Answer("How fast?", f"{speed.text()} m/s: {steps}", f"Errors of the speed: {speed.parts()}.", means)
 
@@ -125,7 +131,8 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     means = (f"A small disturbance has faded to a tenth after {faded} step{'s' * (faded > 1)}" if value < 1.0 else
              "A small disturbance grows from step to step") if likely > SURE else UNSURE  # fmt: skip
     means += f"; of the starts tried, {100 * basin.share:.0f} % end in this gait." if basin else "."
-    how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, with a probability {chance}."
+    sure = f"with a probability {chance}" if multiplier.known else "as far as its errors are known"
+    how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, {sure}."
     return Answer("How stable?", how, f"Errors of this multiplier: {multiplier.parts(share=False)}.", means)
 
 
@@ -149,7 +156,8 @@ def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer
         f"Errors of what was measured: from the scatter of {runs}.",
         f"The robot steps {100 * abs(off):.2g} % {'faster' if off > 0 else 'slower'} than the model, "
         + ("within their errors: nothing speaks against the design." if alike else
-           "more than their errors: a calibration tells which parameter differs."),
+           "more than their errors: a calibration tells which parameter differs." if model.known else
+           "more than the errors that are known; what the model misses is not."),
     )  # fmt: skip
 
 

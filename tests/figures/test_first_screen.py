@@ -67,6 +67,10 @@ def test_the_first_screen_answers_three_questions_and_a_fourth_of_own_recordings
         report=SimpleNamespace(**{**vars(report), "step_frequency": 2.5, "step_length": float("nan")})),))
     said = answers(inputs(imu=faster))[3]
     assert "26 % faster than the model, more than their errors" in said.means and "mm" not in said.answer
+    _, fast, stable, said = answers(inputs(imu=faster, model_error=None))
+    assert "How far the twin differs from this model is not known." in fast.means and "fewer" not in fast.means
+    assert stable.answer.endswith("of a small disturbance: stable, as far as its errors are known.")
+    assert said.means.endswith("more than the errors that are known; what the model misses is not.")
 
 
 @pytest.mark.parametrize(("found", "answer", "means"), [
