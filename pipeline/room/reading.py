@@ -37,7 +37,7 @@ Reader = Callable[..., Iterable[Any]]
 _ARRAY, _HEAD = "array", struct.Struct("<Q")
 _NUMBERS = re.compile(r"[<>|][fiub]\d{1,2}$")
 _LONGEST_HEAD = 1 << 28
-_PATIENCE = 4.0  # waiting for another process or a disk counts as well by the clock
+_PATIENCE = 30.0  # by the clock, which a busy machine shares among as many; waiting for a disk counts as well
 _OF_SQLITE = ("-journal", "-wal", "-shm")
 
 
@@ -70,6 +70,7 @@ class Limits:
         """The clause that says which limit was met."""
         words = {
             "time": f"takes more than {self.seconds:.1f} s of processor time to read",
+            "clock": f"takes more than {_PATIENCE * self.seconds:.3g} s by the clock to read",
             "memory": f"takes more than {self.memory / 1e6:.0f} MB of memory to read",
             "unpacked": f"unpacks to more than {self.memory / 1e6:.0f} MB",
             "rows": f"has a table of more than {self.rows} rows",
@@ -110,7 +111,7 @@ def read(reader: Reader, source: Path, *given: Any, writes: Path | None = None) 
                              np.empty(shape, kind))  # fmt: skip
             yield _whole(said["item"], parts)
         code, late = process.ended()
-        what = "time" if late or code == -getattr(signal, "SIGXCPU", 0) else ""
+        what = "clock" if late else "time" if code == -getattr(signal, "SIGXCPU", 0) else ""
         raise Refused(f"{name} {limits.over(what)}" if what else
                       f"{name} cannot be read: its reader ended by itself ({_how(code)})")  # fmt: skip
     finally:

@@ -170,7 +170,7 @@ def test_where_the_system_has_no_limits_the_clock_ends_it(source, monkeypatch):
     monkeypatch.setattr(Limits, "seconds", 0.1)
     for reader in (spinning, sleeping):
         began = time.monotonic()
-        with pytest.raises(Refused, match=r"takes more than 0\.1 s of processor time"):
+        with pytest.raises(Refused, match=r"takes more than 3 s by the clock"):
             list(read(reader, source))
         assert time.monotonic() - began < 10
     assert "memory: bounded by the size of the answer alone; time: ended by the clock" in confined().text
