@@ -9,13 +9,12 @@ import dataclasses
 import itertools
 import typing
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import click
 
-from pipeline import layout
 from pipeline.cache import disk
 from pipeline.cli import cli
 from pipeline.parameters import loading
@@ -41,7 +40,7 @@ def _commands() -> Iterator[str]:
     options = {n: [_option(one) for one in c.params if isinstance(one, click.Option)] for n, c in commands.items()}
     common = {row for row, count in Counter(itertools.chain(*options.values())).items() if count > 1}
     yield "## Commands\n\nOptions of several commands; most have `--params`, `--results` and `--set`:\n"
-    yield from [*layout.markdown(("option", "meaning"), sorted(common)), ""]
+    yield from [*_listed(sorted(common)), ""]
     for name, command in commands.items():
         yield from _command(name, command, options[name], common)
 
@@ -51,12 +50,16 @@ def _command(name: str, command: click.Command, options: list[tuple[str, str]], 
     yield f"### bipedstudy {' '.join([name, *arguments])}\n"
     yield f"{_paragraphs(command.help or '')}\n"
     if rows := [row for row in options if row not in common]:
-        yield from [*layout.markdown(("option", "meaning"), rows), ""]
+        yield from [*_listed(rows), ""]
     named = [row[0] for row in options if row in common and not row[0].startswith(_EVERY)]
     if shared := [option.rpartition("`")[0] + "`" for option in named]:
         yield f"Also {', '.join(shared)}\n"
     if command.epilog:
         yield f"Example: `{next(line for line in map(str.strip, command.epilog.splitlines()) if line[:1] == 'b')}`\n"
+
+
+def _listed(rows: Iterable[tuple[str, str]]) -> Iterator[str]:
+    return (f"- {option}: {meaning}" for option, meaning in rows)
 
 
 def _argument(item: click.Argument) -> str:

@@ -101,6 +101,19 @@ class NumericalError:
 
 
 @dataclass(frozen=True)
+class OnBlocks:
+    """Spread of a gait's steps on blocks of independent normal heights, to first order; it grows with their height."""
+
+    sensitivity_norm: float = quantity(
+        "s/m", "gait sensitivity norm: spread of a step's duration over the rms height of blocks")
+    sensitivity_norm_deg: float = quantity("s/deg", "the same over the slope of that height on a step's length")
+    step_length_spread: float = quantity("1", "spread of the step length over the rms height of blocks")
+    section_spread: np.ndarray = quantity(
+        "1", "spread of the section's coordinates over that height, in leg lengths and pendulum times",
+        dimensions=("coordinate",))
+
+
+@dataclass(frozen=True)
 class Validity:
     """Forces the gait asks of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull.
 

@@ -10,6 +10,7 @@ from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.tolerances import LOOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
+from stages.ground.blocks import Blocks
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
 
@@ -51,4 +52,5 @@ class Parameters:
     friction: Friction
     analytic: AnalyticSettings
     settings: Settings
+    blocks: Blocks = Blocks()
     level: Level = Level()

@@ -30,8 +30,8 @@ def test_the_notebook_runs_from_top_to_bottom(notebook, tmp_path, monkeypatch, c
             shown.append(repr(eval(compile(ast.Expression(last.value), f"cell {number}", "eval"), known)))
     shown.remove("None")  # of the cell that makes the study
     assert len(shown) == len(questions.names()) and all(len(text) > 10 for text in shown), shown
-    assert "0.64034 ->" in shown[6] and "of the twin's (2 % requested)" in shown[7], shown[6:8]
-    assert "synthetic" in shown[8] and (tmp_path / "lab/twin.urdf").read_text().startswith("<?xml")
+    assert "0.64034 ->" in shown[7] and "of the twin's (2 % requested)" in shown[8], shown[7:9]
+    assert "synthetic" in shown[9] and (tmp_path / "lab/twin.urdf").read_text().startswith("<?xml")
 
 
 @pytest.fixture(scope="module")

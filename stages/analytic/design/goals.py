@@ -18,8 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from stages.analytic.derivatives import on_blocks
 from stages.analytic.derivatives.gait import GaitTangents, exchanged_rows
 from stages.analytic.derivatives.multipliers import APART, LEADING, eigensystem, matrix_slope
+from stages.analytic.derivatives.numbers import moved
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_report import record_steps
 from stages.analytic.gait.gait_search import step_length
@@ -185,6 +187,8 @@ def change(quantity: Quantity, phase: int, y: Vector, p: Kind, dy: Vector, dp: V
 
 #: Share of a parameter over which the exact monodromy matrix is differenced along the gaits' exact tangent.
 MATRIX_SHARE = 2e-5
+#: The same of the gait sensitivity norm, and the tolerance of the steps that it is differenced from.
+NORM_SHARE, NORM_TOLERANCE = 4e-4, 1e-12
 
 
 @dataclass(frozen=True)
@@ -231,6 +235,30 @@ def speed_slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
     return slopes
 
 
+def norm(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
+    """Gait sensitivity norm, (1,). Raises StepFailed where there is none."""
+    found = on_blocks.on_blocks(walker, point, tolerance)
+    if found is None:
+        raise StepFailed("the gait is unstable, or its feet do not roll")
+    return np.array([found.sensitivity_norm])
+
+
+def norm_slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
+    """Derivatives of `norm`: extrapolated differences of it, by exact derivatives, along the gait's exact tangent."""
+    walker, point = gait.walker, gait.point
+
+    def there(row: int, share: float) -> float:
+        beside = moved(walker, share * gait.changes.along[row])
+        found = on_blocks.spreads(beside, point.z + share * gait.z[:, row], len(point.steps), NORM_TOLERANCE)
+        return float(found[on_blocks.DURATION]) * walker.time / walker.length
+
+    def slope(row: int, share: float) -> float:
+        return (there(row, share) - there(row, -share)) / (2 * share)
+
+    return np.array([[(4 * slope(row, NORM_SHARE / 2) - slope(row, NORM_SHARE)) / 3
+                      for row in range(len(gait.changes.names))]])  # fmt: skip
+
+
 def _over_stance(title: str, unit: str, quantity: Quantity, length: Callable[[Walker], float]) -> Goal:
     """The largest value of a quantity in single stance."""
     def parts(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
@@ -246,5 +274,6 @@ GOALS = {
     "multiplier": Goal("largest multiplier", "1", "multipliers", magnitudes, magnitude_slopes),
     "speed": Goal("speed", "m/s", "speeds", speed, speed_slopes),
     "friction": _over_stance("friction needed in single stance", "1", friction_ratio, lambda walker: 1.0),
+    "sensitivity_norm": Goal("gait sensitivity norm", "s/m", "norms", norm, norm_slopes),
     "scuff": _over_stance("deepest scuff", "m", scuff_depth, lambda walker: walker.length),
 }

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.derivatives.gait import walk_derivatives
+from stages.analytic.derivatives.on_blocks import on_blocks
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps
@@ -175,8 +176,16 @@ COLUMNS = (
     Column("friction_single_stance", "1", "largest friction used in single stance"),
     Column("residual", "1", "by how much the gait fails to repeat, in leg lengths and pendulum times"),
 )  # fmt: skip
+#: What a map has besides where it is asked for.
+NORM = Column(
+    "sensitivity_norm", "s/m", "gait sensitivity norm: spread of a step's duration over the rms height of blocks")
 #: Anchors that a design is tried from, and solved designs of its own block.
 TRIED = 3
+
+
+def columns_of(norm: bool) -> tuple[Column, ...]:
+    """Columns of a map, with the gait sensitivity norm or without."""
+    return (*COLUMNS, NORM) if norm else COLUMNS
 
 
 @dataclass(frozen=True)
@@ -188,6 +197,7 @@ class Task:
     tolerance: float
     search: str
     anchors: Sequence[Sequence[Any]] = ()
+    norm: bool = False
 
 
 def anchors_of(task: Task, first: int, end: int) -> list[list[Any] | None]:
@@ -204,7 +214,7 @@ def anchors_of(task: Task, first: int, end: int) -> list[list[Any] | None]:
 
 
 def block(task: Task, first: int, end: int) -> list[list[float]]:
-    """The rows of `COLUMNS` of the designs `first` to before `end` of the box."""
+    """The rows of `columns_of` of the designs `first` to before `end` of the box."""
     designs = [task.box.design(task.base, values) for values in task.box.values(first, end)]
     walkers = [design.walker() if design.is_legal() else None for design in designs]
     far = Anchors([Anchor.of(plain) for plain in task.anchors])
@@ -278,7 +288,7 @@ def row(walker: Walker | None, answer: tuple[Way, FixedPoint] | None, task: Task
     if walker is None or answer is None:
         outcome = Outcome.NOT_ALLOWED if walker is None else (
             Outcome.NONE if task.search == "complete" or walker.p.g_x <= 0 else Outcome.UNANSWERED)
-        return [float(outcome), float(Way.NOT), *[float("nan")] * (len(COLUMNS) - 2)]
+        return [float(outcome), float(Way.NOT), *[float("nan")] * (len(columns_of(task.norm)) - 2)]
     way, point = answer
     period, length = point.period * walker.time, step_length(walker, point) * walker.length
     multipliers = [part for value in point.floquet_multipliers[:MULTIPLIERS].tolist()
@@ -286,8 +296,9 @@ def row(walker: Walker | None, answer: tuple[Way, FixedPoint] | None, task: Task
     largest = by_stability(point)
     outcome = Outcome.STABLE if largest < 1 else Outcome.UNSTABLE
     friction = friction_needed(walker, point, task.tolerance)
+    rough = on_blocks(walker, point, task.tolerance) if task.norm else None
     return [float(outcome), float(way), period, length, length / period, *multipliers, largest, friction,
-            point.residual]
+            point.residual, *([rough.sensitivity_norm if rough else float("nan")] if task.norm else [])]
 
 
 @dataclass(frozen=True)
@@ -373,17 +384,18 @@ class Anchors:
 
 NAMES = [column.name for column in COLUMNS]
 #: Columns of which the range is told.
-TOLD = ("period_s", "step_length_m", "speed_m_s", "largest_multiplier", "friction_single_stance")
+TOLD = ("period_s", "step_length_m", "speed_m_s", "largest_multiplier", "friction_single_stance", NORM.name)
 
 
 class Counts:
-    """Counts and ranges of the rows given so far."""
+    """Counts and ranges of the rows given so far, which have these columns."""
 
-    def __init__(self) -> None:
+    def __init__(self, columns: Sequence[Column] = COLUMNS) -> None:
+        self._columns = {column.name: (place, column) for place, column in enumerate(columns)}
         self.designs, self.residual = 0, 0.0
         self._outcomes: Counter[int] = Counter()
         self._ways: Counter[int] = Counter()
-        self._least, self._most = np.full(len(COLUMNS), np.inf), np.full(len(COLUMNS), -np.inf)
+        self._least, self._most = np.full(len(columns), np.inf), np.full(len(columns), -np.inf)
 
     def add(self, rows: Sequence[Sequence[float]]) -> np.ndarray:
         """Count the rows of a block; gives them back as an array."""
@@ -411,12 +423,12 @@ class Counts:
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Least and largest value of some columns."""
-        places = {name: NAMES.index(name) for name in TOLD}
+        places = {name: self._columns[name][0] for name in TOLD if name in self._columns}
         return {name: (float(self._least[at]), float(self._most[at])) for name, at in places.items()}
 
     def as_plain(self) -> dict[str, Any]:
         """As JSON."""
-        ranges = {name: {"low": low, "high": high, "unit": COLUMNS[NAMES.index(name)].unit}
+        ranges = {name: {"low": low, "high": high, "unit": self._columns[name][1].unit}
                   for name, (low, high) in self.ranges().items()}  # fmt: skip
         return {
             "designs": self.designs,

@@ -2,7 +2,9 @@
 
 Compiled code takes them as `p`, asks for them by the paper's symbols, `p.r`, and is compiled for the type. All are
 dimensionless: total mass, leg length and pendulum time are one. What a walker does not have is a number that leaves it
-out: no friction at the hip, no limit to that at the feet, no time at which a step ends.
+out: no friction at the hip, no limit to that at the feet, no time at which a step ends. On even ground h_ahead and
+h_behind are zero: heights, above the ground under the stance foot, of that where the swing foot lands, and of that
+which it leaves.
 
 The numbers of a detailed design have types of their own. Those of the stance leg have the names of Table 1's walker,
 those of the swing leg end in _2; `derivation.Leg` says what they are. The legs change roles from step to step, and so
@@ -34,6 +36,8 @@ class PlainRigid(NamedTuple):
     g_y: float
     T: float = inf
     tau_h: float = 0.0
+    h_ahead: float = 0.0
+    h_behind: float = 0.0
 
 
 class PlainCompliant(NamedTuple):
@@ -56,6 +60,8 @@ class PlainCompliant(NamedTuple):
     mu_s: float = inf
     mu_d: float = inf
     tau_h: float = 0.0
+    h_ahead: float = 0.0
+    h_behind: float = 0.0
 
 
 class DetailedRigid(NamedTuple):
@@ -90,6 +96,8 @@ class DetailedRigid(NamedTuple):
     g_y: float
     T: float = inf
     tau_h: float = 0.0
+    h_ahead: float = 0.0
+    h_behind: float = 0.0
 
 
 class DetailedCompliant(NamedTuple):
@@ -129,6 +137,8 @@ class DetailedCompliant(NamedTuple):
     mu_s: float = inf
     mu_d: float = inf
     tau_h: float = 0.0
+    h_ahead: float = 0.0
+    h_behind: float = 0.0
 
 
 class StiffPlain(PlainCompliant):
@@ -143,8 +153,9 @@ class StiffDetailed(DetailedCompliant):
     __slots__ = ()
 
 
-#: Places of friction's numbers at the foot, and at the hip, and of the time of a step, in every type that has them.
-MU_S, MU_D, TAU_H, T_END = -3, -2, -1, -2
+#: Places of friction's numbers at the foot, and at the hip, of the time of a step, and of the ground's heights, in
+#: every type that has them.
+MU_S, MU_D, TAU_H, T_END, H_AHEAD, H_BEHIND = -5, -4, -3, -4, -2, -1
 
 Plain = PlainRigid | PlainCompliant
 Detailed = DetailedRigid | DetailedCompliant
@@ -172,7 +183,7 @@ def directions(rows: np.ndarray, columns: int) -> Directions:
 
 def present(p: Kind) -> list[str]:
     """Names of the numbers that a walker has: friction at hip and feet, and the time of its steps, if it has them."""
-    absent = {name for name in ("mu_s", "mu_d", "T") if getattr(p, name, inf) == inf}
+    absent = {"h_ahead", "h_behind", *(name for name in ("mu_s", "mu_d", "T") if getattr(p, name, inf) == inf)}
     return [name for name in p._fields if name not in absent and (name != "tau_h" or p.tau_h > 0.0)]
 
 

@@ -1,8 +1,9 @@
 """The guards of each phase: the first that falls through zero ends it. With each comes its tangent.
 
-Heel strike: clearance falls through zero with the swing foot ahead of the stance foot. The legs are equally long, so
-the swing foot also falls below ground behind the stance foot and rises again; that is no heel strike. Rigid legs do so
-where they are parallel, with one foot at the very place of the other: only round-off says which is ahead.
+Heel strike: clearance falls to the height of the ground ahead with the swing foot ahead of the stance foot. The legs
+are equally long, so the swing foot also falls below ground behind the stance foot and rises again; that is no heel
+strike. Rigid legs do so where they are parallel, with one foot at the very place of the other: only round-off says
+which is ahead.
 
 A trailing foot that rolls leaves where its normal force falls to zero, or with limited friction slips where the
 friction it has left does. Sliding ends where the normal force or the slip falls to zero; hovering where the foot comes
@@ -23,7 +24,7 @@ import numpy as np
 from stages.analytic.compiled import ByKind, compiled
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot, solve
-from stages.analytic.model.kinds import MU_S, TAU_H, Compliant, Directions, Kind, Rigid
+from stages.analytic.model.kinds import H_AHEAD, MU_S, TAU_H, Compliant, Directions, Kind, Rigid
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.motion import (
     HOVERING,
@@ -177,7 +178,8 @@ def compliant_guard(
     height, rise, advance = foot_clearance(y, p, dy, start, directions)
     if phase == HOVERING and height > -y[6]:
         return -y[6], -dy[start + 6], True
-    return height, rise, advance > PASSING or phase == HOVERING
+    rise -= number_along(directions, dy, start, 8, H_AHEAD)
+    return height - p.h_ahead, rise, advance > PASSING or phase == HOVERING
 
 
 @compiled
@@ -188,7 +190,8 @@ def rigid_guard(
     if which == HIP:
         return hip_guard(phase, y, p, dy, start, directions)
     height, rise, advance = foot_clearance(y, p, dy, start, directions)
-    return height, rise, advance > PASSING
+    rise -= number_along(directions, dy, start, 4, H_AHEAD)
+    return height - p.h_ahead, rise, advance > PASSING
 
 
 #: A guard of the phase, its tangent along the variation of the state stored in `dy` from `start`, which may go with a

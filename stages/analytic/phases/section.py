@@ -18,7 +18,7 @@ import numpy as np
 from stages.analytic.compiled import ByKind, compiled
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
-from stages.analytic.model.kinds import Compliant, Directions, Kind, Rigid
+from stages.analytic.model.kinds import H_BEHIND, Compliant, Directions, Kind, Rigid
 from stages.analytic.model.walker import Vector
 from stages.analytic.phases.guards import (
     contact_rate_tangents,
@@ -26,7 +26,7 @@ from stages.analytic.phases.guards import (
     contact_rates_along,
     foot_clearance,
 )
-from stages.analytic.phases.motion import contact_directions
+from stages.analytic.phases.motion import contact_directions, number_along
 from stages.analytic.phases.succession import AT_REST
 
 #: Entries of the state (q, qd) that the section coordinates hold as they are.
@@ -37,9 +37,9 @@ RIGID_ENTRIES, TIMED_ENTRIES, ENTRIES = (0, 2, 3), (0, 1, 2, 3), (0, 1, 3, 4, 5)
 def trailing_angle(theta: float, stance: float, swing: float, p: Kind) -> float:
     """Angle of the trailing leg, of length `swing`, whose foot is on the ground; NaN where it is out of reach."""
     radius, _, _ = eq.swing_leg(p)
-    if stance == swing and radius == p.r:  # acos would lose half the digits of a small angle
+    if stance == swing and radius == p.r and p.h_behind == 0.0:  # acos would lose half the digits of a small angle
         return -abs(theta)
-    return -acos(((stance - p.r) * cos(theta) + (p.r - radius)) / (swing - radius))
+    return -acos(((stance - p.r) * cos(theta) + (p.r - radius) - p.h_behind) / (swing - radius))
 
 
 @compiled
@@ -109,12 +109,12 @@ def rigid_tangent(z: Vector, y: Vector, p: Rigid, directions: Directions | None 
         return tangents
     tangents[0], tangents[6], tangents[11] = 1.0, 1.0, 1.0
     radius, length, _ = eq.swing_leg(p)
-    if length == p.L_nat and radius == p.r:
+    if length == p.L_nat and radius == p.r and p.h_behind == 0.0:
         tangents[1] = 1.0 if y[0] < 0.0 else -1.0
     else:
         tangents[1] = (p.L_nat - p.r) * sin(y[0]) / ((length - radius) * sin(y[1]))
     for s in range(12, tangents.size, 4):
-        _, change, _ = foot_clearance(y, p, tangents, s, directions)
+        change = foot_clearance(y, p, tangents, s, directions)[1] - number_along(directions, tangents, s, 4, H_BEHIND)
         tangents[s + 1] = -change / ((length - radius) * sin(y[1])) if change != 0.0 else 0.0
     return tangents
 
@@ -138,7 +138,7 @@ def compliant_tangent(z: Vector, y: Vector, p: Compliant, directions: Directions
         height = dot(normal, (tangents[s], tangents[s + 1], 0.0, tangents[s + 3]))
         if directions is not None and column >= z.size:
             d = eq.row_as(p, directions.rows, column - z.size)
-            _, height, _ = foot_clearance(y, p, tangents, s, directions)
+            height = foot_clearance(y, p, tangents, s, directions)[1] - d.h_behind
             more = contact_rates_along(y, p, d)
             rise, slip = -more[0], -more[1]
         tangents[s + 2] = -height / normal[2]

@@ -151,7 +151,7 @@ def ends_step(phase: int, y: Vector, p: Kind) -> bool:
     if phase < RUBS_FORWARD:
         return phase <= SINGLE_STANCE
     height, _, advance = foot_clearance(y, p, y, 0)
-    return not in_contact(phase) and advance > PASSING and abs(height) < LANDED
+    return not in_contact(phase) and advance > PASSING and abs(height - p.h_ahead) < LANDED
 
 
 @compiled

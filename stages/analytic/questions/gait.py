@@ -14,6 +14,7 @@ from stages.biped.question import Answer, Asking, Question, as_plain, option
 if TYPE_CHECKING:
     from stages.analytic.gait.gait_report import GaitReport
     from stages.analytic.parameters import Parameters
+    from stages.analytic.result import OnBlocks
     from stages.analytic.walk.error_estimate import GaitError
 
 
@@ -31,6 +32,7 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Find the gaits of the design. Raises NoGait."""
+    from stages.analytic.derivatives.on_blocks import on_blocks
     from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait, find_gaits
     from stages.analytic.gait.poincare import by_stability, find_cycle, is_new
@@ -49,7 +51,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         found = report_gait(walker, each, tolerance, parameters.friction.static_friction)
         stable = "stable" if found.gait.stable else "unstable"
         lines += [f"gait {number} of {len(points)}, {stable}"] if options.every else []
-        more, about = told(found, gait_error(walker, each, tolerance))
+        more, about = told(found, gait_error(walker, each, tolerance), on_blocks(walker, each, tolerance))
         lines += more
         plain.append(about)
     cycle_plain = None
@@ -70,16 +72,16 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
                   rows=[{"gait": number, **each} for number, each in enumerate(plain, 1)])  # fmt: skip
 
 
-def told(found: GaitReport, error: GaitError) -> tuple[list[str], dict[str, Any]]:
+def told(found: GaitReport, error: GaitError, rough: OnBlocks | None) -> tuple[list[str], dict[str, Any]]:
     """A gait in words and as JSON."""
     from stages.analytic.walk.on_a_ramp import on_a_ramp
 
     judged = on_a_ramp(found.validity, found.gait.stable)
-    own = {"limp": found.limp, "put_down": found.put_down}
+    own = {"limp": found.limp, "put_down": found.put_down, "on_blocks": rough}
     parts = {"numerical_error": error, "energy": found.energy, "validity": found.validity,
              **{name: record for name, record in own.items() if record}}  # fmt: skip
     lines = textwrap.wrap(judged.sentence, WORDS + NUMBER)
-    for record in (found.gait, found.limp, found.put_down, error, found.energy, found.validity):
+    for record in (found.gait, found.limp, found.put_down, rough, error, found.energy, found.validity):
         lines += field_lines(record) if record else []
     plain = {"on_a_ramp": as_plain(judged), **as_plain(found.gait)}
     return lines, plain | {name: as_plain(record) for name, record in parts.items()}

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import GaitTangents
     from stages.analytic.derivatives.multipliers import MultiplierDerivatives
     from stages.analytic.parameters import Parameters
-    from stages.analytic.result import Uncertainty
+    from stages.analytic.result import OnBlocks, Uncertainty
 
 #: Measures with a word for the head of their column, and their units.
 HEADS = {"period_s": "period", "step_frequency_hz": "freq.", "step_length_m": "length", "speed_m_s": "speed"}
@@ -40,6 +40,7 @@ class Sensitivity:
     measures: dict[str, float]
     left: float | None
     uncertainties: tuple[Uncertainty, ...]
+    on_blocks: OnBlocks | None
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
@@ -47,6 +48,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.derivatives.gait import gait_derivatives
     from stages.analytic.derivatives.multipliers import multiplier_derivatives
     from stages.analytic.derivatives.numbers import sensitive_names
+    from stages.analytic.derivatives.on_blocks import on_blocks
     from stages.analytic.derivatives.uncertainty import uncertainties_of
     from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.gait.gait_search import describe, find_gait
@@ -64,7 +66,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     measures = {name: float(getattr(described, name)) for name in HEADS}
     multipliers = multiplier_derivatives(gait)
     open_to = uncertainties_of(design, gait, parameters.half_widths, multipliers)
-    found = Sensitivity(gait, multipliers, measures, what_is_left(gait) if names == every else None, open_to)
+    found = Sensitivity(gait, multipliers, measures, what_is_left(gait) if names == every else None, open_to,
+                        on_blocks(walker, point, tolerance))
 
     def draw(save: Any) -> None:
         from stages.analytic.pictures import gaits
@@ -117,6 +120,10 @@ def lines(found: Sensitivity) -> Iterator[str]:
                 yield f"  {measure:21}{slope:>+12.4g} {UNITS[measure]}"
     if found.left is not None:
         yield f"dimensions: masses, lengths and times add up as they must, to {found.left:.1g}"
+    if found.on_blocks is not None:
+        yield "On blocks of drawn heights, to first order, by the rms height of blocks:"
+        yield f"  spread of a step's duration {found.on_blocks.sensitivity_norm:>12.4g} s/m (gait sensitivity norm)"
+        yield f"  spread of its length        {found.on_blocks.step_length_spread:>12.4g}"
     yield from multipliers.refused
     yield from open_lines(found.uncertainties)
 
@@ -162,6 +169,7 @@ def as_plain(found: Sensitivity) -> dict[str, Any]:
         "refused": list(multipliers.refused),
         "left_by_dimensions": found.left,
         "uncertainties": [plain(one) for one in found.uncertainties],
+        "on_blocks": None if found.on_blocks is None else plain(found.on_blocks),
     }
 
 

@@ -39,8 +39,9 @@ class Options:
     target: tuple[str, ...] = option(
         "-", "Measure to hold, as speed=0.33 or multiplier=0.5; repeatable", default=(), metavar="MEASURE=VALUE")
     goal: str = option(
-        "-", "What is to be least: largest multiplier, speed, friction needed in single stance, or deepest scuff",
-        default="multiplier", choices=("multiplier", "speed", "friction", "scuff"))
+        "-", "What is to be least: largest multiplier, speed, friction needed in single stance, "
+        "deepest scuff, or gait sensitivity norm",
+        default="multiplier", choices=("multiplier", "speed", "friction", "scuff", "sensitivity_norm"))
     maximise: bool = option("-", "Search for the largest value of the goal", default=False)
     starts: int = option(
         "1", "Starts: the design, and others spread within the bounds", default=1, bound=Bound(minimum=1, maximum=1000))
@@ -56,6 +57,7 @@ class Options:
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Search from the design. Raises NoGait, WrongOption."""
     from stages.analytic.derivatives.numbers import sensitive_names
+    from stages.analytic.derivatives.on_blocks import refusal
     from stages.analytic.design.goals import GOALS
     from stages.analytic.design.search import TARGETS, search_design
     from stages.analytic.gait.design_point import DesignPoint
@@ -70,7 +72,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     known = sensitive_names(design)
     vary = options.vary or tuple(name for name in VARIED if name in known)
     refuse((options.goal == "scuff" and parameters.biped.feet_retract,
-            "--goal scuff: biped.feet_retract is true, and feet that retract touch nothing in swing"))
+            "--goal scuff: biped.feet_retract is true, and feet that retract touch nothing in swing"),
+           (options.goal == "sensitivity_norm" and bool(refusal(design.walker())),
+            f"--goal sensitivity_norm: {refusal(design.walker())}"))
     bounds = dict(bounds_of(design, text, options.share, known) for text in vary)
     held = dict(target_of(text, TARGETS) for text in options.target)
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,31 +43,36 @@ class Options:
 
     front: bool = option(
         "-", "List the stable designs that no other beats in both the largest multiplier and speed", default=False)
+    norm: bool = option(
+        "-", "Also the gait sensitivity norm of each design, at the price of one more derivative",
+        name="sensitivity-norm", default=False)
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Answer every design of the map. Raises WrongOption."""
     if options.within:
-        refuse((options.front, "--front: a map with --within has no stability of each design"))
+        refuse((options.front, "--front: a map with --within has no stability of each design"),
+               (options.norm, "--sensitivity-norm: a map with --within has no gait of each design"))
         return ask_within(parameters, options, asking)
-    from stages.analytic.maps.answers import COLUMNS, NAMES, Counts
+    from stages.analytic.maps.answers import Counts, columns_of
 
     asked_of = task(parameters, options.file, options.search)
     box, tolerance = asked_of.box, asked_of.tolerance
     count = min(options.anchors, -(-box.size // DESIGNS_AN_ANCHOR))
     parts = asking.each(anchors, spans(count, ANCHOR_BLOCK), options.file, options.search)
     known = [one for part in parts for one in part if one]
-    asked, counts = spans(box.size, BLOCK), Counts()
+    of_map = columns_of(options.norm)
+    asked, counts = spans(box.size, BLOCK), Counts(of_map)
     shown = [axis.name for axis in box.axes] + ["outcome", "largest_multiplier", "period_s", "speed_m_s"]
     axes = [Column(axis.name, axis.unit, "varied") for axis in box.axes]
     about = {"map": box.in_words(), "tolerance": f"{tolerance:g}", "search": options.search}
-    with asking.new_table(options.out, [*axes, *COLUMNS], box.size, about) as table:
-        rows_of = asking.each(answers, asked, options.file, options.search, known)
+    with asking.new_table(options.out, [*axes, *of_map], box.size, about) as table:
+        rows_of = asking.each(answers, asked, options.file, options.search, known, *[True] * options.norm)
         for (first, _), rows in zip(asked, rows_of, strict=True):
             found = counts.add(rows)
             varied = box.values(first, first + len(found))
             table.write(first, dict(zip([axis.name for axis in axes], varied.T, strict=True)))
-            table.write(first, dict(zip(NAMES, found.T, strict=True)))
+            table.write(first, {column.name: row for column, row in zip(of_map, found.T, strict=True)})
         whole = options.front or box.seed is None
         columns = {name: table.read(name, 1 if whole else -(-box.size // DRAWN)) for name in shown}
     told, draw = list(lines(counts, options.search)), drawing(box, columns)
@@ -155,12 +160,13 @@ def anchors(
 
 
 def answers(
-    parameters: Parameters, file: Mapping[str, Any], search: str, known: Sequence[Any], span: tuple[int, int]
+    parameters: Parameters, file: Mapping[str, Any], search: str, known: Sequence[Any], *rest: Any
 ) -> list[list[float]]:
-    """The rows of a block, for `Asking.each`."""
+    """The rows of a block, for `Asking.each`: `rest` is True if they have the norm, and then the block's span."""
     from stages.analytic.maps.answers import block
 
-    return block(task(parameters, file, search, known), *span)
+    *norm, span = rest
+    return block(replace(task(parameters, file, search, known), norm=bool(norm)), *span)
 
 
 def drawing(box: Box, columns: Mapping[str, np.ndarray]) -> Any:
@@ -194,8 +200,9 @@ QUESTION = Question(
 
     The gait of a few designs is searched. The others start from the nearest of these, along exact derivatives, and are
     corrected by Newton's method; where that fails, their gait is searched too. Each row has outcome, period, step
-    length, speed, leading multipliers, friction needed in single stance, residual, and the method. A map that was
-    stopped continues. The figure shows two axes as a map, more as pairs; --front lists the best of the stable designs.
+    length, speed, leading multipliers, friction needed in single stance, residual, and the method. With
+    --sensitivity-norm it has the gait sensitivity norm too. A map that was stopped continues. The figure shows two axes
+    as a map, more as pairs; --front lists the best of the stable designs.
     With --within the map has the named measures of the twin, by the cheapest model that is exact enough, as in `ask`.
     """,
     Options,

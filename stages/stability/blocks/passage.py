@@ -1,0 +1,99 @@
+"""Mean first passage time to a fall on blocks of drawn heights, its interval, and the chance to pass a ramp."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from stages.analytic.result import ENDINGS, REACHES
+from stages.biped.quantity import quantity
+from stages.stability.blocks.rare import Ways, Weighed
+from stages.stability.blocks.walks import KEPT, Walk
+
+#: Falls from which the mean is counted, and that are enough; outside of an interval on either side, and its half width
+#: in standard errors.
+FEW, ENOUGH, TAIL, TWO_SIDED = 100, 600, 0.025, 1.96
+
+
+@dataclass(frozen=True)
+class Passage:
+    """Steps to a fall on blocks of drawn heights, with intervals of 95 %."""
+
+    steps_to_fall: float = quantity("1", "mean number of steps until the walker falls (mean first passage time)")
+    steps_low: float = quantity("1", "its interval's lower end")
+    steps_high: float = quantity("1", "its interval's upper end; infinite where no fall was seen")
+    method: str = quantity("-", "counted, or importance sampling where falls are rare")
+    falls: int = quantity("1", "falls that were counted or weighed")
+    walked: int = quantity("1", "steps that were walked")
+    ramp_steps: int = quantity("1", "steps of the ramp")
+    ramp_chance: float = quantity("1", "chance to walk that many steps without a fall")
+    ramp_low: float = quantity("1", "its interval's lower end")
+    ramp_high: float = quantity("1", "its interval's upper end")
+
+
+@dataclass
+class Counted:
+    """Walks counted so far: steps, falls, how they ended, last blocks before a fall, and walks that passed a ramp."""
+
+    ramp: int
+    steps: int = 0
+    passed: int = 0
+    stopped: int = 0
+    endings: Counter[int] = field(default_factory=Counter)
+    last: dict[int, np.ndarray] = field(default_factory=dict)
+
+    def add(self, walks: Sequence[Walk]) -> None:
+        """Count walks."""
+        for walk in walks:
+            fell = walk.ending != REACHES
+            self.steps += walk.steps + fell
+            self.passed += walk.steps >= self.ramp
+            self.stopped += fell and walk.steps < self.ramp
+            if fell:
+                self.endings[walk.ending] += 1
+                self.last[walk.ending] = self.last.get(walk.ending, np.zeros(KEPT)) + np.array(walk.last)
+
+    @property
+    def falls(self) -> int:
+        """Falls seen."""
+        return sum(self.endings.values())
+
+    def passage(self) -> Passage:
+        """The mean as that of independent falls, of which as many are seen as a Poisson distribution lets expect."""
+        from scipy.special import betaincinv, gammaincinv
+
+        falls, passed, stopped = self.falls, self.passed, self.stopped
+        low = self.steps / float(gammaincinv(falls + 1, 1 - TAIL))
+        high = self.steps / float(gammaincinv(falls, TAIL)) if falls else np.inf
+        of_ramp = (float(betaincinv(passed, stopped + 1, TAIL)) if passed else 0.0,
+                   float(betaincinv(passed + 1, stopped, 1 - TAIL)) if stopped else 1.0)  # fmt: skip
+        return Passage(self.steps / falls if falls else np.inf, low, high, "counted", falls, self.steps, self.ramp,
+                       passed / max(passed + stopped, 1), *of_ramp)  # fmt: skip
+
+    def ways(self) -> list[dict[str, Any]]:
+        """How walks fell, the most frequent first: share, and the mean heights of the last blocks, in rms."""
+        return [{"ending": ENDINGS[ending], "share": count / self.falls,
+                 "last_blocks_rms": (self.last[ending] / count).tolist()}
+                for ending, count in self.endings.most_common()]  # fmt: skip
+
+
+def from_weighed(parts: Sequence[Weighed], counted: Counted) -> Passage:
+    """The mean from the weighed share of walks that fall in a step; `counted` has too few falls for a count."""
+    walks = sum(part.walks for part in parts)
+    weights = np.array([weight for part in parts for _, weight, _ in part.falls])
+    share, squares = weights.sum() / walks, (weights**2).sum() / walks
+    error = TWO_SIDED * np.sqrt((squares - share**2) / walks)
+    steps, low, high = (1 / each if each > 0 else np.inf for each in (share, share + error, share - error))
+    chances = [float(np.exp(-counted.ramp / each)) for each in (steps, low, high)]
+    walked = counted.steps + sum(part.steps for part in parts)
+    return Passage(steps, low, high, "importance sampling", len(weights), walked, counted.ramp, *chances)
+
+
+def told(ways: Ways) -> list[dict[str, Any]]:
+    """How walks fall, as `Counted.ways`."""
+    return [{"ending": ENDINGS[ending], "share": share, "last_blocks_rms": means[-KEPT:].tolist()}
+            for share, ending, means in sorted(zip(ways.shares, ways.endings, ways.means, strict=True), reverse=True)]

@@ -1,0 +1,95 @@
+"""Walks of the constraint model over blocks of drawn heights, step by step until a fall.
+
+The rule (docs/model.md): footfall n lands on block n and stands on its height until it leaves. The first two blocks
+are level, and the walk starts on them in its gait. A step that does not end with a foot landing ahead and the hip
+between both feet is a fall.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+
+from stages.analytic.gait.basin import unlanded
+from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, start_state
+from stages.analytic.integration.phase import walk_step
+from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.result import REACHES
+from stages.ground.blocks import drawn_heights
+
+#: Heights that are drawn at once, and the last of them before a fall that are kept.
+DRAWN, KEPT = 256, 6
+#: Tolerance of the steps: a walk of another tolerance falls elsewhere, and as often.
+TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A walk just after a heel strike: state, which leg stands, and the height of the block it stands on, in rms."""
+
+    y: Vector
+    leg: int = 0
+    height: float = 0.0
+
+
+@dataclass(frozen=True)
+class Rough:
+    """A walker on blocks of a root mean square height of `rms` leg lengths, and the section coordinates of its gait."""
+
+    walker: Walker
+    z: Vector
+    rms: float
+    tolerance: float
+
+    @cached_property
+    def start(self) -> Standing:
+        """In its gait, on level blocks."""
+        return Standing(start_state(self.walker, self.z))
+
+    def step(self, at: Standing, height: float) -> tuple[Standing, int]:
+        """The step onto a block of this height, in rms; and how it ends, a place in `ENDINGS`, REACHES if no fall."""
+        y = at.y.copy()
+        p = self.walker.on(at.leg).p._replace(h_ahead=self.rms * (height - at.height))
+        status, *_ = walk_step(y, p, self.tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, None)
+        return Standing(y, 1 - at.leg, height), int(unlanded(status, y))
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk: steps made, how it ended (REACHES: it walks on), and heights (KEPT,) of its last blocks, in rms."""
+
+    steps: int
+    ending: int
+    last: tuple[float, ...]
+
+
+def heights_of(seed: int, walk: int) -> Iterator[float]:
+    """Heights of the blocks under a walk, without end, in rms."""
+    first = 0
+    while True:
+        yield from drawn_heights(seed, walk, first, DRAWN).tolist()
+        first += DRAWN
+
+
+def walk_on(rough: Rough, heights: Iterable[float]) -> Walk:
+    """Walk over blocks of these heights until a fall or their end."""
+    at, last, made = rough.start, deque([0.0] * KEPT, maxlen=KEPT), 0
+    for height in heights:
+        last.append(height)
+        at, ending = rough.step(at, height)
+        if ending != REACHES:
+            return Walk(made, ending, tuple(last))
+        made += 1
+    return Walk(made, REACHES, tuple(last))
+
+
+def some_walks(rough: Rough, seed: int, first: int, steps: int) -> list[Walk]:
+    """Walks from number `first` on that make so many steps together; the last is cut short where they are made."""
+    walks: list[Walk] = []
+    while steps > 0:
+        walks.append(walk_on(rough, islice(heights_of(seed, first + len(walks)), steps)))
+        steps -= walks[-1].steps + 1
+    return walks
