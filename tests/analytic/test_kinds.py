@@ -47,7 +47,7 @@ def test_a_walker_has_the_type_and_the_numbers_that_its_design_needs(design, fri
     assert type(walker.p) is kind
     assert walker.rigid == (kind in (PlainRigid, DetailedRigid)) and walker.rolls == ("mu_s" not in more)
     assert walker.stiff == (kind in (StiffPlain, StiffDetailed)) and walker.timed == ("T" in more)
-    tail = 4 if walker.rigid else 5
+    tail = 5 if walker.rigid else 6
     assert present(walker.p) == [*kind._fields[:-tail], *more]
 
 
@@ -89,7 +89,7 @@ def test_a_step_calls_only_what_its_kind_of_walker_needs():
 
 
 #: Directions of the numbers that the variations go along: none, and one.
-DIRECTIONS = ("None", "directions(numpy.ones((1, 15)), 1)")
+DIRECTIONS = ("None", "directions(numpy.ones((1, 16)), 1)")
 FLOWS = "lambda y, p, d: flow(1, y, p, y.copy(), d)"
 STRIKES = "lambda y, p, d: succeed(1, y, p, d)"
 

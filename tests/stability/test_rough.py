@@ -12,11 +12,11 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.poincare import start_state
 from stages.analytic.integration.readable import advance, clearance, double_stance, heel_strike, integrate
 from stages.analytic.parameters import Settings
-from stages.analytic.result import FORWARD, REACHES
+from stages.analytic.result import REACHES
 from stages.biped.question import WrongOption
 from stages.ground.blocks import Blocks, drawn_heights
 from stages.stability.blocks.passage import Counted, from_weighed
-from stages.stability.blocks.rare import BLOCKS, Ways, generator_of, learnt_ways, weighed
+from stages.stability.blocks.rare import BLOCKS, PATTERN, Patterns, generator_of, learnt_patterns, weighed
 from stages.stability.blocks.walks import KEPT, Rough, heights_of, some_walks, walk_on
 from stages.stability.questions import rough as question
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait
@@ -29,15 +29,15 @@ def rough_of(design, rms, tolerance=1e-6):
     return Rough(walker, point.z, rms / walker.length, tolerance)
 
 
-def readable_step(walker, y, rise):
+def readable_step(walker, y, rise, begins):
     """State after a step onto a block this much higher, by SciPy; raises StepFailed for a fall."""
     if not walker.rigid:
         _, y = double_stance(walker, y, 1e-9)
-    for _ in range(4):
+    for _ in range(4):  # a fall through zero nearer than the block is none
         _, y = integrate(walker, y, lambda _, state: clearance(walker, state) - rise, False, 1e-9)
         if not np.cos(y[0]) > 0.3:
             raise StepFailed("fallen")
-        if advance(walker, y) > 1e-9:
+        if advance(walker, y) > begins:
             y = heel_strike(walker, y)
             if y[1 if walker.rigid else 2] >= 0.0:
                 raise StepFailed("the hip is behind both feet")
@@ -47,7 +47,7 @@ def readable_step(walker, y, rise):
     raise StepFailed("scuffs without end")
 
 
-@pytest.mark.parametrize(("design", "rms", "walk", "most"), [(TABLE_1, 6e-4, 1, 12), (TABLE_1_RIGID, 4e-4, 0, 25)])
+@pytest.mark.parametrize(("design", "rms", "walk", "most"), [(TABLE_1, 8e-4, 4, 30), (TABLE_1_RIGID, 8e-4, 0, 40)])
 def test_walks_fall_where_a_loop_on_the_readable_equations_falls(design, rms, walk, most):
     rough = rough_of(design, rms, 1e-10)
     heights = rough.rms * drawn_heights(2, walk, 0, most)
@@ -55,11 +55,11 @@ def test_walks_fall_where_a_loop_on_the_readable_equations_falls(design, rms, wa
     for height in heights.tolist():
         at, ending = rough.step(at, height / rough.rms)
         try:
-            y = readable_step(rough.walker, y, height - before)
+            y = readable_step(rough.walker, y, height - before, rough.begins)
         except StepFailed:
             assert ending != REACHES
             break
-        assert ending == REACHES and at.y == pytest.approx(y, abs=1e-6)
+        assert ending == REACHES and at.y == pytest.approx(y, abs=1e-4)
         made, before = made + 1, height
     found = walk_on(rough, (heights / rough.rms).tolist())
     assert (found.steps, found.ending == REACHES) == (made, made == most) and 3 < made < most
@@ -74,21 +74,20 @@ def test_parts_of_a_walk_have_the_same_blocks():
     assert sum(walk.steps + (walk.ending != REACHES) for walk in walks[:-1]) < 500 and len(walks) > 2
 
 
-@pytest.mark.parametrize("rms", [3.5e-4, 4.2e-4])
+@pytest.mark.parametrize("rms", [3e-4, 3.5e-4])
 def test_weighed_walks_fall_as_often_as_counted_ones(rms):
     rough, counted = rough_of(TABLE_1_RIGID, rms), Counted(10)
     counted.add(some_walks(rough, 0, 0, 60_000))
-    ways = learnt_ways(rough, 1)
-    parts = [weighed(rough, Ways.of(ways.plain), generator_of(number), 1000) for number in range(2)]
+    patterns = learnt_patterns(rough, 1)
+    parts = [weighed(rough, Patterns.of(patterns.plain), generator_of(number), 1500) for number in range(2)]
     found, count = from_weighed(parts, counted), counted.passage()
-    assert count.falls > 50 and found.steps_high / found.steps_low < 2
-    # A walk from its gait does not fall at once: that is some steps more than the inverse of the share that falls.
-    assert found.steps_low < count.steps_high and count.steps_low < found.steps_high + BLOCKS
+    assert count.falls > 40 and found.steps_high / found.steps_low < 1.6
+    assert found.steps_low < count.steps_high and count.steps_low < found.steps_high
 
 
 def test_weights_of_drawn_heights_are_those_of_normal_ones():
-    ways = Ways([FORWARD], [1.0], np.linspace(-1.0, 1.0, BLOCKS)[None])
-    heights, weights = ways.drawn(generator_of(3), 200_000)
+    patterns = Patterns(np.array([0.3, 0.7]), np.array([np.linspace(-1.0, 1.0, PATTERN), np.ones(PATTERN)]))
+    heights, weights = patterns.drawn(generator_of(3), 200_000)
     assert weights.mean() == pytest.approx(1.0, abs=0.05) and weights.max() <= 1 / 0.1
     assert (weights[:, None] * heights).mean(axis=0) == pytest.approx(np.zeros(BLOCKS), abs=0.05)
     assert (weights[:, None] * heights**2).mean(axis=0) == pytest.approx(np.ones(BLOCKS), abs=0.1)

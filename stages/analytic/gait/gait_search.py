@@ -157,7 +157,7 @@ def rigid_landings(walker: Walker, p: Compliant) -> list[Vector]:
     """Landings of the gaits of the same biped with rigid legs."""
     numbers = p._asdict()
     kind: Any = DetailedRigid if isinstance(p, Detailed) else PlainRigid
-    rigid = dataclasses.replace(walker, p=kind(*(numbers[name] for name in kind._fields[:-4])))
+    rigid = dataclasses.replace(walker, p=kind(*(numbers[name] for name in kind._fields[:-5])))
     starts: list[Vector] = []
     for point in converge(rigid, ranked_starts(rigid)[0], SEARCH_TOLERANCE, unstable=True):
         with suppress(StepFailed):

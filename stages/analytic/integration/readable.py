@@ -20,6 +20,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE, FixedPoint, Step
 from stages.analytic.model import derivation as d
 from stages.analytic.model.kinds import (
+    PASSING,
     Detailed,
     DetailedCompliant,
     DetailedRigid,
@@ -30,7 +31,6 @@ from stages.analytic.model.kinds import (
     radii,
 )
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.phases.guards import PASSING
 from stages.analytic.phases.section import section_coordinates, section_state
 
 #: Evaluations of the equations of motion after which a phase is given up, some hundred times those of a usual phase.

@@ -4,7 +4,7 @@ Compiled code takes them as `p`, asks for them by the paper's symbols, `p.r`, an
 dimensionless: total mass, leg length and pendulum time are one. What a walker does not have is a number that leaves it
 out: no friction at the hip, no limit to that at the feet, no time at which a step ends. On even ground h_ahead and
 h_behind are zero: heights, above the ground under the stance foot, of that where the swing foot lands, and of that
-which it leaves.
+which it leaves. A foot lands from x_ahead of the stance foot on, where its block begins.
 
 The numbers of a detailed design have types of their own. Those of the stance leg have the names of Table 1's walker,
 those of the swing leg end in _2; `derivation.Leg` says what they are. The legs change roles from step to step, and so
@@ -18,6 +18,11 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
+
+#: Legs that pass each other bring the feet together up to round-off; farther ahead [leg lengths] a foot lands.
+PASSING = 1e-9
+#: Numbers of the ground.
+GROUND = ("h_ahead", "h_behind", "x_ahead")
 
 
 class PlainRigid(NamedTuple):
@@ -38,6 +43,7 @@ class PlainRigid(NamedTuple):
     tau_h: float = 0.0
     h_ahead: float = 0.0
     h_behind: float = 0.0
+    x_ahead: float = PASSING
 
 
 class PlainCompliant(NamedTuple):
@@ -62,6 +68,7 @@ class PlainCompliant(NamedTuple):
     tau_h: float = 0.0
     h_ahead: float = 0.0
     h_behind: float = 0.0
+    x_ahead: float = PASSING
 
 
 class DetailedRigid(NamedTuple):
@@ -98,6 +105,7 @@ class DetailedRigid(NamedTuple):
     tau_h: float = 0.0
     h_ahead: float = 0.0
     h_behind: float = 0.0
+    x_ahead: float = PASSING
 
 
 class DetailedCompliant(NamedTuple):
@@ -139,6 +147,7 @@ class DetailedCompliant(NamedTuple):
     tau_h: float = 0.0
     h_ahead: float = 0.0
     h_behind: float = 0.0
+    x_ahead: float = PASSING
 
 
 class StiffPlain(PlainCompliant):
@@ -155,7 +164,7 @@ class StiffDetailed(DetailedCompliant):
 
 #: Places of friction's numbers at the foot, and at the hip, of the time of a step, and of the ground's heights, in
 #: every type that has them.
-MU_S, MU_D, TAU_H, T_END, H_AHEAD, H_BEHIND = -5, -4, -3, -4, -2, -1
+MU_S, MU_D, TAU_H, T_END, H_AHEAD, H_BEHIND = -6, -5, -4, -5, -3, -2
 
 Plain = PlainRigid | PlainCompliant
 Detailed = DetailedRigid | DetailedCompliant
@@ -183,7 +192,7 @@ def directions(rows: np.ndarray, columns: int) -> Directions:
 
 def present(p: Kind) -> list[str]:
     """Names of the numbers that a walker has: friction at hip and feet, and the time of its steps, if it has them."""
-    absent = {"h_ahead", "h_behind", *(name for name in ("mu_s", "mu_d", "T") if getattr(p, name, inf) == inf)}
+    absent = {*GROUND, *(name for name in ("mu_s", "mu_d", "T") if getattr(p, name, inf) == inf)}
     return [name for name in p._fields if name not in absent and (name != "tau_h" or p.tau_h > 0.0)]
 
 

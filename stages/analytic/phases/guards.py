@@ -47,8 +47,6 @@ from stages.analytic.phases.motion import (
 Guard = tuple[float, float, bool]
 #: Which guard of a phase: that of the feet, or that of a hip that rubs or sticks.
 FEET, HIP = 0, 1
-#: Legs that pass each other bring the feet together up to round-off; farther ahead [leg lengths] a foot lands.
-PASSING = 1e-9
 #: Least share of its frictionless value to which friction may lower the mobility of a sliding contact.
 LEAST_MOBILITY = 1e-3
 
@@ -179,7 +177,7 @@ def compliant_guard(
     if phase == HOVERING and height > -y[6]:
         return -y[6], -dy[start + 6], True
     rise -= number_along(directions, dy, start, 8, H_AHEAD)
-    return height - p.h_ahead, rise, advance > PASSING or phase == HOVERING
+    return height - p.h_ahead, rise, advance > p.x_ahead or phase == HOVERING
 
 
 @compiled
@@ -191,7 +189,7 @@ def rigid_guard(
         return hip_guard(phase, y, p, dy, start, directions)
     height, rise, advance = foot_clearance(y, p, dy, start, directions)
     rise -= number_along(directions, dy, start, 4, H_AHEAD)
-    return height - p.h_ahead, rise, advance > PASSING
+    return height - p.h_ahead, rise, advance > p.x_ahead
 
 
 #: A guard of the phase, its tangent along the variation of the state stored in `dy` from `start`, which may go with a

@@ -19,9 +19,9 @@ import numpy as np
 from stages.analytic.compiled import ByKind, compiled
 from stages.analytic.model import terms as eq
 from stages.analytic.model.elimination import dot
-from stages.analytic.model.kinds import Compliant, Directions, Kind, Rigid
+from stages.analytic.model.kinds import PASSING, Compliant, Directions, Kind, Rigid
 from stages.analytic.model.walker import Vector
-from stages.analytic.phases.guards import PASSING, contact_rates, foot_clearance, wedges
+from stages.analytic.phases.guards import contact_rates, foot_clearance, wedges
 from stages.analytic.phases.impact import heel_strike_reset, strike
 from stages.analytic.phases.motion import (
     DOUBLE_STANCE,

@@ -11,7 +11,7 @@ import numpy as np
 
 from stages.analytic.result import ENDINGS, REACHES
 from stages.biped.quantity import quantity
-from stages.stability.blocks.rare import Ways, Weighed
+from stages.stability.blocks.rare import Weighed
 from stages.stability.blocks.walks import KEPT, Walk
 
 #: Falls from which the mean is counted, and that are enough; outside of an interval on either side, and its half width
@@ -27,7 +27,7 @@ class Passage:
     steps_low: float = quantity("1", "its interval's lower end")
     steps_high: float = quantity("1", "its interval's upper end; infinite where no fall was seen")
     method: str = quantity("-", "counted, or importance sampling where falls are rare")
-    falls: int = quantity("1", "falls that were counted or weighed")
+    falls: int = quantity("1", "falls that were counted, or as many as the weighed ones are worth")
     walked: int = quantity("1", "steps that were walked")
     ramp_steps: int = quantity("1", "steps of the ramp")
     ramp_chance: float = quantity("1", "chance to walk that many steps without a fall")
@@ -89,11 +89,19 @@ def from_weighed(parts: Sequence[Weighed], counted: Counted) -> Passage:
     error = TWO_SIDED * np.sqrt((squares - share**2) / walks)
     steps, low, high = (1 / each if each > 0 else np.inf for each in (share, share + error, share - error))
     chances = [float(np.exp(-counted.ramp / each)) for each in (steps, low, high)]
+    effective = int(weights.sum() ** 2 / (weights**2).sum()) if len(weights) else 0
     walked = counted.steps + sum(part.steps for part in parts)
-    return Passage(steps, low, high, "importance sampling", len(weights), walked, counted.ramp, *chances)
+    return Passage(steps, low, high, "importance sampling", effective, walked, counted.ramp, *chances)
 
 
-def told(ways: Ways) -> list[dict[str, Any]]:
-    """How walks fall, as `Counted.ways`."""
-    return [{"ending": ENDINGS[ending], "share": share, "last_blocks_rms": means[-KEPT:].tolist()}
-            for share, ending, means in sorted(zip(ways.shares, ways.endings, ways.means, strict=True), reverse=True)]
+def ways_of(parts: Sequence[Weighed]) -> list[dict[str, Any]]:
+    """How weighed walks fell, as `Counted.ways`."""
+    falls = [fall for part in parts for fall in part.falls]
+    total = sum(weight for _, weight, _ in falls)
+    rows = []
+    for ending in sorted({ending for ending, *_ in falls}):
+        own = [(weight, heights) for way, weight, heights in falls if way == ending]
+        of_all = sum(weight for weight, _ in own)
+        mean = np.sum([weight * heights for weight, heights in own], axis=0) / of_all
+        rows.append({"ending": ENDINGS[ending], "share": of_all / total, "last_blocks_rms": mean.tolist()})
+    return sorted(rows, key=lambda row: -row["share"])

@@ -1,8 +1,8 @@
 """Walks of the constraint model over blocks of drawn heights, step by step until a fall.
 
-The rule (docs/model.md): footfall n lands on block n and stands on its height until it leaves. The first two blocks
-are level, and the walk starts on them in its gait. A step that does not end with a foot landing ahead and the hip
-between both feet is a fall.
+The rule (docs/model.md): footfall n lands on block n, which begins half a step ahead of the foot that stands, and
+stands on its height until it leaves. The first two blocks are level, and the walk starts on them in its gait. A step
+that does not end with a foot landing ahead and the hip between both feet is a fall.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ from stages.analytic.gait.basin import unlanded
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, start_state
 from stages.analytic.integration.phase import walk_step
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.guards import foot_clearance
 from stages.analytic.result import REACHES
 from stages.ground.blocks import drawn_heights
 
 #: Heights that are drawn at once, and the last of them before a fall that are kept.
-DRAWN, KEPT = 256, 6
+DRAWN, KEPT = 256, 10
 #: Tolerance of the steps: a walk of another tolerance falls elsewhere, and as often.
 TOLERANCE = 1e-6
 
@@ -49,10 +50,16 @@ class Rough:
         """In its gait, on level blocks."""
         return Standing(start_state(self.walker, self.z))
 
+    @cached_property
+    def begins(self) -> float:
+        """How far ahead of the foot that stands a block begins: half the distance of the feet in the gait."""
+        y = self.start.y
+        return -0.5 * float(foot_clearance(y, self.walker.exchanged.p, y, 0)[2])
+
     def step(self, at: Standing, height: float) -> tuple[Standing, int]:
         """The step onto a block of this height, in rms; and how it ends, a place in `ENDINGS`, REACHES if no fall."""
         y = at.y.copy()
-        p = self.walker.on(at.leg).p._replace(h_ahead=self.rms * (height - at.height))
+        p = self.walker.on(at.leg).p._replace(h_ahead=self.rms * (height - at.height), x_ahead=self.begins)
         status, *_ = walk_step(y, p, self.tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, None)
         return Standing(y, 1 - at.leg, height), int(unlanded(status, y))
 

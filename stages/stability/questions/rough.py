@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 #: Steps that are walked at once; of these parts so many are counted at first, and weighed walks come in so many.
 PART, FIRST, WEIGHED = 2500, 8, 8
-#: Seeds, beside that of the blocks: of the ways to fall, and of weighed walks.
-OF_WAYS, OF_WEIGHED = 1_000_000, 2_000_000
+#: Seeds, beside that of the blocks: of the patterns before falls, and of weighed walks.
+OF_PATTERNS, OF_WEIGHED = 1_000_000, 2_000_000
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.derivatives.on_blocks import on_blocks, refusal
     from stages.analytic.errors import NoGait
     from stages.analytic.gait.gait_search import find_gait
-    from stages.stability.blocks.passage import FEW, Counted, from_weighed, told
-    from stages.stability.blocks.rare import BLOCKS, Ways, Weighed
+    from stages.stability.blocks.passage import FEW, Counted, from_weighed, ways_of
+    from stages.stability.blocks.rare import BLOCKS, Weighed
 
     rms, tolerance = parameters.blocks.block_height_rms, parameters.analytic.tolerance
     refuse((rms == 0.0, "ground.block_height_rms = 0 m: the ground is even, and nobody falls; allowed here: > 0 m"))
@@ -53,16 +53,14 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     walk_on(asking, z, range(FIRST), counted)
     if counted.falls * parts >= FEW * FIRST:
         walk_on(asking, z, range(FIRST, parts), counted)
-        found = counted.passage()
-        ways = counted.ways()
+        found, ways = counted.passage(), counted.ways()
     else:
         [known] = asking.each(learnt, [0], z)
         walks = (options.effort - counted.steps) // (BLOCKS * WEIGHED)
         parts_of = asking.each(weighed_part, list(range(WEIGHED)), z, known, walks)
         found_in = [Weighed(walks, steps, [(ending, weight, np.array(heights)) for ending, weight, heights in falls])
                     for steps, falls in parts_of]  # fmt: skip
-        found = from_weighed(found_in, counted)
-        ways = told(Ways.of(known))
+        found, ways = from_weighed(found_in, counted), ways_of(found_in)
     degrees = linear.sensitivity_norm_deg / linear.sensitivity_norm
     plain = {"block_height_rms_m": rms, "block_height_rms_deg": rms / degrees if degrees else None,
              **{key: value if value != float("inf") else None for key, value in as_plain(found).items()},
@@ -104,20 +102,20 @@ def walked(parameters: Parameters, z: Sequence[float], part: int) -> list[list[f
 
 
 def learnt(parameters: Parameters, z: Sequence[float], number: int) -> list[Any]:
-    """The ways to fall, for `Asking.each`."""
-    from stages.stability.blocks.rare import learnt_ways
+    """Patterns of blocks that lead to a fall, for `Asking.each`."""
+    from stages.stability.blocks.rare import learnt_patterns
 
-    return learnt_ways(rough_of(parameters, z), parameters.blocks.block_seed + OF_WAYS + number).plain
+    return learnt_patterns(rough_of(parameters, z), parameters.blocks.block_seed + OF_PATTERNS + number).plain
 
 
 def weighed_part(
     parameters: Parameters, z: Sequence[float], known: Sequence[Any], walks: int, number: int
 ) -> tuple[int, list[tuple[int, float, list[float]]]]:
     """Steps and falls of one part of the weighed walks, for `Asking.each`."""
-    from stages.stability.blocks.rare import Ways, generator_of, weighed
+    from stages.stability.blocks.rare import Patterns, generator_of, weighed
 
     generator = generator_of(parameters.blocks.block_seed + OF_WEIGHED + number)
-    found = weighed(rough_of(parameters, z), Ways.of(known), generator, walks)
+    found = weighed(rough_of(parameters, z), Patterns.of(known), generator, walks)
     return found.steps, [(ending, weight, heights.tolist()) for ending, weight, heights in found.falls]
 
 
