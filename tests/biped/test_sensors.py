@@ -23,6 +23,7 @@ from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.parameters import Parameters
 from stages.multibody.walking.walk import simulate
 from stages.planar.run import PlanarState
+from stages.stability.parameters import Parameters as Stability
 from stages.twin.machine.contact import HINGE, PITCH, SLIDE
 from stages.twin.machine.kinematics import pair_axes, point_motion
 
@@ -71,7 +72,8 @@ def test_the_twins_sockets_feel_what_the_constraint_models_do(foot):
 
 def test_exudyns_own_sensor_feels_what_the_constraint_models_formula_says(repository):
     """A step of the planar checker: its foot sensor against the formula fed with the coordinates it records."""
-    given = load(repository / "params", [], {"multibody": Parameters}, [Parameters, ContactStudy])["multibody"]
+    known = [Parameters, ContactStudy, Stability]
+    given = load(repository / "params", [], {"multibody": Parameters}, known)["multibody"]
     state = PlanarState(
         (0.0, 0.330985), (0.235, 0.0), (0.0, 0.27), (-0.71, 1.8), (0.331, 0.334), (0.0, 0.0), (True, False)
     )

@@ -39,13 +39,14 @@ from stages.extremes.parameters import Parameters
 from stages.extremes.points import AXES, BLOCK, KINDS, SIZE, Point, changes, detailed_draw, points
 from stages.extremes.result import Finding, judged
 from stages.extremes.run import as_result, evaluate
+from stages.stability.parameters import Parameters as Stability
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 from tests.changed import changed
 
 
 @pytest.fixture(scope="module")
 def parameters(repository):
-    return load(repository / "params", [], {"extremes": Parameters}, [Parameters])["extremes"]
+    return load(repository / "params", [], {"extremes": Parameters}, [Parameters, Stability])["extremes"]
 
 
 @pytest.fixture(scope="module")

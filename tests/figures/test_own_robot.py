@@ -18,6 +18,7 @@ from stages.drawing import style
 from stages.figures import view
 from stages.figures.drawn import figure, gait_animation, robot_in_space, robot_scenes
 from stages.figures.view import SMALL, by_group, of_twin
+from stages.stability.parameters import Parameters as Stability
 from stages.twin.parameters import Parameters
 from tests.comparison.made_up import make_walk
 from tests.figures.made_up_results import given
@@ -41,7 +42,7 @@ def robot(length, radius, com, inertia):
     repository = Path(__file__).parents[2]
     own = {"leg_length": length, "foot_radius": radius * length, "foot_com": com * length, "hip_mass": 2.0 * length}
     settings = [*(f"biped.{key}={value!r}" for key, value in own.items()), f"twin.inertia={inertia}"]
-    return load(repository / "params", settings, {"twin": Parameters}, [Parameters])["twin"]
+    return load(repository / "params", settings, {"twin": Parameters}, [Parameters, Stability])["twin"]
 
 
 def walked(name, known):

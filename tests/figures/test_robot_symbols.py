@@ -18,6 +18,7 @@ from stages.drawing import style
 from stages.figures.drawn import robot_symbols
 from stages.figures.drawn.robot_symbols import DrawnLeg, Page, formula
 from stages.figures.parameters import Parameters
+from stages.stability.parameters import Parameters as Stability
 from tests.figures.test_golden import same_version
 
 ROOT = Path(__file__).parents[2]
@@ -27,7 +28,7 @@ COLOUR = re.compile(r"(?:stroke|fill): (#[0-9a-f]{6})")
 @pytest.fixture(scope="module")
 def picture():
     """The drawing of the study's own parameters."""
-    values = load(ROOT / "params", [], {"figures": Parameters}, [Parameters, Comparison])["figures"]
+    values = load(ROOT / "params", [], {"figures": Parameters}, [Parameters, Comparison, Stability])["figures"]
     with style.drawing():
         return robot_symbols.draw(SimpleNamespace(parameters=values))
 

@@ -14,6 +14,7 @@ from pipeline.parameters.loading import load
 from stages.drawing import style
 from stages.figures import view
 from stages.figures.drawn import figure_09_section
+from stages.stability.parameters import Parameters as Stability
 from stages.twin.exports.solids import box, ring
 from stages.twin.machine.parts import Part
 from stages.twin.parameters import Parameters
@@ -103,7 +104,7 @@ def test_pale_paint_is_nearer_to_white():
 
 @pytest.mark.parametrize("step", [0.01, 0.05, 0.161, 0.4, 1.5])
 def test_there_are_blocks_for_steps_of_any_length(repository, step):
-    settings = load(repository / "params", [], {"twin": Parameters}, [Parameters])["twin"].settings
+    settings = load(repository / "params", [], {"twin": Parameters}, [Parameters, Stability])["twin"].settings
     ramp = laid(settings, step)
     assert ramp.step == step and 2 <= ramp.sets <= settings.block_sets
     assert ramp.lanes[0].length <= settings.block_length

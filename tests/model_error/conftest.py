@@ -7,11 +7,12 @@ import pytest
 from pipeline.parameters.loading import load
 from stages.model_error.parameters import Parameters
 from stages.model_error.run import run
+from stages.stability.parameters import Parameters as Stability
 
 
 @pytest.fixture(scope="session")
 def parameters(repository):
-    return load(repository / "params", [], {"model_error": Parameters}, [Parameters])["model_error"]
+    return load(repository / "params", [], {"model_error": Parameters}, [Parameters, Stability])["model_error"]
 
 
 @pytest.fixture(scope="session")

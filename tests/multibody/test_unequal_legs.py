@@ -14,6 +14,7 @@ from stages.planar.energy import energy_balance
 from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from stages.planar.section import section_numbers
+from stages.stability.parameters import Parameters as Stability
 from stages.twin_ladder.parameters import Parameters as Ladder
 from tests.planar_start import SCALES
 
@@ -109,7 +110,7 @@ def test_joints_refuse_frames_on_rigid_legs_by_name(unequal, legs, assembly, key
 @pytest.mark.slow
 def test_ten_unequal_designs_agree_as_designs_with_legs_alike_do(repository):
     """What parts Exudyn from the constraint model is, design by design, that of the same design with legs alike."""
-    parameters = load(repository / "params", [], {"twin_ladder": Ladder}, [Ladder])["twin_ladder"]
+    parameters = load(repository / "params", [], {"twin_ladder": Ladder}, [Ladder, Stability])["twin_ladder"]
     pairs = list(compared(parameters, 10, 20))
     assert max(abs(unequal.limps[0]) for _, unequal in pairs) > 0.1
     for alike, unequal in pairs:

@@ -12,6 +12,7 @@ from stages.multibody.walking.watch import Look, Watch
 from stages.planar.energy import energy_balance, mass_moment
 from stages.planar.run import DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR, PlanarState
 from stages.planar.sampling import find_events, sample
+from stages.stability.parameters import Parameters as Stability
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +127,8 @@ def test_the_two_assemblies_agree(scene, start, two_steps, solver, steps, rollin
 @pytest.fixture(scope="module")
 def chosen(repository):
     """The contact set of the study's own ground.yaml."""
-    return load(repository / "params", [], {"multibody": Parameters}, [Parameters, ContactStudy])["multibody"].contact
+    known = [Parameters, ContactStudy, Stability]
+    return load(repository / "params", [], {"multibody": Parameters}, known)["multibody"].contact
 
 
 @pytest.mark.slow

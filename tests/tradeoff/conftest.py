@@ -8,12 +8,13 @@ from pipeline.parameters.loading import load
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state, record
 from stages.analytic.walk.sampling import sample_walk
+from stages.stability.parameters import Parameters as Stability
 from stages.tradeoff.parameters import Parameters
 
 
 @pytest.fixture(scope="session")
 def parameters(repository):
-    return load(repository / "params", [], {"tradeoff": Parameters}, [Parameters])["tradeoff"]
+    return load(repository / "params", [], {"tradeoff": Parameters}, [Parameters, Stability])["tradeoff"]
 
 
 @pytest.fixture(scope="session")

@@ -7,6 +7,7 @@ import pytest
 
 from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
+from stages.stability.parameters import Parameters as Stability
 from stages.twin.machine.contact import COUNT
 from stages.twin.machine.machine import build
 from stages.twin.parameters import Parameters
@@ -20,7 +21,7 @@ STANDING_FORCE = 9.4
 
 @pytest.fixture(scope="session")
 def parameters(repository):
-    return load(repository / "params", [], {"twin": Parameters}, [Parameters])["twin"]
+    return load(repository / "params", [], {"twin": Parameters}, [Parameters, Stability])["twin"]
 
 
 @pytest.fixture(scope="session")

@@ -7,6 +7,7 @@ import pytest
 
 from pipeline.errors import StudyError
 from pipeline.parameters.loading import load
+from stages.stability.parameters import Parameters as Stability
 from stages.twin.machine.bill import sums
 from stages.twin.machine.machine import bodies, build, join
 from stages.twin.parameters import Parameters
@@ -48,10 +49,10 @@ def test_parts_that_are_neither_designs_are_told_what_to_do(repository):
     """Shown by parts that no longer say which design they are drawn for, so that they should be the biped's."""
     alone = ["biped.hip_mass=0.4", "twin.parts_hip_mass=null"]
     with pytest.raises(StudyError, match=r"hip mass \[kg\] 0.4, not 0.316") as refused:
-        load(repository / "params", alone, {"twin": Parameters}, [Parameters])
+        load(repository / "params", alone, {"twin": Parameters}, [Parameters, Stability])
     assert len(refused.value.sentences) == 1 and "twin.inertia = planar" in str(refused.value)
     changed = ["biped.hip_mass=0.4", "twin.inertia=planar"]
-    loaded = load(repository / "params", changed, {"twin": Parameters}, [Parameters])["twin"]
+    loaded = load(repository / "params", changed, {"twin": Parameters}, [Parameters, Stability])["twin"]
     assert build(loaded.biped, loaded.settings).mass == pytest.approx(loaded.biped.total_mass)
 
 
@@ -71,7 +72,7 @@ def test_impossible_rows_are_refused_when_the_file_is_read(repository, tmp_path,
         text = (repository / "params" / f"{file}.yaml").read_text()
         (tmp_path / f"{file}.yaml").write_text(text.replace(old, new, 1) if file == "twin" else text)
     with pytest.raises(StudyError) as refused:
-        load(tmp_path, [], {"twin": Parameters}, [Parameters])
+        load(tmp_path, [], {"twin": Parameters}, [Parameters, Stability])
     assert said in str(refused.value)
 
 

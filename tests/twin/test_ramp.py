@@ -9,6 +9,7 @@ import pytest
 from pipeline.errors import StudyError
 from pipeline.parameters.loading import load
 from stages.planar.run import COMPLETED
+from stages.stability.parameters import Parameters as Stability
 from stages.twin.parameters import Parameters
 from stages.twin.ramp import BlocksDoNotFit, lay_blocks
 from stages.twin.walking.simulate import MISSED
@@ -90,7 +91,7 @@ def test_a_missed_block_ends_the_run_with_that_reason(on_blocks, changes, said):
 def test_impossible_blocks_are_refused_with_the_parameters(repository, change, said):
     overrides = ["twin.scene=ramp", f"twin.{change}"]
     with pytest.raises(StudyError) as refused:
-        load(repository / "params", overrides, {"twin": Parameters}, [Parameters])
+        load(repository / "params", overrides, {"twin": Parameters}, [Parameters, Stability])
     assert said in str(refused.value) and len(refused.value.sentences) == 1
 
 

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from pipeline.parameters.loading import load
+from stages.stability.parameters import Parameters as Stability
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.run import rungs
 
 
 @pytest.fixture(scope="session")
 def parameters(repository):
-    return load(repository / "params", [], {"twin_ladder": Parameters}, [Parameters])["twin_ladder"]
+    return load(repository / "params", [], {"twin_ladder": Parameters}, [Parameters, Stability])["twin_ladder"]
 
 
 @pytest.fixture(scope="session")

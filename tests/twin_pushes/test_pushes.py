@@ -9,13 +9,14 @@ import pytest
 from pipeline.errors import StudyError
 from pipeline.parameters.loading import load
 from stages.biped.gait import StanceState
+from stages.stability.parameters import Parameters as Stability
 from stages.twin_pushes.parameters import Parameters
 from stages.twin_pushes.run import Inputs, run
 
 
 @pytest.fixture(scope="module")
 def parameters(repository):
-    return load(repository / "params", [], {"twin_pushes": Parameters}, [Parameters])["twin_pushes"]
+    return load(repository / "params", [], {"twin_pushes": Parameters}, [Parameters, Stability])["twin_pushes"]
 
 
 @pytest.fixture(scope="module")
@@ -64,4 +65,5 @@ def test_the_table_names_every_push(result):
 @pytest.mark.parametrize("sizes", ["[]", "[0.2, 0.1]", "[-0.1]"])
 def test_sizes_must_rise(repository, sizes):
     with pytest.raises(StudyError, match="each larger than the one before"):
-        load(repository / "params", [f"twin_pushes.sideways_speeds={sizes}"], {"twin_pushes": Parameters}, [Parameters])
+        load(repository / "params", [f"twin_pushes.sideways_speeds={sizes}"], {"twin_pushes": Parameters},
+             [Parameters, Stability])  # fmt: skip
