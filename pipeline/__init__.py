@@ -16,6 +16,8 @@ from types import ModuleType
 
 #: Packages whose compiled files are sealed.
 SEALED = {"pipeline", "bipedstudy", "stages"}
+#: Those of studies, of which nothing compiled is read or left: whoever agreed to their code has seen the sources.
+AFRESH = set[str]()
 _COMPILED, _DIGEST = ".pyc", sha256().digest_size
 
 
@@ -27,13 +29,14 @@ class SealedLoader(SourceFileLoader):
         content = super().get_data(path)
         if not path.endswith(_COMPILED):
             return content
-        if sha256(content[:-_DIGEST]).digest() != content[-_DIGEST:]:
-            raise OSError("its seal is wrong")
+        if _is_afresh(self.name) or sha256(content[:-_DIGEST]).digest() != content[-_DIGEST:]:
+            raise OSError("is not believed")
         return content[:-_DIGEST]
 
     def set_data(self, path: str, data: bytes, *, _mode: int = 0o666) -> None:  # type: ignore[override]
         """Leave what was compiled, with its seal."""
-        super().set_data(path, data + sha256(data).digest(), _mode=_mode)
+        if not _is_afresh(self.name):
+            super().set_data(path, data + sha256(data).digest(), _mode=_mode)
 
 
 class _Finder(MetaPathFinder):
@@ -41,12 +44,21 @@ class _Finder(MetaPathFinder):
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Spec of a module of a sealed package; None for all others."""
-        if path is None or fullname.partition(".")[0] not in SEALED:
+        if (path is None and fullname not in AFRESH) or fullname.partition(".")[0] not in SEALED | AFRESH:
             return None
-        found = PathFinder.find_spec(fullname, path, target)
-        if found is not None and type(found.loader) is SourceFileLoader:
-            found.loader = SealedLoader(found.loader.name, found.loader.path)
-        return found
+        return spec_of(fullname, path)
+
+
+def spec_of(fullname: str, path: Sequence[str] | None) -> ModuleSpec | None:
+    """Spec of a module, as Python finds it on a path, that is loaded of what is sealed."""
+    found = PathFinder.find_spec(fullname, path)
+    if found is not None and type(found.loader) is SourceFileLoader:
+        found.loader = SealedLoader(found.loader.name, found.loader.path)
+    return found
+
+
+def _is_afresh(module: str) -> bool:
+    return module.partition(".")[0] in AFRESH
 
 
 sys.meta_path.insert(0, _Finder())

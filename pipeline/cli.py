@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 import click
 
+from pipeline import trust
 from pipeline.cache import processor
 from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
 from pipeline.home import DISTRIBUTION, engine, program
@@ -91,9 +92,16 @@ def _version(ctx: click.Context, parameter: click.Parameter, asked: bool) -> Non
         ctx.exit()
 
 
+def _trust(ctx: click.Context, parameter: click.Parameter, asked: bool) -> None:
+    """Note whether this command agrees to the study's code."""
+    trust.agree(asked and not ctx.resilient_parsing)
+
+
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version,
               help="Show the version, the commit and a digest of the code, and exit.")
+@click.option("--trust", is_flag=True, expose_value=False, is_eager=True, callback=_trust,
+              help="Agree to run the code of the study at hand, and remember that.")
 def cli() -> None:
     """Bring a study of stages up to date, and ask its stages questions.
 

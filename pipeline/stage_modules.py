@@ -24,12 +24,11 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
-from importlib.machinery import PathFinder
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pipeline import SEALED
+from pipeline import AFRESH, spec_of
 from pipeline.cache.fingerprint import installed
 from pipeline.errors import StudyError
 from pipeline.home import DISTRIBUTION, engine, program
@@ -76,7 +75,8 @@ def home_of(package: str, code_root: Path | None) -> Path:
 
 def importable(package: str, home: Path) -> None:
     """Let the package under `home` be imported, and no other of its name. Raises `StudyError` if another one was."""
-    SEALED.add(package)
+    if home != engine():
+        AFRESH.add(package)
     if _is_found(package, home):
         return
     if package in sys.modules:
@@ -85,7 +85,7 @@ def importable(package: str, home: Path) -> None:
     sys.path.insert(0, str(home))
     importlib.invalidate_caches()
     if not _is_found(package, home):  # the face, which a notebook has, finds this program's own before all others
-        spec = PathFinder.find_spec(package, [str(home)])
+        spec = spec_of(package, [str(home)])
         assert spec is not None and spec.loader is not None
         sys.modules[package] = module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)

@@ -12,7 +12,7 @@ from pathlib import Path, PurePath
 from types import ModuleType
 from typing import Any
 
-from pipeline import graph
+from pipeline import graph, trust
 from pipeline.cache import disk
 from pipeline.cache.sources import Sources, beside
 from pipeline.cache.store import Store
@@ -29,7 +29,8 @@ class Study:
     """Where everything is. `settings` are the texts given to `--set`, `asked` those given to requests, by name.
 
     `cache` is one of another results folder, which is read as well. A `borrowed` study is not the user's: it was taken
-    because there is none around the working folder.
+    because there is none around the working folder. One that was `found` there has its code run once that is agreed
+    to.
     """
 
     root: Path
@@ -40,6 +41,7 @@ class Study:
     asked: tuple[tuple[str, str], ...] = ()
     borrowed: bool = False
     cache: Path | None = None
+    found: bool = False
 
     @cached_property
     def graph(self) -> Graph:
@@ -55,10 +57,14 @@ class Study:
     def code_root(self) -> Path:
         """The folder that holds the package of stages: the study's own if dvc.yaml lists code of it, else installed.
 
-        A folder that only has the same name, beside a study laid out by `init`, is not taken for it.
+        A folder that only has the same name, beside a study laid out by `init`, is not taken for it. Raises
+        `StudyError` for code of a study that nobody agreed to.
         """
         listed = {PurePath(path).parts[0] for stage in self.graph.stages.values() for path in stage.code}
-        return home_of(self.package, self.root if self.package in listed else None)
+        home = home_of(self.package, self.root if self.package in listed else None)
+        if self.found:
+            trust.check(self.root, self.package, home == self.root)
+        return home
 
     @cached_property
     def sources(self) -> Sources:
@@ -167,19 +173,23 @@ def locate(
     """The study around the folder `start` (default: the working folder), else the one this program comes with.
 
     That one is *borrowed*: unless a results folder is given, nothing may be written for it. Raises `StudyError` if the
-    study is a checkout of this program other than the one that runs.
+    study is a checkout of this program other than the one that runs, or somebody else's.
     """
     here = (start or Path.cwd()).resolve()
     around = next((folder for folder in (here, *here.parents) if (folder / graph.FILE_NAME).is_file()), None)
     root = around or home()
     check_one_program(root)
-    return Study(
+    found = Study(
         root,
         Path(params).absolute() if params else root / "params",
         Path(results).absolute() if results else root / "results",
         tuple(settings),
         borrowed=around is None and results is None,
+        found=around is not None,
     )
+    if around:
+        trust.check(root, found.package, False)
+    return found
 
 
 def shown(path: Path) -> str:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -11,6 +14,8 @@ from hypothesis import HealthCheck, settings
 from pipeline.cache import processor
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+os.environ["XDG_CONFIG_HOME"] = tempfile.mkdtemp(prefix="bipedstudy-tests-")  # what tests agree to, users do not
+atexit.register(shutil.rmtree, os.environ["XDG_CONFIG_HOME"], ignore_errors=True)
 processor.take()  # as in the study's own processes
 
 # The same examples on every machine, however slow it is: a test that fails must say something about the code.

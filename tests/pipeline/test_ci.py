@@ -37,7 +37,7 @@ def hosted(ran, tmp_path_factory):
     git(ran.root, "init", "-q", "-b", "main")
     (host / "bin").mkdir()
     program = host / "bin/bipedstudy"
-    program.write_text(f'#!/bin/sh\nPYTHONPATH="$PWD:{HOME}" exec "{sys.executable}" -m pipeline.cli "$@"\n')
+    program.write_text(f'#!/bin/sh\nPYTHONPATH="$PWD:{HOME}" exec "{sys.executable}" -m pipeline.cli --trust "$@"\n')
     program.chmod(0o755)
     return ran, host
 

@@ -39,7 +39,7 @@ def git(folder, *arguments):
 def put_on_path(folder, code):
     """The command `bipedstudy` in a folder, as an installation of the `code` would put it on the path."""
     command = folder / "bipedstudy"
-    command.write_text(f'#!/bin/sh\nPYTHONPATH="{code}" exec "{sys.executable}" -m pipeline.cli "$@"\n')
+    command.write_text(f'#!/bin/sh\nPYTHONPATH="{code}" exec "{sys.executable}" -m pipeline.cli --trust "$@"\n')
     command.chmod(0o755)
     return command
 

@@ -87,7 +87,8 @@ class Toy:
     def _code(self) -> str:
         # a shell that runs the tests in the background has interrupts ignored, and its children inherit that
         heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-        return f"{heed}; import sys; sys.path.insert(0, {str(self.root)!r}); from pipeline.cli import main; main()"
+        agreed = "from pipeline.cli import main; main(['--trust', *sys.argv[1:]])"
+        return f"{heed}; import sys; sys.path.insert(0, {str(self.root)!r}); {agreed}"
 
     def _environment(self) -> dict[str, str]:
         return {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import keyword
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, dataclass
+from dataclasses import MISSING, dataclass, replace
 from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -95,7 +95,7 @@ def _ask(
         if name not in chosen and option.field.default is MISSING:
             raise StudyError(f"{question.name} needs {name}: {option.field.metadata['description']}")
     settings = resolved(study, stage, keywords.pop("settings", {}), keywords)
-    here = Study(study.root, study.params, study.results, settings, study.package, borrowed=study.borrowed)
+    here = replace(study, settings=settings)
     parameters = here.parameters((stage,))[stage]
     try:
         values = {name: options[name].taken(value) for name, value in chosen.items()}

@@ -1,0 +1,148 @@
+"""Whose study it is: nothing of another's, and no code that nobody agreed to, is run by being near it."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import py_compile
+import shutil
+import time
+from pathlib import Path
+
+import pytest
+
+from pipeline import SealedLoader, trust
+from pipeline.errors import StudyError
+from pipeline.home import engine
+from tests import commands
+from tests.pipeline.toy import HOME
+
+unix = pytest.mark.skipif(os.name != "posix", reason="uses owners of files")
+as_root = pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0, reason="gives files to another user")
+NOBODY = 65534
+#: Every command, one that the study's own stage adds, and help.
+COMMANDS = ("run-all", "run side", "status", "graph", "sweep grid.yaml", "show side", "claims", "report", "figures one",
+            "compare results", "doctor", "clean", "tally", "--help", "run-all --help")  # fmt: skip
+EACH = """
+import io, sys
+from pipeline.cli import main
+for words in sys.argv[1:]:
+    sys.argv, sys.stderr = ["bipedstudy"], (said := io.StringIO())
+    try:
+        main(words.split())
+    except SystemExit as end:
+        print("\\0", words, end.code, " ".join(said.getvalue().split()), sep="\\t")
+"""
+
+
+def each(folder: Path, *words: str, **environment: str) -> dict[str, tuple[int, str]]:
+    """Exit code and errors of commands in a folder, in one process, as a user of this program calls them there."""
+    done = commands.python(EACH, *words, cwd=folder, env={**os.environ, "PYTHONPATH": str(HOME), **environment})
+    assert done.returncode == 0, done.stderr
+    lines = [line.split("\t")[1:] for line in done.stdout.splitlines() if line.startswith("\0")]
+    return {command: (int(code), said) for command, code, said in lines}
+
+
+@pytest.fixture
+def trapped(toy_with_commands, monkeypatch, tmp_path):
+    """A study whose code leaves a file wherever it is run, and a user who agreed to nothing."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "settings"))
+    toy = toy_with_commands
+    for source in toy.path("stages").rglob("*.py"):
+        source.write_text(f"{source.read_text()}\nopen({str(tmp_path / 'sprung')!r}, 'a').close()\n")
+    (toy.root / "below/deeper").mkdir(parents=True)
+    for place in (".", "below", "below/deeper"):
+        (toy.root / place / "grid.yaml").write_text("stage: side\nkind: grid\nvary: {side.seed: [1, 2]}\n")
+    return toy
+
+
+@pytest.mark.parametrize("place", [".", "below", "below/deeper"])
+@pytest.mark.parametrize("whose", [pytest.param("another's", marks=as_root), "unread"])
+def test_no_command_runs_anything_of_a_study_that_was_not_agreed_to(trapped, place, whose):
+    if whose == "another's":
+        for path in (trapped.root, *trapped.root.rglob("*")):
+            os.chown(path, NOBODY, NOBODY)
+    found = each(trapped.root / place, *COMMANDS)
+    assert found.keys() == {*COMMANDS} and not (trapped.root / "sprung").exists()
+    refused = {words for words, (code, said) in found.items() if code == 2 and "would run as you" in said}
+    with_code = {"run-all", "run side", "status", "sweep grid.yaml", "tally"}
+    assert refused >= (with_code if whose == "unread" else {*COMMANDS} - {"--help", "run-all --help"})
+
+
+def test_a_study_of_ones_own_is_agreed_to_once(trapped):
+    assert each(trapped.root, "status")["status"][0] == 2
+    assert each(trapped.root / "below", "--trust status")["--trust status"][0] == 0
+    assert (trapped.root / "sprung").exists()
+    trapped.edit("PACKAGE/side/run.py", "import", "import\\\n ")
+    found = each(trapped.root, "status", "run side")
+    assert [code for code, _ in found.values()] == [0, 0] and not any("agree" in said for _, said in found.values())
+
+
+@unix
+def test_what_was_unpacked_is_agreed_to_by_content(trapped):
+    long_ago = time.time() - 3600
+    os.utime(trapped.path("stages/fall/run.py"), (long_ago, long_ago))
+    said = each(trapped.root, "--trust status", "status")
+    assert [code for code, _ in said.values()] == [0, 0] and "as it is now" in said["--trust status"][1]
+    trapped.edit("PACKAGE/side/run.py", "import", "import\\\n ")
+    code, errors = each(trapped.root, "status")["status"]
+    digest = errors.rpartition("=")[2]
+    assert code == 2 and "has code of its own" in errors and len(digest) == 32
+    assert each(trapped.root, "status", BIPEDSTUDY_TRUST=f"{'0' * 32} {digest}")["status"][0] == 0
+    shutil.copytree(trapped.root, copy := trapped.root.with_name("copy"))
+    assert each(copy, "status", BIPEDSTUDY_TRUST=digest)["status"][0] == 0, "in CI it lies elsewhere"
+    trapped.edit("dvc.yaml", "stages:", "stages: ")
+    assert each(trapped.root, "status", BIPEDSTUDY_TRUST=digest)["status"][0] == 2
+
+
+@as_root
+def test_anothers_code_in_ones_own_study_is_agreed_to_by_content(trapped):
+    os.chown(trapped.path("stages/fall/run.py"), NOBODY, NOBODY)
+    assert "as it is now" in each(trapped.root, "--trust status")["--trust status"][1]
+    trapped.edit("PACKAGE/fall/run.py", "import", "import\\\n ")
+    assert each(trapped.root, "status")["status"][0] == 2
+
+
+def test_what_could_be_imported_in_place_of_a_package_is_part_of_the_content(trapped):
+    before = set(trust._code(trapped.root, "stages"))
+    for name in ("numpy.py", "yaml/__init__.py", "yaml/__pycache__/x.pyc", "stages/table.csv", "results/no.py"):
+        (trapped.root / name).parent.mkdir(parents=True, exist_ok=True)
+        (trapped.root / name).touch()
+    more = {path.relative_to(trapped.root).as_posix() for path in {*trust._code(trapped.root, "stages")} - before}
+    assert more == {"numpy.py", "yaml/__init__.py", "yaml/__pycache__/x.pyc", "stages/table.csv"}
+
+
+def test_compiled_code_that_came_along_is_not_run(trapped, monkeypatch):
+    """Whoever agreed to the sources has not seen it. It has the right seal, and times and size of its source."""
+    clean = trapped.path("stages/fall/parameters.py")
+    text, found = clean.read_text(), clean.stat()
+    for source in (clean, trapped.path("stages/__init__.py")):
+        text, found = source.read_text(), source.stat()
+        source.write_text(f"{text}\nopen({str(trapped.root / 'planted')!r}, 'a').close()\n"[:4000])
+        planted = Path(py_compile.compile(str(source), doraise=True))
+        content = bytearray(planted.read_bytes())
+        source.write_text(text)
+        os.utime(source, ns=(found.st_atime_ns, found.st_mtime_ns))
+        content[12:16] = len(text.encode()).to_bytes(4, "little")
+        content[8:12] = int(found.st_mtime).to_bytes(4, "little")
+        SealedLoader(source.stem, str(source)).set_data(str(planted), bytes(content))
+        assert planted == Path(importlib.util.cache_from_source(str(source)))
+    assert each(trapped.root, "--trust status")["--trust status"][0] == 0
+    assert (trapped.root / "sprung").exists() and not (trapped.root / "planted").exists()
+
+
+@unix
+def test_the_checkout_that_runs_is_trusted_whoever_owns_it(trapped, monkeypatch):
+    monkeypatch.setattr(os, "geteuid", lambda: 12345)
+    trust.check(engine(), "stages", True)
+    with pytest.raises(StudyError, match=r"belongs to .*, not to you"):
+        trust.check(trapped.root, "stages", False)
+
+
+@unix
+def test_agreements_that_others_may_write_are_none(trapped):
+    assert each(trapped.root, "--trust status")["--trust status"][0] == 0
+    (rows,) = (trapped.root / "settings").rglob("trusted.jsonl")
+    assert each(trapped.root, "status")["status"][0] == 0
+    rows.chmod(0o666)
+    assert each(trapped.root, "status")["status"][0] == 2
