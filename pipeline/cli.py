@@ -26,7 +26,8 @@ _GROUPS = {
     "Study": {"init": "commands.house", "run-all": "commands.run", "run": "commands.run",
               "status": "commands.status", "graph": "commands.status", "sweep": "commands.run"},
     "Looking": {"show": "commands.show", "claims": "commands.claims", "report": "report.page",
-                "figures": "report.figures", "compare": "changes.command"},
+                "figures": "report.figures", "compare": "changes.command",
+                "recompute": "changes.recompute"},
     "Housekeeping": {"doctor": "commands.house", "clean": "commands.house"},
 }  # fmt: skip
 _COMMANDS = {name: module for group in _GROUPS.values() for name, module in group.items()}

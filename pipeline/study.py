@@ -30,7 +30,7 @@ class Study:
 
     `cache` is one of another results folder, which is read as well. A `borrowed` study is not the user's: it was taken
     because there is none around the working folder. One that was `found` there has its code run once that is agreed
-    to.
+    to. Parameters name files from its root, or from `recordings`.
     """
 
     root: Path
@@ -42,6 +42,7 @@ class Study:
     borrowed: bool = False
     cache: Path | None = None
     found: bool = False
+    recordings: Path | None = None
 
     @cached_property
     def graph(self) -> Graph:
@@ -147,7 +148,7 @@ class Study:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""
         found = {}
         for key, (section, name) in loading.files(values).items():
-            path = self.root / name
+            path = (self.recordings or self.root) / name
             where = f"{shown(self.params)}/{section}.yaml: {key} = {json.dumps(name)}"
             found[key] = str(path), disk.Digests(self.store.folder / "digests.json").digest(path, where)
         return found

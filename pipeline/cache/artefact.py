@@ -40,7 +40,7 @@ CONTENT, _OWN = "content", "sha256"
 _WITH_ZEROS, _ZEROS = "with zeros in place of these digits: ", "0" * 64
 #: Attribute of a number, an array or a column: its largest difference from what looser settings give. Of a file: why
 #: its numbers have none.
-_ERROR, _WITHOUT = "numerical_error", "without_errors"
+ERROR, _WITHOUT = "numerical_error", "without_errors"
 _SHORT = 8
 #: Part of the largest error beside it that a number has at least.
 SHARED = 0.1
@@ -73,7 +73,7 @@ def encoded(
             file.attrs[_WITHOUT] = looser
         elif looser is not None:
             for path, error in _errors(file, looser).items():
-                file[path].attrs[_ERROR] = float(f"{error:.2g}")
+                file[path].attrs[ERROR] = float(f"{error:.2g}")
             if not getattr(looser, "files", None):
                 hdf5.write_fields(file.create_group(LOOSER, track_order=True), looser)
         plain = image(file)
@@ -219,7 +219,7 @@ def _branch(item: Any, path: str) -> Iterator[Field]:
     else:
         missing = item.shape is None or (not item.shape and hdf5.NONE in item.attrs)
         value = None if missing or item.size > _SHORT else hdf5.python(hdf5.read(item))
-        error = float(item.attrs[_ERROR]) if _ERROR in item.attrs else None
+        error = float(item.attrs[ERROR]) if ERROR in item.attrs else None
         yield Field(path, unit, symbol, description, item.shape or (), value, error)
 
 

@@ -119,7 +119,7 @@ def html(found: Row) -> bytes:
     return page.encode()
 
 
-def _results_of(path: Path) -> Path:
+def results_of(path: Path) -> Path:
     """The results folder that is meant: the folder itself, or `results` in it. Raises `StudyError`."""
     for folder in (path, path / "results"):
         if folder.is_dir() and next(folder.glob("*.h5"), None) is not None:
@@ -137,7 +137,7 @@ def between(study: Study, other: Path, tolerance: float) -> Row:
     what could not be compared; `smaller` counts numbers that changed by no more than `tolerance`, which have no row;
     `changed` tells whether there is anything of all this.
     """
-    before, after = _results_of(other), _results_of(study.results)
+    before, after = results_of(other), results_of(study.results)
     if before.resolve() == after.resolve():
         raise StudyError(f"{shown(other)}: these are the results themselves; name others")
     by_key: dict[tuple[str, str | None, str | None], list[str]] = {}

@@ -48,7 +48,7 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
     path = _path(study, artefact)
     name = shown(path)
     content = reading.vetted(path, name)
-    _check_links(content, name)
+    check_links(content, name)
     about = artefacts.provenance(content, name)
     status.say(study, *(each for each, stage in study.graph.stages.items()
                           if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
@@ -96,7 +96,7 @@ def _path(study: Study, name: str) -> Path:
     return path
 
 
-def _check_links(content: bytes, name: str) -> None:
+def check_links(content: bytes, name: str) -> None:
     """Raises `ArtefactError` if a group or dataset in an artefact's bytes is reached by more than one plain link.
 
     A file of strangers can hold links, to itself in a circle or to other files, which ours never do.

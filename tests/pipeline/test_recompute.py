@@ -1,0 +1,100 @@
+"""A stranger's results are held against what their parameters give here: the same, or which numbers are forged."""
+
+from __future__ import annotations
+
+import json
+import random
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+
+from pipeline.changes.recompute import apart, chosen
+
+STAGES = ("fall", "bounce", "side", "picture")
+
+
+@pytest.fixture
+def theirs(ran, tmp_path):
+    """A stranger's results folder without its cache, beside the study of whoever asks."""
+    folder = tmp_path / "theirs"
+    shutil.copytree(ran.root / "results", folder, ignore=shutil.ignore_patterns(".cache"))
+    return folder
+
+
+def recompute(toy, folder, *more):
+    code, out, errors = toy.command("recompute", str(folder), *more, "--json")
+    assert code in (0, 2, 3), errors
+    return code, json.loads(out) if out else errors
+
+
+def numbers(path):
+    """Names of the datasets of numbers of an artefact."""
+    with h5py.File(path) as file:
+        found: list[str] = []
+        file.visititems(lambda name, item: found.append(name) if getattr(item, "size", None) and
+                        item.dtype.kind in "fi" and name.split("/")[0] != "provenance" else None)  # fmt: skip
+    return found
+
+
+def forge(path, name, chance):
+    """Change one number of an artefact by a part of 1e-9, or by one."""
+    with h5py.File(path, "r+") as file:
+        values = np.array(file[name][()])
+        at = tuple(chance.randrange(size) for size in values.shape)
+        values[at] = values[at] * (1 + 1e-9) + (values[at] == 0) if values.dtype.kind == "f" else values[at] + 1
+        file[name][...] = values
+
+
+def test_results_are_the_same_where_they_follow(ran, theirs):
+    code, found = recompute(ran, theirs)
+    assert code == 0 and not found["differs"] and {row["stage"] for row in found["stages"]} == {*STAGES}
+
+
+def test_a_forged_number_is_found_and_named_and_nothing_of_either_folder_changes(ran, theirs):
+    chance = random.Random(5)
+    name = chance.choice(numbers(theirs / "fall.h5"))
+    forge(theirs / "fall.h5", name, chance)
+    before = {path: path.read_bytes() for folder in (theirs, ran.root / "results") for path in folder.rglob("*.h5")}
+    code, found = recompute(ran, theirs)
+    rows = {row["stage"]: row["differences"] for row in found["stages"]}
+    assert code == 3 and found["differs"] and name in {row["path"] for row in rows["fall"]}
+    assert all(path.read_bytes() == content for path, content in before.items())
+
+
+def test_parameters_that_two_artefacts_state_differently_are_a_difference(ran, theirs):
+    ran.run("ground.gravity=5")
+    shutil.copy(ran.root / "results/fall.h5", theirs / "fall.h5")
+    ran.run()
+    code, found = recompute(ran, theirs)
+    assert code == 3 and any("ground.gravity" in row["path"] for each in found["stages"] for row in each["differences"])
+
+
+def test_a_share_finds_as_often_as_it_promises():
+    drawn = [chosen(STAGES, 0.5, seed) for seed in range(400)]
+    assert {len(names) for names in drawn} == {2}
+    assert 160 < sum("fall" in names for names in drawn) < 240
+
+
+@pytest.mark.parametrize("count", [40, pytest.param(1000, marks=pytest.mark.slow)])
+def test_each_of_many_forgeries_is_found_by_one_recomputation(done, tmp_path, count):
+    chance = random.Random(7)
+    honest = {stage: (done.root / f"results/{stage}.h5").read_bytes() for stage in STAGES}
+    fields = [(stage, name) for stage in STAGES for name in numbers(done.root / f"results/{stage}.h5")]
+    missed = []
+    for number in range(count):
+        stage, name = chance.choice(fields)
+        path = tmp_path / f"{number}.h5"
+        path.write_bytes(honest[stage])
+        forge(path, name, chance)
+        if not list(apart(path.read_bytes(), honest[stage], stage, exactly=True)):
+            missed.append((stage, name))
+        path.unlink()
+    assert missed == []
+
+
+def test_a_folder_without_results_is_refused(ran, tmp_path):
+    (tmp_path / "empty").mkdir()
+    code, said = recompute(ran, tmp_path / "empty")
+    assert code == 2 and "result" in said
