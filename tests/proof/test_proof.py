@@ -1,0 +1,266 @@
+"""The prover: its equations against the derivation's, its enclosures against known answers, and what it must refuse."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.model.walker import build_walker
+from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.phases.impact import heel_strike_reset
+from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID, SINGLE_STANCE, accelerations
+from stages.analytic.questions import prove as question
+from stages.biped.question import WrongOption
+from stages.ground.slope import Slope
+from stages.proof.file import KEYS, read, unconfirmed, unlikely
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, changed
+
+flint = pytest.importorskip("flint", reason="python-flint is not installed: pip install 'bipedstudy[proof]'")
+
+from stages.proof import equations, flow, theorem, walk  # noqa: E402 - they need python-flint
+from stages.proof.flow import NotProven  # noqa: E402
+
+STORED = Path(__file__).with_name("table_1.json")
+DETAILS = {
+    "leg_inertia": 1e-3, "foot_offset": 0.01, "frame_mass": 0.1, "frame_com": 0.05, "frame_offset": 0.02,
+    "frame_inertia": 2e-4, "hip_stiffness": 0.7, "hip_damping": 0.02, "hip_rest_angle": 0.1, "hip_gravity_mass":
+    0.3, "other_foot_mass": 0.3, "other_foot_radius": 0.09, "other_frame_com": 0.02,
+    "other_leg_length": 0.32}  # fmt: skip
+#: Slope at which the largest multiplier of Table 1's rigid biped is -1.0001, and one at which it is -1.038.
+BARELY_UNSTABLE, UNSTABLE = 3.3631770623988606, 3.5
+
+
+def silent(*_):
+    """No progress is shown."""
+
+
+class Listener:
+    """What a question is handed."""
+
+    jobs = 1
+
+    def progress(self, fraction, what):
+        assert 0 <= fraction <= 1
+
+
+def proven(biped, slope, cycle=False):
+    """The content of a proof file of the study's gait."""
+    guess, steps, _ = question.study_gait(biped, slope, cycle)
+    return question.proven(biped, slope, guess, steps, Listener())
+
+
+@pytest.mark.parametrize("legs", ["compliant", "rigid"])
+@pytest.mark.parametrize("details", [{}, DETAILS])
+def test_equations_of_points_are_those_of_the_derivation(legs, details):
+    biped = changed(TABLE_1, legs=legs, **details)
+    walker, units = build_walker(biped, SLOPE), theorem.Units(1.0, 1.0)
+    machine, scales, size = theorem.machine_of(biped, SLOPE, units), walker.scales(), walker.size
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        state = np.array([0.2, 0.33, 0.25, 0.328, 1.7, 0.1, -2.0, 0.2]) * (1 + 0.1 * rng.standard_normal(8))
+        state = state[::2] if legs == "rigid" else state
+        own = [flint.arb(float(each)) for each in state]
+        for both, phase in ((False, RIGID),) if legs == "rigid" else ((False, SINGLE_STANCE), (True, DOUBLE_STANCE)):
+            found = equations.motion(machine, own, both)
+            rates, loads = accelerations(phase, state / scales, walker.p)
+            expected = np.array(rates)[[0, 2] if legs == "rigid" else slice(4)] * scales[size // 2 :] / walker.time
+            assert [float(each) for each in found.accelerations] == pytest.approx(expected, rel=1e-10)
+            if both:
+                assert float(found.trailing_force) == pytest.approx(loads[0] * walker.force, rel=1e-10)
+        after = state / scales
+        heel_strike_reset(after, walker.p, None)
+        assert [float(each) for each in equations.strike(machine, own)] == pytest.approx(after * scales, rel=1e-10)
+
+
+def test_a_step_of_the_flow_holds_the_pendulum_and_its_derivative():
+    """y'' = -sin y from rest at 1, by its energy and by mpmath, and its derivative by the start as a difference."""
+    mpmath = pytest.importorskip("mpmath")
+    mpmath.mp.dps = 40
+    flint.ctx.prec = flow.BITS
+
+    def field(y):
+        return [y[1], -y[0].sin_cos()[0]]
+
+    def end(start, time):
+        return mpmath.odefun(lambda t, y: [y[1], -mpmath.sin(y[0])], 0, [mpmath.mpf(start), mpmath.mpf(0)])(time)
+
+    polynomial = flow.expanded(field, [flint.arb(1), flint.arb(0)])
+    found = flow.step(field, polynomial, 0.25, [flint.arb("1e-15"), flint.arb("1e-15")])
+    time = mpmath.mpf(float(found.length))
+    for ball, exact in zip(found.end.entries(), end(1, time), strict=True):
+        assert ball.overlaps(flint.arb(mpmath.nstr(exact, 36))) and float(ball.rad()) < 1e-24
+    slope = (end(mpmath.mpf(1) + mpmath.mpf("1e-12"), time)[0] - end(1, time)[0]) / mpmath.mpf("1e-12")
+    assert float(found.derivative[0, 0]) == pytest.approx(float(slope), abs=1e-10)
+    assert float(found.derivative[0, 0].rad()) <= flow.BY_START
+
+
+def matrix(rows, width=0.0):
+    return flint.arb_mat(len(rows), len(rows), [flint.arb(each, width) for row in rows for each in row])
+
+
+def test_multipliers_are_decided_only_where_the_discs_decide_it():
+    flint.ctx.prec = flow.BITS
+    turn = [[0.3, -0.9, 0.0], [0.9, 0.3, 0.0], [5.0, 1.0, 0.0]]
+    assert theorem.enclosed(matrix(turn)).stable is True
+    assert theorem.enclosed(matrix(turn)).most >= math.hypot(0.3, 0.9) >= theorem.enclosed(matrix(turn)).least
+    assert theorem.enclosed(matrix(turn, 0.2)).stable is None
+    assert theorem.enclosed(matrix([[1.0001, 7.0], [0.0, 0.2]])).stable is False
+    assert theorem.enclosed(matrix([[1.0001, 7.0], [0.0, 0.2]], 1e-3)).stable is None
+
+
+def test_decimals_are_rounded_outwards():
+    from stages.proof.file import outward, rational
+
+    for ball in (flint.arb("0.1", 1e-9), -flint.arb(2).sqrt(), flint.arb(3), flint.arb("-1e-7", 1e-12)):
+        low, high = map(Fraction, outward(ball))
+        assert low <= rational(ball.lower()) <= rational(ball.upper()) <= high
+        assert high - low <= 1.1 * Fraction(float(ball.rad()) * 2) + Fraction(1, 10**39)
+
+
+def stored():
+    return json.loads(STORED.read_text())
+
+
+def test_the_stored_proof_holds_the_studys_gait():
+    """Table 1 at tolerance 1e-13: period, state after heel strike and multipliers."""
+    from stages.analytic.gait.poincare import fixed_point
+    from stages.analytic.phases.section import section_state
+
+    walker, point = find_gait(TABLE_1, SLOPE, 1e-10)
+    point = fixed_point(walker, point.z, 1e-13)
+    state = section_state(point.z, walker.p) * walker.scales()
+    found = stored()["enclosures"]
+    named = dict(zip(theorem_names(), state, strict=True))
+    for name, value in {"period_s": point.period * walker.time, **named}.items():
+        low, high = map(float, found[name])
+        assert low - 5e-13 < value < high + 5e-13
+    for place in (1, 2):
+        low, high = map(float, found[f"multiplier_{place}_real"])
+        assert low < point.floquet_multipliers[place - 1].real < high
+
+
+def theorem_names():
+    return list(stored()["centre"])
+
+
+def test_a_changed_proof_file_is_refused_before_it_is_computed():
+    expected, told = stored()["phases"], stored()
+    assert unlikely(told, expected) is None and unconfirmed(told, stored()) is None
+    moved = stored()
+    moved["centre"]["stance_angle"] = str(float(moved["centre"]["stance_angle"]) + 1e-8)
+    assert "stance_angle is not within its ball" in unlikely(moved, expected)
+    assert "not within its ball" in unlikely({**told, "radius": "1e-19"}, expected)
+    assert "phases" in unlikely({**told, "phases": expected[::-1]}, expected)
+    for name, (low, high) in stored()["enclosures"].items():
+        narrow, middle = stored(), (Fraction(low) + Fraction(high)) / 2
+        half = (Fraction(high) - Fraction(low)) / 2000
+        narrow["enclosures"][name] = [str(middle - half), str(middle + half)]
+        assert name in unconfirmed(narrow, stored())
+    assert "stable" in unconfirmed({**told, "stable": False}, stored())
+
+
+@pytest.mark.parametrize("change, part", [
+    (lambda told: told.pop("radius"), "the keys of a proof file are"),
+    (lambda told: told.update(kind="another"), "is no proof file"),
+    (lambda told: told.update(radius="1e-16 +/- 1"), "are decimals, as text"),
+    (lambda told: told["biped"].update(hip_mass=-1.0), "no design may have"),
+    (lambda told: told["biped"].update(knees=2), "are no design"),
+    (lambda told: told.update(steps=3), "allowed: 1, 2, 4 or 8"),
+])  # fmt: skip
+def test_a_file_that_is_no_proof_is_refused_in_a_sentence(change, part):
+    told = stored()
+    change(told)
+    with pytest.raises(WrongOption, match=part):
+        read(json.dumps(told).encode(), "proof.json")
+    assert set(KEYS) == set(stored())
+
+
+@pytest.mark.parametrize("key, change, limited", [
+    ("transition", {}, True), ("hip_friction", {"hip_friction": 0.01}, False),
+    ("strike_time", {"legs": "rigid", "feet_retract": True, "strike_time": 0.5}, False),
+])  # fmt: skip
+def test_kinds_that_are_not_smooth_are_refused_by_name(key, change, limited):
+    with pytest.raises(WrongOption, match=key):
+        question.refuse_rough(changed(TABLE_1, **change), limited)
+
+
+def test_without_python_flint_one_sentence_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "flint", None)
+    settings = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0)
+    parameters = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings)
+    with pytest.raises(WrongOption, match=r"pip install 'bipedstudy\[proof\]'"):
+        question.ask(parameters, question.Options(), Listener())
+
+
+@pytest.mark.slow
+def test_table_1_is_proven_and_its_file_confirmed(tmp_path):
+    found = proven(TABLE_1, SLOPE)
+    assert found["stable"] is True and found["phases"] == ["double stance", "single stance"]
+    assert unconfirmed(found, found) is None
+    (tmp_path / "proof.json").write_text(json.dumps(found))
+    answer = question.confirmed(tmp_path / "proof.json", Listener())
+    assert "is confirmed" in answer.lines[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("slope, stable", [(2.0, True), (BARELY_UNSTABLE, False), (UNSTABLE, False)])
+def test_rigid_legs_are_proven_stable_or_unstable(slope, stable):
+    found = proven(TABLE_1_RIGID, Slope(slope, 9.81))
+    assert found["stable"] is stable
+
+
+@pytest.mark.slow
+def test_a_cycle_of_two_steps_past_the_doubling_is_proven():
+    found = proven(TABLE_1_RIGID, Slope(UNSTABLE, 9.81), cycle=True)
+    assert found["stable"] is True and found["steps"] == 2
+
+
+def turned(point, machine):
+    """The swing foot's Coriolis acceleration, here what its leg's turning adds along it, with its sign turned."""
+    return point._replace(bias=(-point.bias[0], -point.bias[1]))
+
+
+def left_out(point, machine):
+    """The swing foot without its weight."""
+    return point._replace(weight=0 * point.weight)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mutant", [turned, left_out])
+def test_with_wrong_equations_the_studys_gait_is_not_proven(mutant, monkeypatch):
+    rightly = equations.kinematics
+
+    def wrongly(machine, q, v):
+        found = rightly(machine, q, v)
+        points = list(found.points)
+        points[2] = mutant(points[2], machine)
+        return dataclasses.replace(found, points=points) if dataclasses.is_dataclass(found) else found._replace(
+            points=tuple(points))
+
+    monkeypatch.setattr(equations, "kinematics", wrongly)
+    parameters = Parameters(TABLE_1_RIGID, SLOPE, FRICTION, RUBBER,
+                            Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))  # fmt: skip
+    with pytest.raises(NotProven):
+        question.ask(parameters, question.Options(), Listener())
+
+
+@pytest.mark.slow
+def test_a_strike_ahead_of_the_last_is_seen(monkeypatch):
+    """A foot that is counted as ahead from the start has its strike where it scuffs."""
+    rightly = walk.foot
+
+    def ahead(machine, state):
+        height, advance, length = rightly(machine, state)
+        return height, advance * advance + 1, length
+
+    monkeypatch.setattr(walk, "foot", ahead)
+    with pytest.raises(NotProven, match=r"may strike before|could not be enclosed|no end"):
+        proven(TABLE_1_RIGID, SLOPE)
