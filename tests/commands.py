@@ -23,7 +23,7 @@ def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
           mock.patch.dict(os.environ)):  # fmt: skip
         os.chdir(cwd)
         try:
-            main(["--trust", *command[1:]])  # tests write the studies that they run
+            main(command[1:])
         except SystemExit as end:
             assert isinstance(end.code, int)
             ended = end.code

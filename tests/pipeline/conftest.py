@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.execution import process
-from tests.pipeline.toy import Toy, with_commands, written
+from tests.pipeline.toy import Toy, agreed, with_commands, written
 
 _serial = itertools.count()
 
@@ -89,4 +89,4 @@ def finished_with_commands(tmp_path_factory: pytest.TempPathFactory) -> Toy:
 def ran(finished_with_commands: Toy, tmp_path: Path) -> Toy:
     """A toy study for the command line that has been run once, free to be spoilt."""
     shutil.copytree(finished_with_commands.root, tmp_path, dirs_exist_ok=True)
-    return replace(finished_with_commands, root=tmp_path)
+    return agreed(replace(finished_with_commands, root=tmp_path))

@@ -74,8 +74,8 @@ def bench(tmp_path_factory, repository) -> Path:
     assert "count: 2000 " in text
     for name in ("slopes", "designs"):
         (root / f"{name}.yaml").write_text(text.replace("count: 2000 ", "count: 3 "))
-    for name in ("steeper", "better"):
-        (root / "results" / name).mkdir(parents=True)
+    for name in ("results/steeper", "results/better", "../theirs/results"):
+        (root / name).mkdir(parents=True)
     (root / "expected").mkdir()
     box = documented.blocks(repository / "docs/sweeps.md", "yaml")[1]
     assert "count: 100000" in box
