@@ -106,7 +106,7 @@ def test_the_locks_agree():
 
 
 #: Words of walking in the engine that mean something else there, or name this program.
-EXCUSED = re.compile(r"isinstance|\binstances?\b|\bdistance|(ast|os)\.walk\b|\bwheels?\b|WHEELS|bipedstudy")
+EXCUSED = re.compile(r"isinstance|\binstances?\b|\bdistance|(ast|os)\.walk\b|\bwheels?\b|WHEELS|bipedstudy|BIPEDSTUDY")
 OF_WALKING = re.compile(r"gait|hips?\b|heel|stance|foot|penalty|twin|walk|biped", re.IGNORECASE)
 
 

@@ -38,7 +38,8 @@ AT_ONCE = (
 def understood(words: list[str]) -> None:
     """Parse the words of a command without running it. Raises `click.UsageError` or `StudyError`."""
     outer = click.Context(cli, info_name="bipedstudy")
-    name, command, rest = cli.resolve_command(outer, words)
+    own = {option for parameter in cli.params for option in parameter.opts}
+    name, command, rest = cli.resolve_command(outer, words[words[0] in own :])
     command.make_context(name, list(rest), parent=outer)
 
 
