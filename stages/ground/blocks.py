@@ -7,11 +7,12 @@ Heights are independent and normal. Each is drawn from its own count (seed, walk
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
-
-import numpy as np
+from typing import TYPE_CHECKING, ClassVar
 
 from stages.biped.quantity import Bound, parameter
+
+if TYPE_CHECKING:
+    import numpy as np
 
 #: Numbers that the generator gives for a count, and bits of each that a double holds.
 OF_A_COUNT, BITS = 4, 53
@@ -31,6 +32,7 @@ class Blocks:
 
 def drawn_heights(seed: int, walk: int, first: int, count: int) -> np.ndarray:
     """Heights (count,) of the blocks from number `first` on under a walk, by their root mean square."""
+    import numpy as np
     from scipy.special import ndtri
 
     start = first // OF_A_COUNT

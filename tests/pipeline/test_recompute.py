@@ -64,9 +64,9 @@ def test_a_forged_number_is_found_and_named_and_nothing_of_either_folder_changes
 
 
 def test_parameters_that_two_artefacts_state_differently_are_a_difference(ran, theirs):
-    ran.run("ground.gravity=5")
+    assert ran.command("run-all", "--set", "ground.gravity=5")[0] == 0
     shutil.copy(ran.root / "results/fall.h5", theirs / "fall.h5")
-    ran.run()
+    assert ran.command("run-all")[0] == 0
     code, found = recompute(ran, theirs)
     assert code == 3 and any("ground.gravity" in row["path"] for each in found["stages"] for row in each["differences"])
 

@@ -154,8 +154,8 @@ def with_commands(root: Path) -> Toy:
 
 def agreed(toy: Toy) -> Toy:
     """The same study, whose author wrote it just now and agreed to it."""
-    for source in toy.root.rglob("*.py"):
-        source.touch()
+    for path in (toy.root / toy.package).rglob("*"):
+        path.touch()
     trust.agree(True)
     with contextlib.redirect_stderr(None):
         trust.check(toy.root.resolve(), toy.package, True)
