@@ -136,30 +136,54 @@ def outcomes(said):
 
 
 def test_the_whole_study_by_either_way(repository, tmp_path, shims):
-    """A copy of the checkout under git, as a user has it, whose .gitignore must leave DVC's own files alone; results
-    that it has already are restored, so that this takes minutes only without any. An edit builds anew what it changes.
+    """A copy of the checkout under git, as a user has it, at level draft: results go to a remote, come back in a clone,
+    and say there by themselves that they are current. An edit builds anew what it changes, and what it changed is told.
     """
     root = tmp_path / "study"
-    for name in ("params", "pipeline", "stages", "results/.cache"):
-        if (repository / name).is_dir():
-            shutil.copytree(repository / name, root / name)
+    for name in ("params", "pipeline", "stages"):
+        shutil.copytree(repository / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("dvc.yaml", ".dvcignore", ".gitignore"):
         shutil.copyfile(repository / name, root / name)
+    study, stages = Toy(root, "stages"), graph.read(root).stages
+    study.edit("params/accuracy.yaml", "value: paper", "value: draft")
     git(root, "init", "-q")
+    git(root, "config", "user.name", "a lab")
+    git(root, "config", "user.email", "lab@example.org")
     git(root, "add", "-A")
     git(root, "commit", "-q", "-m", "as cloned")
-    command = put_on_path(shims, root)
+    command = put_on_path(shims, "$PWD")
     subprocess.run([command, "run-all"], cwd=root, check=True, capture_output=True)
-    right = Toy(root, "stages").results()
+    right = study.results()
     for name in right:
         (root / "results" / name).unlink()
-    study = Toy(root, "stages")
     dvc(study, shims, "init")
     said = dvc(study, shims, "repro")
-    assert all(f"Running stage '{name}'" in said for name in graph.read(root).stages)
+    assert all(f"Running stage '{name}'" in said for name in stages)
     assert study.results() == right
     assert git(root, "status", "--porcelain", "--untracked-files").splitlines() == [
         "A  .dvc/.gitignore", "A  .dvc/config", "?? dvc.lock"]  # fmt: skip
-    study.edit("params/ground.yaml", "slope_deg:", "slope_deg: {value: 2.1, unit: deg}\n#")
-    said = dvc(study, shims, "repro", "stability")
-    assert all(f"Running stage '{name}'" in said for name in ("analytic", "stability"))
+    dvc(study, shims, "remote", "add", "--default", "lab", str(tmp_path / "remote"))
+    git(root, "add", "-A")
+    git(root, "commit", "-q", "-m", "with results")
+    dvc(study, shims, "push")
+
+    git(tmp_path, "clone", "-q", str(root), "clone")
+    git(tmp_path / "clone", "config", "user.name", "a lab")
+    git(tmp_path / "clone", "config", "user.email", "lab@example.org")
+    clone = Toy(tmp_path / "clone", "stages")
+    dvc(clone, shims, "pull")
+    said = subprocess.run([command, "status"], cwd=clone.root, check=True, text=True, capture_output=True).stdout
+    assert [line.split() for line in said.splitlines()] == [[name, "current"] for name in stages]
+    assert "Running stage" not in dvc(clone, shims, "repro") and clone.results() == right
+
+    limit = "params/comparison.yaml:position_limit.value"
+    apart = outcomes(dvc(clone, shims, "exp", "run", "--temp", "--set-param", f"{limit}=1e-5"))
+    assert {name for name, how in apart.items() if how != "current"} == {"comparison", "figures"} < {*apart}
+    assert clone.results() == right
+    dvc(clone, shims, "exp", "run", "--set-param", f"{limit}=1e-6")
+    assert "results/claims.yaml" in dvc(clone, shims, "metrics", "diff")
+    picture = "results/figures/figure_08_hip_motion.png"
+    compared = json.loads(dvc(clone, shims, "plots", "diff", "--json"))["data"][picture]
+    assert {name for each in compared for name in each["revisions"]} == {"HEAD", "workspace"}
+    said = dvc(clone, shims, "exp", "run", "--set-param", "params/ground.yaml:slope_deg.value=2.1", "analytic")
+    assert outcomes(said) == {"analytic": "computed"}
