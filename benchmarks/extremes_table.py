@@ -68,7 +68,8 @@ it when your robot is far from the paper's, or when a command warns of its param
 Of {points} points in all models: {summary}. {defects}
 
 `bipedstudy run`, `run-all` and `gait` warn where the nearest point of this map is not right. They also warn where it is
-further than a factor {reach:.2g} away in the dimensionless numbers of design, contact and (by half) solver.
+further than a factor {reach:.2g} away in the dimensionless numbers of design and contact, or its square in those of the
+solver.
 
 ![Map of the extremes](extremes.png)
 
@@ -80,7 +81,7 @@ further than a factor {reach:.2g} away in the dimensionless numbers of design, c
   exists.
 - *failed*: the run ended early with a reason: a fall, a standstill, the limit on solver steps.
 - *unconfirmed*: the reference run ended early, or is less exact than the answer and differs.
-- *wrong*, *crashed*, *hung*: the reference contradicts an answer that shows no sign of it, an exception, no end.
+- *wrong*: the reference contradicts an answer that shows no sign of it.
 
 ## What each model was compared with
 

@@ -206,9 +206,9 @@ def test_rounding_is_told_no_finer_than_the_reference_is_sure():
     """Another biped's tightest walk equals its reference: it said that rounding stays below 0e+00 m."""
     tight = next(holding for holding, _ in CASES if holding.about.id == "tight_tolerances_add_rounding")
     claim = judged(PARAMETERS, of(tight, error=2e-16, before=2e-16, doubt=2e-16))
-    assert claim.verdict == FAILS and "rounding stays below 2e-16 m: what" in claim.causes[0]
+    assert claim.verdict == FAILS and "rounding stays below 2e-16 m: the reference" in claim.causes[0]
     assert "from < 2.0e-16 to < 2.0e-16 m" in claim.measured
-    for error, said in ((2e-14, "2e-14 m: what"), (3e-14, "3e-14 m: the error falls")):
+    for error, said in ((2e-14, "2e-14 m: the reference"), (3e-14, "3e-14 m: the error falls")):
         claim = judged(PARAMETERS, of(tight, error=error, before=1e-12, doubt=2e-14))
         assert f"rounding stays below {said}" in claim.causes[0]
     for error, verdict in ((1.5e-12, FAILS), (2.1e-12, HOLDS)):

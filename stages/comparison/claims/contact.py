@@ -128,7 +128,7 @@ def judge_contact_set(
             (verdict in (HOLDS, HOLDS_IF), f"k_c alone lowers it to {100 * best / default:.0f} %"),
             (
                 verdict == HOLDS_IF,
-                f"no smaller change that was tried does so, and a moderate one is up to {limits.moderate_change:g}",
+                f"no smaller change that was tried does so; a moderate one is a factor of {limits.moderate_change:g}",
             ),
             (
                 known and beyond > default,

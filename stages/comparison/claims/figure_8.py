@@ -233,6 +233,6 @@ STATEMENTS = (
         judge_integration_tolerance,
         (*RESTS_ON, "error_budget.paper_constraint_tolerance", "error_budget.paper_penalty_tolerance"),
         units={"m": "integration whole rest parts"},
-        plain="What the two models differ by comes from how exactly they were computed.",
+        plain="The two models differ only because they were computed inexactly.",
     ),
 )

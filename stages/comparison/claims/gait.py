@@ -182,7 +182,7 @@ STATEMENTS = (
         chaos_amplifies,
         judge_chaos_amplifies,
         ("analytic.steps", *SOLVER),
-        plain="A tiny difference between two computations can grow until they tell of quite different walks.",
+        plain="A tiny difference between two computations can grow until they describe different walks.",
     ),
     Statement(
         "step_frequency",

@@ -98,7 +98,7 @@ def judge_tight_tolerances(
                 + (
                     "the error falls to the tightest tolerance that was tried"
                     if falls
-                    else "what the error is taken against is no surer"
+                    else "the reference is known no better"
                 ),
             ),
             (not known, "one tolerance at most was measured"),
