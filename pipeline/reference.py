@@ -82,7 +82,8 @@ def _paragraphs(words: str) -> str:
 
 def _parameters(study: Study) -> Iterator[str]:
     known = study.parameters_classes()
-    yield "## Parameters\n\nBy file of `params/`, which has values and sources. A change makes its readers stale.\n"
+    yield "## Parameters\n\nBy file of `params/`, which has values and sources."
+    yield "A change makes the stages that read it stale.\n"
     for file, kinds in sorted(loading.sections(known.values()).items()):
         fields = {key: pair for kind in kinds for key, pair in declared(kind).items()}
         yield from [f"### {file}.yaml\n", *(f"- `{file}.{key}` {_field(*pair)}" for key, pair in fields.items()), ""]

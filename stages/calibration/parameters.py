@@ -44,9 +44,10 @@ class Settings(Fitted):
         "s", "spread of the time from the first heel strike to mid-stance about the gait's; null: 0.06 s of Table 1's "
         "robot", bound=POSITIVE)
     start_length_sd: Following = parameter(
-        "m", "spread of the legs' lengths there about the gait's; null: 1 mm of Table 1's robot", bound=POSITIVE)
+        "m", "spread of the legs' lengths at mid-stance about the gait's; null: 1 mm of Table 1's robot",
+        bound=POSITIVE)
     start_length_rate_sd: Following = parameter(
-        "m/s", "spread of their rates; null: 0.02 m/s of Table 1's robot", bound=POSITIVE)
+        "m/s", "spread of the rates of these lengths; null: 0.02 m/s of Table 1's robot", bound=POSITIVE)
     lever_arm_sd: Following = parameter(
         "m", "standard error of the foot sensor's place along the leg; null: 1 % of a leg", bound=POSITIVE)
     bandwidth_sd: float = parameter(

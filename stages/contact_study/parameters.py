@@ -45,7 +45,7 @@ class Settings:
         "1", "best sets over one step that are compared between cycles", bound=Bound(minimum=1, maximum=1000)
     )
     family_shares: tuple[float, ...] = parameter(
-        "1", "what its family's members keep of the chosen set's impact and creep", bound=Bound(above=0)
+        "1", "shares of the chosen set's impact and creep in sets nearer to the limit", bound=Bound(above=0)
     )
 
     constraint_tolerance: float | None = parameter(

@@ -24,7 +24,7 @@ class Settings:
 
     step_share: float = parameter(
         "1",
-        "last of three shares (4, 2, 1 times it) of an effect that is off, over one step",
+        "least of three shares (4, 2, 1 times it) that an effect is lowered to, in a step",
         bound=Bound(above=0, maximum=0.2),
     )
     cycle_share: float = parameter("1", "the same between cycles", bound=Bound(above=0, maximum=0.2))

@@ -47,7 +47,7 @@ class Settings:
     fastest_step_hz: Following = parameter(
         "Hz", "highest step frequency looked for; null: 4 Hz for Table 1's robot", bound=POSITIVE)
     rate_tolerance: float = parameter("1", "largest relative error of a sensor's rate", bound=POSITIVE)
-    clock_tolerance_s: float = parameter("s", "largest unevenness of the floor of lateness", bound=POSITIVE)
+    clock_tolerance_s: float = parameter("s", "largest difference of the smallest delays in time", bound=POSITIVE)
     loss_tolerance: float = parameter("1", "largest share of lost packets", bound=Bound(minimum=0, maximum=1))
 
     @property
@@ -79,7 +79,7 @@ class Limits:
     agreement_by_motion: float = parameter(
         "1", "smallest such correlation by which motion alone brings two clocks together", bound=Bound(above=0, below=1)
     )
-    rate_tolerance_of_places: float = parameter("1", "largest relative difference of their sizes", bound=POSITIVE)
+    rate_tolerance_of_places: float = parameter("1", "largest relative difference of these two rates", bound=POSITIVE)
     rate_gain_tolerance: float = parameter(
         "1", "largest relative departure of two gyroscopes from how gravity turns without a remark", bound=POSITIVE)
     leg_length_tolerance: float = parameter(
@@ -98,7 +98,7 @@ class Limits:
     )
     third_moment: float = parameter("1", "smallest skewness of the lateral rate that shows forward", bound=POSITIVE)
     turning: float = parameter(
-        "1", "smallest signed R2 of the forward force between the places with how a rate changes",
+        "1", "smallest signed R2 of the forward force, foot less hip, with how a rate changes",
         bound=Bound(minimum=-1, below=1),
     )
     strike_symmetry_deg: float = parameter("deg", "largest mean of the leg's angles at both landings", bound=POSITIVE)
@@ -132,8 +132,8 @@ class Drawing:
                                      "deviation", bound=NOT_NEGATIVE)  # fmt: skip
     gain_error: float = parameter(
         "1", "standard error of an accelerometer's gain, and so of a gyroscope's, relative", bound=NOT_NEGATIVE)
-    swept_error: float = parameter("1", "standard error of what gravity's turning at one sensor shows of gain and "
-                                   "length, from soft legs, relative", bound=NOT_NEGATIVE)  # fmt: skip
+    swept_error: float = parameter("1", "relative standard error of gain and length by gravity's turning at one "
+                                   "sensor, from soft legs", bound=NOT_NEGATIVE)  # fmt: skip
     sag: Following = parameter("m", "how much shorter a leg is while it stands; null: by the weight on its spring",
                                bound=NOT_NEGATIVE)  # fmt: skip
     onset_error_s: float = parameter("s", "standard error of when a leg's impacts begin, the same for all of a run",

@@ -43,7 +43,7 @@ class ClockFit:
     clock_bend_s: float = quantity("s", "wander of the sensor's clock that was followed")
     robust_ppm: float = quantity("ppm", "rate of the robust cross-check relative to the fitted one")
     jitter_before_s: float = quantity("s", "rms of the stamps about a least-squares line")
-    clock_error_s: float = quantity("s", "unevenness of the floor of lateness: what the clock fitted may be off by")
+    clock_error_s: float = quantity("s", "difference of the smallest delays in time: possible error of the clock")
 
 
 @dataclass(frozen=True)

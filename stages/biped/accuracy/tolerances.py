@@ -114,7 +114,7 @@ def accuracy(chosen: str) -> Any:
     """The field `accuracy: str | Accuracy` of a stage's settings; `chosen` names the settings that it decides."""
     return parameter(
         "-",
-        f"requested error, for which {chosen} are refined; custom leaves them as given",
+        f"requested error, by which the study chooses {chosen}; custom leaves them as given",
         choices=(CUSTOM,),
         otherwise=f"errors by {', '.join(Accuracy.__annotations__)} as {{hip_position_m: 1e-5}}",
         default=CUSTOM,

@@ -97,7 +97,7 @@ def against_sensor(
         ),
         remark(
             report.clock_error_s > settings.clock_tolerance_s,
-            "the clock cannot be repaired: the floor of lateness is uneven by "
+            "the clock cannot be repaired: the smallest delays of its samples differ by "
             f"{report.clock_error_s * 1e3:.2g} ms {look}",
         ),
         remark(share > settings.loss_tolerance, f"{share:.0%} of the samples are lost"),

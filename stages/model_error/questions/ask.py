@@ -27,7 +27,7 @@ class Options:
         "-", "Largest error: a share (1%), a number in the measure's unit, or one for each (speed=1%)", default=(),
         metavar="ERROR")
     learn: int = option(
-        "1", "Draw so many designs more, for smaller errors of the models; they are kept", default=0,
+        "1", "Compute so many more designs, for smaller errors; they are kept", default=0,
         bound=Bound(minimum=0, maximum=10_000))
 
     def allowed(self, measure: str) -> Allowed:

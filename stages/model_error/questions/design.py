@@ -50,7 +50,7 @@ class Options:
         bound=Bound(above=0, maximum=0.9))
     iterations: int = option("1", "Most steps of the search", default=60, bound=Bound(minimum=1, maximum=1000))
     within: tuple[str, ...] = option(
-        "-", "Measure and its error, as speed=1%: hold its target, and tell it, as the twin has it", default=(),
+        "-", "Measure and its error, as speed=1%: its target and value are then the twin's", default=(),
         metavar="MEASURE=ERROR")
 
 

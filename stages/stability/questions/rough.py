@@ -27,7 +27,7 @@ class Options:
     effort: int = option(
         "1", "Steps that are walked, about", default=100_000, bound=Bound(minimum=40_000, maximum=10**9))
     ramp: int = option(
-        "1", "Steps of a ramp, whose chance to be passed is told; the paper's has eleven sets of blocks", default=10,
+        "1", "Steps of a ramp: the chance to walk so many; the paper's has eleven sets of blocks", default=10,
         bound=Bound(minimum=1, maximum=1000))
 
 
