@@ -99,7 +99,7 @@ def least(walk: Callable[[], Any]) -> tuple[Any, float]:
 def planar(here: Parameters, stance: Any, force: float, blocks: bool = False, compiled: bool = True,
            signals: tuple[str, ...] = SIGNALS) -> Scene:  # fmt: skip
     """A planar scene."""
-    lane = lanes(BLOCK_SPACING, here.multibody.block_length) if blocks else None
+    lane = lanes(BLOCK_SPACING, here.blocks.block_length) if blocks else None
     machine = build(here.biped, here.slope, here.contact, here.multibody, lane, compiled=compiled, signals=signals)
     start = rolling_state(here.biped, here.contact, stance, force)
     walked, seconds = least(lambda: simulate(here.biped, here.slope, here.contact, start, here.multibody, steps=STEPS,

@@ -13,9 +13,9 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import StudyError, nearest
+from pipeline.errors import StudyError
 from pipeline.parameters import levels, yaml_text
-from pipeline.parameters.overrides import Override, applied, node_of, parsed
+from pipeline.parameters.overrides import Override, applied, home_of, node_of, parsed
 from pipeline.parameters.value import (
     SUFFIX,
     Refused,
@@ -189,10 +189,10 @@ class _Loading:
         except StudyError as error:
             self.problems += [(file, 0, sentence) for sentence in error.sentences]
             return None
-        known = keys(self.classes)[file]
+        known = keys(self.classes)
         for key, node in tree.value.items():
-            if key not in known:
-                hint = nearest(key, known) + self._beyond(file)
+            if key not in known[file]:
+                hint = home_of(key, file, known) + self._beyond(file)
                 self._problem(file, node.line, f'there is no parameter "{key}"{hint}')
         self.remarks += _unfounded(where, tree.value, {field.name: field.metadata["unit"] for field in fields})
         self.remarks += _not_as_printed(where, tree.value)

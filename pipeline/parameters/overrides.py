@@ -44,11 +44,16 @@ def parsed(text: str, known: Mapping[str, Sequence[str]], beyond: Callable[[str]
     if file not in known:
         raise StudyError(f'--set {text}: there is no parameter file "{file}"{nearest(file, known)}')
     if key not in known[file]:
-        homes = [f'; did you mean "{other}.{key}"?' for other, keys in known.items() if key in keys]
-        hint = homes[0] if homes else nearest(key, known[file])
-        raise StudyError(f'--set {text}: there is no parameter "{key}" in {file}{hint}{beyond(file)}')
+        hint = home_of(key, file, known) + beyond(file)
+        raise StudyError(f'--set {text}: there is no parameter "{key}" in {file}{hint}')
     said = f"--set {text}"
     return Override(said, file, key, tuple(inner), Node.of(yaml_text.parse(value, said, with_lines=False).plain()))
+
+
+def home_of(key: str, file: str, known: Mapping[str, Sequence[str]]) -> str:
+    """What a key that a file does not have may have meant: the same in another file, or the nearest."""
+    homes = [f'; did you mean "{other}.{key}"?' for other, keys in known.items() if key in keys]
+    return homes[0] if homes else nearest(key, known[file])
 
 
 def node_of(request: Any, text: str) -> Node:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sin
 
 import numpy as np
 
@@ -21,6 +22,11 @@ class StanceState:
     stance_length_rate: float = quantity("m/s", "stance leg length rate", symbol="dL_1/dt")
     swing_rate: float = quantity("rad/s", "swing leg rate", symbol="dpsi/dt")
     swing_length_rate: float = quantity("m/s", "swing leg length rate", symbol="dL_2/dt")
+
+    def feet_apart(self, radii: tuple[float, float]) -> float:
+        """How far the stance foot is ahead of the other [m], of feet of these radii [m]."""
+        behind = (self.swing_length - radii[1]) * sin(self.swing_angle)
+        return -(self.stance_length - radii[0]) * sin(self.stance_angle) - behind
 
 
 @dataclass(frozen=True)

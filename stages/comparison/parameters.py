@@ -14,6 +14,7 @@ from stages.campaign.parameters import RadioSettings, RunSettings, SensorSetting
 from stages.comparison.limits import Limits
 from stages.contact_study.parameters import Settings as StudySettings
 from stages.error_budget.parameters import Settings as BudgetSettings
+from stages.ground.blocks import Blocks
 from stages.ground.contact_law import ContactLaw, DefaultSet
 from stages.ground.slope import Slope
 from stages.imu.parameters import Drawing
@@ -90,6 +91,7 @@ class Parameters:
     ingest_limits: IngestLimits
     drawing: Drawing
     settings: Settings
+    blocks: Blocks = Blocks()
     design_digits: DesignDigits = DesignDigits()
     slope_digits: SlopeDigits = SlopeDigits()
     level: Level = Level()

@@ -8,6 +8,7 @@ from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.comparison.limits import Limits
+from stages.ground.blocks import Blocks
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.twin.parameters import Settings as Twin
@@ -30,4 +31,5 @@ class Parameters:
     contact: ContactLaw
     twin: Twin
     settings: Settings
+    blocks: Blocks = Blocks()
     level: Level = Level()

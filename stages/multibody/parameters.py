@@ -10,6 +10,7 @@ from stages.biped.accuracy.estimate import finer_explicit
 from stages.biped.accuracy.tolerances import LOOSER, Accuracy, Level, PenaltyTolerance, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
+from stages.ground.blocks import Blocks
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.planar.signals import READ_LATER, SIGNALS
@@ -40,7 +41,6 @@ class Settings(PenaltyTolerance):
     scene: str = parameter(
         "-", "ideal: no scuffing; blocks: stepping blocks one step apart", choices=("ideal", "blocks"), default="ideal"
     )
-    block_length: float = parameter("m", "length of a stepping block", bound=Bound(above=0), default=0.08)
     most_solver_steps: int = parameter(
         "1",
         "solver steps without a heel strike after which the solver is stuck",
@@ -100,6 +100,7 @@ class Parameters:
     slope: Slope
     contact: ContactLaw
     settings: Settings
+    blocks: Blocks = Blocks()
     level: Level = Level()
 
     def broken_rules(self) -> Iterator[Broken]:

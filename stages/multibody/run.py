@@ -12,6 +12,7 @@ from stages.biped.accuracy.estimate import ErrorEstimate, to_accuracy, walk_diff
 from stages.biped.design import require_own_strikes
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
+from stages.ground.blocks import Laid
 from stages.ground.friction import lanes
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.multibody.assembly.planar import Planar
@@ -39,14 +40,16 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises NotMet if an
     accuracy is asked for that the walk does not keep with the finest settings, BeyondModel for a strike at a given
-    time.
+    time, BlocksDoNotFit for blocks of drawn heights that overlap.
     """
     require_own_strikes(parameters.biped, "Exudyn's planar model")
     analytic = inputs.analytic
     biped, slope, contact = parameters.biped, parameters.slope, parameters.contact
     progress(0.0, f"walking {parameters.settings.steps} steps in Exudyn ({parameters.settings.assembly})")
     state = rolling_state(biped, contact, analytic.mid_stance, analytic.walk.standing_force)
-    settings, (assembly, walked, walk), errors = walk_to_accuracy(parameters, state, analytic.gait.step_length_m)
+    laid = parameters.blocks.under(0, analytic.gait.fixed_point.feet_apart(biped.foot_radii))
+    settings, (assembly, walked, walk), errors = walk_to_accuracy(
+        parameters, state, analytic.gait.step_length_m, laid)
     progress(0.3, "measuring the walk")
     penetration, slip = contact_signals(walked, walk, biped.foot_radii, settings.signals)
     inventory = take_inventory(assembly.mbs, sampled_bytes=bytes_of(walk, penetration, slip))
@@ -72,18 +75,18 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def walk_to_accuracy(
-    parameters: Parameters, state: PlanarState, step_length: float
+    parameters: Parameters, state: PlanarState, step_length: float, laid: Laid | None = None
 ) -> tuple[Settings, tuple[Planar, Run, Walk], tuple[ErrorEstimate, ...]]:
     """The walk from `state` with the settings that keep the accuracy asked for, and its estimated errors.
 
-    Blocks, if any, lie `step_length` [m] apart. Raises NotMet.
+    Rows of blocks, if any, lie `step_length` [m] apart; those `laid` have drawn heights. Raises NotMet.
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
-    blocks = lanes(step_length, settings.block_length) if settings.scene == "blocks" else None
+    rows = lanes(step_length, parameters.blocks.block_length) if settings.scene == "blocks" else None
 
     def walked(settings: Settings) -> tuple[Planar, Run, Walk]:
-        assembly = build(biped, slope, contact, settings, blocks, signals=settings.signals)
-        run = simulate(biped, slope, contact, state, settings, lanes=blocks, assembly=assembly)
+        assembly = build(biped, slope, contact, settings, rows, signals=settings.signals, rough=laid is not None)
+        run = simulate(biped, slope, contact, state, settings, lanes=rows, blocks=laid, assembly=assembly)
         return assembly, run, sample(run.trajectory, biped, slope, settings.sampling_rate_hz)
 
     return to_accuracy(
@@ -98,10 +101,10 @@ def contact_signals(
     (0, 2) where `signals` does not name it.
     """
     position, velocity = walked.trajectory.at(walk.time)
-    held = walked.trajectory.in_play(walk.time)
+    held, ground = walked.trajectory.in_play(walk.time), walked.trajectory.under(walk.time)
     penetration, slip = np.zeros_like(held, dtype=float), np.zeros_like(held, dtype=float)
     for leg in (0, 1):
-        depth, _, sliding = foot_kinematics(position, velocity, leg, radii[leg])
+        depth, _, sliding = foot_kinematics(position, velocity, leg, radii[leg], ground[:, leg])
         touching = held[:, leg] & (depth > 0.0)
         penetration[:, leg] = np.where(touching, depth, 0.0)
         slip[:, leg] = np.where(touching, sliding, 0.0)

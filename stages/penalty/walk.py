@@ -13,6 +13,7 @@ from stages.analytic.integration.phase import EVENT, FALL, STEP_LIMIT, TIME_LIMI
 from stages.biped.accuracy.scales import Scales, scales_of
 from stages.biped.design import Biped
 from stages.biped.kinematics import Coordinate, Motion, constant, shifted, swing_point_motion
+from stages.ground.blocks import Laid
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.model.walker import (
@@ -69,7 +70,7 @@ class Ongoing:
 
     `y`: state (12,), followed by any variations, changed in place, in `scales` as `p` is. `record`: rows of time [s],
     phase and state at the start of every step, or None if none are kept. `directions`: those of the
-    walker's numbers that the last variations go along.
+    walker's numbers that the last variations go along. A foot that goes out of play has the next of `blocks` under it.
     """
 
     p: Walker
@@ -92,6 +93,7 @@ class Ongoing:
     message: str = ""
     switches: list[tuple[float, int, bool]] = field(default_factory=list)
     directions: Directions | None = None
+    blocks: Laid | None = None
 
     @property
     def in_play(self) -> tuple[bool, bool]:
@@ -180,9 +182,23 @@ class Ongoing:
             self.heel_strikes += 1
             self.last_heel_strike, self.last_landed, self.since = self.time, leg, 0
             end = leg + 1 if self.heel_strikes >= self.wanted else end
+            if self.blocks and self.ahead(leg) > self.blocks.ends:
+                self.outcome, self.message = FELL, f"foot {leg} came down beyond its block at t = {self.time:.6g} s"
         elif acted != (status != feet.OUT):
             self.switches.append((self.time, leg, not acted))
+            self.lay(leg)
         self.phase = feet.phase_of(statuses[0], statuses[1], end)
+
+    def ahead(self, leg: int) -> float:
+        """How far a foot is ahead of the other [m]."""
+        own, other = (feet.place(self.y, self.p, which, self.y, 0)[0] for which in (leg, 1 - leg))
+        return (own - other) * self.scales.length
+
+    def lay(self, leg: int) -> None:
+        """Put the block of the next footfall under a foot that is out of play, or about to land."""
+        if self.blocks:
+            height = self.blocks.height(self.heel_strikes) / self.scales.length
+            self.p = self.p._replace(h_0=height) if leg == 0 else self.p._replace(h_1=height)
 
     def _end(self, status: int) -> None:
         """Why the integration ended before an event, in the words of the watch over Exudyn's runs."""
@@ -229,8 +245,13 @@ def simulate(
         walk.outcome, walk.message, trajectory, walk.heel_strikes, walk.steps, walk.evaluations, 0.0)
 
 
-def begin(p: Walker, scales: Scales, state: PlanarState, settings: Settings, steps: float) -> Ongoing:
-    """A walk about to begin from a state, through so many heel strikes. Rigid legs have their natural length."""
+def begin(
+    p: Walker, scales: Scales, state: PlanarState, settings: Settings, steps: float, blocks: Laid | None = None
+) -> Ongoing:
+    """A walk about to begin from a state, through so many heel strikes. Rigid legs have their natural length.
+
+    With `blocks` feet on which the ground acts stand on level ones, and no record is kept.
+    """
     y = np.array([
         *state.hip_position, *state.leg_angle, *state.leg_length, *state.hip_velocity, *state.leg_rate,
         *state.leg_length_rate,
@@ -243,7 +264,14 @@ def begin(p: Walker, scales: Scales, state: PlanarState, settings: Settings, ste
         statuses.append(feet.OUT if not acts else feet.LANDED if standing else feet.AWAITED)
     last = 1 if statuses[1] == feet.LANDED != statuses[0] else 0
     longest = settings.longest_step or PATIENCE * scales.time
-    return Ongoing(p, scales, y, feet.phase_of(statuses[0], statuses[1], 0), settings, longest, steps, last)
+    if blocks:
+        p = p._replace(x_ahead=blocks.begins / scales.length)
+    walk = Ongoing(
+        p, scales, y, feet.phase_of(statuses[0], statuses[1], 0), settings, longest, steps, last, blocks=blocks)
+    for leg in (0, 1):
+        if not state.in_play[leg]:
+            walk.lay(leg)
+    return walk
 
 
 def recorded(walk: Ongoing, state: PlanarState, biped: Biped, signals: Collection[str]) -> Trajectory:

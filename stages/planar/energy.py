@@ -43,11 +43,11 @@ def energy_balance(
     """
     time, weight = quadrature(trajectory.time, start, end)
     position, velocity = trajectory.at(time)
-    held = trajectory.in_play(time)
+    held, blocks = trajectory.in_play(time), trajectory.under(time)
     damper = damper_power(biped, velocity)
     normal_power, friction_power = np.zeros_like(time), np.zeros_like(time)
     for leg in (0, 1):
-        depth, rate, slip = foot_kinematics(position, velocity, leg, biped.foot_radii[leg])
+        depth, rate, slip = foot_kinematics(position, velocity, leg, biped.foot_radii[leg], blocks[:, leg])
         normal = np.where(held[:, leg], normal_force(contact, depth, rate), 0.0)
         normal_power += normal * rate
         friction_power += normal * friction_coefficient(contact, slip) * slip
@@ -55,7 +55,8 @@ def energy_balance(
     place, motion = trajectory.at(ends)
     at_ends = trajectory.in_play(ends)
     machine = np.diff(kinetic_energy(biped, place, motion) + spring_energy(biped, place))[0]
-    ground = np.diff(contact_energy(contact, biped.foot_radii, place, motion, at_ends))[0]
+    ground = np.diff(contact_energy(
+        contact, biped.foot_radii, place, motion, at_ends, trajectory.under(ends)))[0]  # fmt: skip
     weighed = dataclasses.replace(biped, hip_mass=biped.weighed_hip)
     gravity = np.diff(mass_moment(weighed, place) @ np.array(slope.gravity_vector))[0]
     losses = weight @ damper, weight @ normal_power - ground, weight @ friction_power
@@ -140,12 +141,16 @@ def spring_energy(biped: Biped, position: np.ndarray) -> np.ndarray:
 
 
 def contact_energy(
-    contact: ContactLaw, radii: tuple[float, float], position: np.ndarray, velocity: np.ndarray, held: np.ndarray
+    contact: ContactLaw, radii: tuple[float, float], position: np.ndarray, velocity: np.ndarray, held: np.ndarray,
+    ground: np.ndarray,
 ) -> np.ndarray:
-    """Energy in the springs of the contacts that are in play [J]: k_c p^(e+1) / (e+1), shape (n,)."""
+    """Energy in the springs of the contacts that are in play [J]: k_c p^(e+1) / (e+1), shape (n,).
+
+    `ground` (n, 2) [m]: heights of what the feet are over.
+    """
     exponent = contact.contact_exponent + 1.0
     energy = np.zeros(len(position))
     for leg in (0, 1):
-        depth = np.maximum(foot_kinematics(position, velocity, leg, radii[leg])[0], 0.0)
+        depth = np.maximum(foot_kinematics(position, velocity, leg, radii[leg], ground[:, leg])[0], 0.0)
         energy += np.where(held[:, leg], contact.stiffness_si * depth**exponent / exponent, 0.0)
     return energy

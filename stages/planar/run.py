@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -78,7 +78,8 @@ class Recorded:
     """Motion at the solver's own steps: times (n,) [s]; coordinates, their rates and accelerations, each (n, k).
 
     `in_play_at_start` tells for each leg (in the twin: pair of legs) whether the ground acted on its foot at first;
-    `switches` lists the changes: (time, leg, in play).
+    `switches` lists the changes: (time, leg, in play); `blocks` from when on a leg has a block of this height: (time,
+    leg, height [m]).
     """
 
     time: np.ndarray
@@ -87,10 +88,18 @@ class Recorded:
     acceleration: np.ndarray
     in_play_at_start: tuple[bool, bool]
     switches: tuple[tuple[float, int, bool], ...]
+    blocks: tuple[tuple[float, int, float], ...] = field(default=(), kw_only=True)
 
     def in_play(self, time: np.ndarray) -> np.ndarray:
         """Whether the ground acts on each foot at the given times, shape (n, 2)."""
         return acting(self.in_play_at_start, self.switches, time)
+
+    def under(self, time: np.ndarray) -> np.ndarray:
+        """Heights of the ground under each foot at the given times, (n, 2) [m]."""
+        heights = np.zeros((len(time), 2))
+        for moment, leg, height in self.blocks:
+            heights[time >= moment, leg] = height
+        return heights
 
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and rates at the given times [s], each (n, k), by Hermite interpolation between the steps.
@@ -143,15 +152,15 @@ class Trajectory(Recorded):
 
 
 def foot_kinematics(
-    position: np.ndarray, velocity: np.ndarray, leg: int, radius: float
+    position: np.ndarray, velocity: np.ndarray, leg: int, radius: float, ground: np.ndarray | float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Penetration [m], its rate [m/s] and slip velocity [m/s] of one leg's foot from columns as in `Trajectory`, or one
-    of their rows.
+    of their rows; `ground`: the height of what it is over [m].
     """
     angle, rate = position[..., 2 + leg], velocity[..., 2 + leg]
     reach, reach_rate = position[..., 4 + leg] - radius, velocity[..., 4 + leg]
     sine, cosine = np.sin(angle), np.cos(angle)
-    penetration = radius - (position[..., 1] - reach * cosine)
+    penetration = radius - (position[..., 1] - ground - reach * cosine)
     penetration_rate = -(velocity[..., 1] - reach_rate * cosine + reach * rate * sine)
     centre_velocity = velocity[..., 0] + reach_rate * sine + reach * rate * cosine
     return penetration, penetration_rate, centre_velocity + radius * rate

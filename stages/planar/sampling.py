@@ -48,12 +48,13 @@ def located(
 ) -> Events:
     """First touch-down and last lift-off of each leg between two moments at which it went out of play.
 
-    `depth` (n, 2) [m] of its lowest point under the ground, `depth_at` the same of a leg from
+    `depth` (n, 2) [m] of its lowest point under level ground, `depth_at` the same of a leg from
     coordinates and rates (k,). A foot that bounces at heel strike counts once. A leg still on the ground at the end has
     no toe-off yet. Times are found `within` so many seconds.
     """
     touch_downs: list[tuple[float, int]] = []
     lift_offs: list[tuple[float, int]] = []
+    depth = depth + run.under(run.time)
     for leg in (0, 1):
         for start, end, ended in _episodes(run, leg):
             inside = np.flatnonzero((run.time >= start) & (run.time <= end))
@@ -90,10 +91,10 @@ def _crossing(
     run: Recorded, depth_at: Callable[[np.ndarray, np.ndarray, int], float], leg: int, row: int, within: float
 ) -> float:
     """Time between two recorded rows at which a leg's lowest point is at the ground's surface."""
-    at = run.after(row)
+    at, block = run.after(row), float(run.under(run.time[row : row + 1])[0, leg])
 
     def depth(time: float) -> float:
-        return depth_at(*at(time), leg)
+        return depth_at(*at(time), leg) + block
 
     early, late = float(run.time[row]), float(run.time[row + 1])
     if depth(early) * depth(late) >= 0.0:
@@ -114,7 +115,7 @@ def peaks(
     recorded = trajectory.ground_reaction.shape[1] > 0
 
     def of_foot(time: np.ndarray, leg: int, kind: int) -> np.ndarray:
-        depth, rate, _ = foot_kinematics(*trajectory.at(time), leg, radii[leg])
+        depth, rate, _ = foot_kinematics(*trajectory.at(time), leg, radii[leg], trajectory.under(time)[:, leg])
         touches = trajectory.in_play(time)[:, leg]
         if recorded:  # there may be no ground between stepping blocks
             touches &= np.interp(time, trajectory.time, trajectory.ground_reaction[:, leg, 1]) > 0.0
@@ -174,7 +175,8 @@ def ground_reaction(trajectory: Trajectory, time: np.ndarray, radii: tuple[float
     So it is never negative between two steps, and it is none where the foot does not touch.
     """
     position, velocity = trajectory.at(time)
-    depths = [foot_kinematics(position, velocity, leg, radii[leg])[0] for leg in (0, 1)]
+    ground = trajectory.under(time)
+    depths = [foot_kinematics(position, velocity, leg, radii[leg], ground[:, leg])[0] for leg in (0, 1)]
     touching = (np.column_stack(depths) > 0.0) & trajectory.in_play(time)
     forces = np.asarray(PchipInterpolator(trajectory.time, trajectory.ground_reaction)(time))
     return np.asarray(forces * touching[:, :, None])

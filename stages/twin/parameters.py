@@ -10,6 +10,7 @@ from stages.biped.accuracy.tolerances import LOOSER, Accuracy, Level, accuracy, 
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.biped.rubber import Rubber
+from stages.ground.blocks import Blocks, overlap
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.planar.signals import GROUND_REACTION, IMU
@@ -61,9 +62,6 @@ class Settings(Rubber):
     outsole: float = parameter("m", "rubber on top of Table 1's foot radius and leg length", bound=Bound(minimum=0))
     scene: str = parameter("-", "plane: ground everywhere; ramp: stepping blocks only", choices=("plane", "ramp"))
     ramp_length: float = parameter("m", "length of the ramp", bound=Bound(above=0))
-    block_sets: int = parameter("1", "sets of stepping blocks on the ramp", bound=Bound(minimum=2, maximum=1000))
-    block_length: float = parameter("m", "length of a stepping block", bound=Bound(above=0))
-    block_width: float = parameter("m", "width of a stepping block", bound=Bound(above=0))
     expected_step: float = parameter(
         "m", "distance from set to set; 0: the step length of the simple model's gait", bound=Bound(minimum=0)
     )
@@ -127,29 +125,30 @@ class Settings(Rubber):
             yield Broken("foot_width", f"<= 2 inner_lane = {2.0 * self.inner_lane:g} m, or the inner feet overlap")
         if self.outer_lane - self.inner_lane < self.foot_width:
             yield Broken("outer_lane", f">= inner_lane + foot_width = {self.inner_lane + self.foot_width:g} m")
-        if self.scene == "ramp":
-            yield from self._broken_blocks()
 
-    def _broken_blocks(self) -> Iterator[Broken]:
-        if self.foot_width > self.block_width:
-            yield Broken("block_width", f">= foot_width = {self.foot_width:g} m")
-        if self.block_width > self.outer_lane - self.inner_lane:
+    def broken_ramp(self, blocks: Blocks) -> Iterator[Broken]:
+        """Blocks are no narrower than feet, and all find room on the ramp."""
+        if self.foot_width > blocks.block_width:
+            yield Broken("ground.block_width", f">= foot_width = {self.foot_width:g} m")
+        if blocks.block_width > self.outer_lane - self.inner_lane:
             apart = self.outer_lane - self.inner_lane
-            yield Broken("block_width", f"<= outer_lane - inner_lane = {apart:g} m, or blocks side by side overlap")
+            yield Broken(
+                "ground.block_width", f"<= outer_lane - inner_lane = {apart:g} m, or blocks side by side overlap")
         # without an expected step: the longest that the ramp has room for
-        step = self.expected_step or max(0.0, self.ramp_length - self.block_length) / (self.block_sets - 1)
-        fault = block_fault(self, step)
+        step = self.expected_step or max(0.0, self.ramp_length - blocks.block_length) / (blocks.block_sets - 1)
+        fault = block_fault(blocks, self.ramp_length, step)
         if fault is not None:
             yield fault
 
 
-def block_fault(settings: Settings, step: float) -> Broken | None:
+def block_fault(blocks: Blocks, ramp_length: float, step: float) -> Broken | None:
     """What is wrong with blocks for steps of this length [m]: they overlap in their lane, or the ramp is too short."""
-    if settings.block_length >= 2.0 * step:
-        return Broken("block_length", f"< two steps = {2.0 * step:.4g} m, or the blocks of a lane overlap")
-    needed = (settings.block_sets - 1) * step + settings.block_length
-    if needed > settings.ramp_length * (1.0 + 1e-12):
-        return Broken("ramp_length", f">= {needed:.4g} m, or {settings.block_sets} sets of blocks find no room")
+    fault = overlap(blocks.block_length, step)
+    if fault is not None:
+        return Broken(f"ground.{fault.key}", fault.allowed)
+    needed = (blocks.block_sets - 1) * step + blocks.block_length
+    if needed > ramp_length * (1.0 + 1e-12):
+        return Broken("twin.ramp_length", f">= {needed:.4g} m, or {blocks.block_sets} sets of blocks find no room")
     return None
 
 
@@ -161,10 +160,13 @@ class Parameters:
     slope: Slope
     contact: ContactLaw
     settings: Settings
+    blocks: Blocks = Blocks()
     level: Level = Level()
 
     def broken_rules(self) -> Iterator[Broken]:
-        """The bill of parts is possible and that of a design; point masses need no bill."""
+        """The bill of parts is possible and that of a design; point masses need no bill. Blocks fit their ramp."""
+        if self.settings.scene == "ramp":
+            yield from self.settings.broken_ramp(self.blocks)
         if self.settings.inertia == "parts":
             drawn = self.settings.drawn_for(self.biped)
             for fault in faults(self.settings.parts, self.settings.materials, drawn, self.biped):

@@ -10,12 +10,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from stages.ground.blocks import Blocks, BlocksDoNotFit
 from stages.ground.friction import SCALARS, Lane, lanes
 from stages.twin.parameters import Settings, block_fault
-
-
-class BlocksDoNotFit(ValueError):
-    """Blocks that overlap or do not find room on the ramp; the message says which."""
 
 
 @dataclass(frozen=True)
@@ -65,21 +62,21 @@ class Ramp:
         return math.copysign(max(0.0, abs(offset) - 0.5 * lane.length), offset)
 
 
-def lay_blocks(settings: Settings, step_length: float) -> Ramp:
+def lay_blocks(settings: Settings, blocks: Blocks, step_length: float) -> Ramp:
     """The ramp of the settings with blocks for steps of `step_length` [m], unless the settings give another.
 
     Raises BlocksDoNotFit.
     """
     step = settings.expected_step or step_length
-    fault = block_fault(settings, step)
+    fault = block_fault(blocks, settings.ramp_length, step)
     if fault is not None:
-        value = getattr(settings, fault.key)
-        raise BlocksDoNotFit(f"twin.{fault.key} = {value:g} m is not allowed for steps of {step:.4g} m; "
+        value = settings.ramp_length if fault.key.startswith("twin.") else blocks.block_length
+        raise BlocksDoNotFit(f"{fault.key} = {value:g} m is not allowed for steps of {step:.4g} m; "
                              f"allowed: {fault.allowed}")
     return Ramp(
-        lanes=lanes(step, settings.block_length),
-        sets=settings.block_sets,
-        width=settings.block_width,
+        lanes=lanes(step, blocks.block_length),
+        sets=blocks.block_sets,
+        width=blocks.block_width,
         length=settings.ramp_length,
         tracks=(settings.inner_lane, settings.outer_lane),
     )
@@ -89,15 +86,15 @@ def lay_blocks(settings: Settings, step_length: float) -> Ramp:
 SPARE = 1.25
 
 
-def laid(settings: Settings, step_length: float) -> Ramp:
+def laid(settings: Settings, blocks: Blocks, step_length: float) -> Ramp:
     """The ramp of the scene; of a walk on the plane one that fits steps of this length [m], whatever they are.
 
     Raises BlocksDoNotFit where the scene is the ramp.
     """
     if settings.scene != "plane":
-        return lay_blocks(settings, step_length)
+        return lay_blocks(settings, blocks, step_length)
     step = settings.expected_step or step_length
-    block = min(settings.block_length, 0.5 * step)
-    least = (settings.block_sets - 1) * step + block
+    shorter = replace(blocks, block_length=min(blocks.block_length, 0.5 * step))
+    least = (blocks.block_sets - 1) * step + shorter.block_length
     length = min(max(settings.ramp_length, least), SPARE * least)
-    return lay_blocks(replace(settings, block_length=block, ramp_length=length), step_length)
+    return lay_blocks(replace(settings, ramp_length=length), shorter, step_length)

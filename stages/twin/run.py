@@ -45,20 +45,22 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises ValueError if the
     parts do not add up to the design, BeyondModel for feet that are put down at a time, BlocksDoNotFit if the ramp has
-    no room for its blocks, NotMet if an accuracy is asked for that the walk does not keep with the finest settings.
+    no room for its blocks or they overlap, NotMet if an accuracy is asked for that the walk does not keep with the
+    finest settings.
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
     analytic = inputs.analytic
     machine, plain = machine_of(biped, settings), dataclasses.replace(biped, **PLAIN)
     start = rolling_start(machine, contact, analytic.mid_stance, analytic.walk.standing_force)
-    ramp = lay_blocks(settings, analytic.gait.step_length_m) if settings.scene == "ramp" else None
+    ramp = lay_blocks(settings, parameters.blocks, analytic.gait.step_length_m) if settings.scene == "ramp" else None
+    laid = parameters.blocks.under(0, analytic.gait.fixed_point.feet_apart(biped.foot_radii))
     progress(0.0, f"walking {settings.steps} steps in space")
 
     pendulum_time = scales_of(biped, slope.gravity).time
 
     def walked_with(settings: Settings) -> tuple[SpatialTree, Record, Signals]:
         tree = SpatialTree(machine, slope, contact)
-        record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp, tree=tree)
+        record = simulate_twin(machine, slope, contact, start, settings, ramp=ramp, blocks=laid, tree=tree)
         strikes = find_events(record).heel_strike_time
         times = refined_times(float(record.time[-1]), settings.sampling_rate_hz, strikes, pendulum_time)
         return tree, record, sample(record, times, settings)

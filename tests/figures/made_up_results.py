@@ -19,6 +19,7 @@ from stages.drawing import style
 from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
+from stages.ground.blocks import Blocks
 from stages.model_error.result import Result as ModelError
 from stages.studies.result import COMPLETED
 from stages.tradeoff.result import Errors, Reference, Row
@@ -231,7 +232,7 @@ def machine(outsole=0.0):
     return Drawn(
         parts=parts, inertia="parts", inner_lane=0.04, outer_lane=0.085, foot_width=0.02, outsole=outsole,
         outsole_arc=0.112,
-        ramp_length=2.0, block_sets=11, block_length=0.08, block_width=0.045, expected_step=0.0, scene="ramp",
+        ramp_length=2.0, expected_step=0.0, scene="ramp",
         hip_socket=(0.0, 0.0, 0.0), foot_socket=(0.0, -0.233, 0.04),
     )  # fmt: skip
 
@@ -242,7 +243,7 @@ def parameters(level="paper"):
         biped=SimpleNamespace(foot_radius=0.083, leg_length=0.333, hip_mass=0.3, foot_mass=0.3, foot_com=0.1,
                               total_mass=0.9, detailed=False),
         twin=machine(),
-        slope=SimpleNamespace(angle=np.radians(2), gravity=9.81), contact=DEFAULTS,
+        slope=SimpleNamespace(angle=np.radians(2), gravity=9.81), contact=DEFAULTS, blocks=Blocks(),
         settings=Settings(3e-4, 5e-3, 101, 80, True), level=Level(level),
     )  # fmt: skip
 

@@ -14,11 +14,12 @@ from pipeline.parameters.loading import load
 from stages.drawing import style
 from stages.figures import view
 from stages.figures.drawn import figure_09_section
+from stages.ground.blocks import Blocks, BlocksDoNotFit
 from stages.stability.parameters import Parameters as Stability
 from stages.twin.exports.solids import box, ring
 from stages.twin.machine.parts import Part
 from stages.twin.parameters import Parameters
-from stages.twin.ramp import BlocksDoNotFit, laid
+from stages.twin.ramp import laid
 from tests.comparison.made_up import make_walk
 
 NATURAL, RADIUS = 0.333, 0.083
@@ -105,11 +106,11 @@ def test_pale_paint_is_nearer_to_white():
 @pytest.mark.parametrize("step", [0.01, 0.05, 0.161, 0.4, 1.5])
 def test_there_are_blocks_for_steps_of_any_length(repository, step):
     settings = load(repository / "params", [], {"twin": Parameters}, [Parameters, Stability])["twin"].settings
-    ramp = laid(settings, step)
-    assert ramp.step == step and 2 <= ramp.sets <= settings.block_sets
-    assert ramp.lanes[0].length <= settings.block_length
+    ramp, blocks = laid(settings, Blocks(), step), Blocks()
+    assert ramp.step == step and 2 <= ramp.sets <= blocks.block_sets
+    assert ramp.lanes[0].length <= blocks.block_length
     with pytest.raises(BlocksDoNotFit):
-        laid(dataclasses.replace(settings, scene="ramp"), 1.5)
+        laid(dataclasses.replace(settings, scene="ramp"), blocks, 1.5)
 
 
 def test_triangles_in_a_pdf_are_those_that_matplotlib_writes(monkeypatch):

@@ -44,7 +44,7 @@ def test_the_record_grows_with_the_run_and_holds_its_sensors_alone(scene, start)
 def test_what_a_scene_leaves_out_costs_nothing(scene, start):
     """Values of laws and scenes that are not chosen change neither the solver's steps nor a bit of the walk."""
     coarse = scene.but(tolerance=1e-5, largest_step=2e-3)
-    idle = coarse.but(block_length=0.05, rolling_step=1e-3, impact_step=5e-4, impact_window=0.05, restitution=0.7,
+    idle = coarse.but(rolling_step=1e-3, impact_step=5e-4, impact_window=0.05, restitution=0.7,
                       impact_speed=2.0)  # fmt: skip
     usual, other = (each.walk(start, steps=1) for each in (coarse, idle))
     assert other.solver_steps == usual.solver_steps

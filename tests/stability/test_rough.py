@@ -26,7 +26,7 @@ from tests.analytic.test_questions import Listener
 def rough_of(design, rms, tolerance=1e-6):
     """The design in its gait on blocks of this rms height [m]."""
     walker, point = found_gait(design)
-    return Rough(walker, point.z, rms / walker.length, tolerance)
+    return Rough(walker, point.z, rms / walker.length, Blocks().block_length / walker.length, tolerance)
 
 
 def readable_step(walker, y, rise, begins):

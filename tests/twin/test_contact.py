@@ -36,7 +36,7 @@ def test_a_pair_of_feet_that_stands_straight_feels_the_planar_models_force(param
     for depth, upward, forward, turn in ((2e-5, -0.2, 0.003, 0.1), (1e-4, 0.05, 0.7, -0.4), (3e-4, -0.3, -2.0, 0.5)):
         q, v = np.zeros(COUNT), np.zeros(COUNT)
         q[Y], v[X], v[Y], v[PITCH] = machine.length[0] - depth, forward, upward, turn
-        force = feet_forces(q, v, np.array([1.0, 0.0]), machine.feet, numbers)[1].sum(axis=0)
+        force = feet_forces(q, v, np.array([1.0, 0.0, 0.0, 0.0]), machine.feet, numbers)[1].sum(axis=0)
         planar = disc_force(law, radius, radius - depth, forward + reach * turn, upward, turn, SCALARS)
         assert force[:2] == pytest.approx(planar, rel=1e-9, abs=1e-12) and force[2] == 0.0
 
@@ -46,7 +46,7 @@ def test_power_of_the_forces_is_that_of_the_generalized_forces(parameters, machi
     numbers, touching = point_law(parameters.contact), 0
     for place, motion in zip(q, v, strict=True):
         place[1] -= min(clearances(place, machine.feet)[0]) + 2e-5
-        generalized, force, power = feet_forces(place, motion, np.ones(2), machine.feet, numbers)
+        generalized, force, power = feet_forces(place, motion, np.array([1.0, 1.0, 0.0, 0.0]), machine.feet, numbers)
         assert generalized @ motion == pytest.approx(power, rel=1e-9, abs=1e-9)
         assert generalized[:3] == pytest.approx(force.sum(axis=0))
         touching += bool(force[:, 1].sum() > 0.0)
@@ -106,7 +106,7 @@ def test_where_the_feet_stand_resists_roll_and_yaw(parameters, machine, lanes, h
         """On an upright machine that stands on its inner pair."""
         q, v = np.zeros(COUNT), np.zeros(COUNT)
         q[Y], q[YAW], q[ROLL], q[HINGE], v[YAW] = machine.length[0] - 1.5e-5, yaw, roll, 0.3, spin
-        return feet_forces(q, v, np.array([1.0, 0.0]), feet, law)[0]
+        return feet_forces(q, v, np.array([1.0, 0.0, 0.0, 0.0]), feet, law)[0]
 
     for sign in (1.0, -1.0):
         assert sign * push(feet, roll=sign * 2e-4)[ROLL] < -1e-2

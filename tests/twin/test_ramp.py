@@ -8,13 +8,15 @@ import pytest
 
 from pipeline.errors import StudyError
 from pipeline.parameters.loading import load
+from stages.ground.blocks import Blocks, BlocksDoNotFit
+from stages.multibody.parameters import Parameters as Planar
 from stages.planar.run import COMPLETED
 from stages.stability.parameters import Parameters as Stability
 from stages.twin.parameters import Parameters
-from stages.twin.ramp import BlocksDoNotFit, lay_blocks
+from stages.twin.ramp import lay_blocks
 from stages.twin.walking.simulate import MISSED
 
-STEP = 0.16
+STEP, BLOCKS = 0.16, Blocks()
 
 
 @pytest.fixture(scope="module")
@@ -22,18 +24,19 @@ def on_blocks(machine, settings, walk_from):
     """Walk some steps on a ramp, pushed or not; keywords change the settings."""
 
     def walk(steps, push=None, step=STEP, **changes):
-        ramp = lay_blocks(dataclasses.replace(settings, scene="ramp", **changes), step)
+        blocks = Blocks(block_sets=changes.pop("block_sets", 11))
+        ramp = lay_blocks(dataclasses.replace(settings, scene="ramp", **changes), blocks, step)
         return walk_from(machine, steps, ramp=ramp, push=push, **{"scene": "ramp", "tolerance": 1e-5, **changes})
 
     return walk
 
 
 def test_sets_lie_a_step_apart_and_in_turn(settings):
-    ramp = lay_blocks(settings, STEP)
-    half, track = 0.5 * settings.block_length, (settings.inner_lane, settings.outer_lane)
-    for number in range(-2, settings.block_sets + 2):
+    ramp = lay_blocks(settings, BLOCKS, STEP)
+    half, track = 0.5 * BLOCKS.block_length, (settings.inner_lane, settings.outer_lane)
+    for number in range(-2, BLOCKS.block_sets + 2):
         own, other = number % 2, 1 - number % 2
-        there = 0 <= number < settings.block_sets
+        there = 0 <= number < BLOCKS.block_sets
         for x, inside in ((0.0, there), (0.99 * half, there), (-1.01 * half, False), (1.01 * half, False)):
             assert ramp.carries(own, number * STEP + x, -track[own], 0.01) == inside
         assert not ramp.carries(other, number * STEP, track[other], 0.01)
@@ -42,8 +45,8 @@ def test_sets_lie_a_step_apart_and_in_turn(settings):
 
 
 def test_a_foot_over_the_side_is_not_carried(settings):
-    ramp = lay_blocks(settings, STEP)
-    room = 0.5 * (settings.block_width - settings.foot_width)
+    ramp = lay_blocks(settings, BLOCKS, STEP)
+    room = 0.5 * (BLOCKS.block_width - settings.foot_width)
     assert ramp.carries(0, 0.0, settings.inner_lane + 0.99 * room, 0.5 * settings.foot_width)
     assert not ramp.carries(0, 0.0, settings.inner_lane + 1.01 * room, 0.5 * settings.foot_width)
 
@@ -82,25 +85,27 @@ def test_a_missed_block_ends_the_run_with_that_reason(on_blocks, changes, said):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ("block_length=0.6", "block_length = 0.6 m is not allowed; allowed: < two steps"),
-        ("block_width=0.05", "blocks side by side overlap"),
-        ("expected_step=0.3", "11 sets of blocks find no room"),
-        ("block_sets=1", "block_sets = 1"),
+        ("ground.block_length=0.6", "block_length is not allowed; allowed: < two steps"),
+        ("ground.block_width=0.05", "blocks side by side overlap"),
+        ("twin.expected_step=0.3", "11 sets of blocks find no room"),
+        ("ground.block_sets=1", "block_sets = 1"),
+        ("twin.block_length=0.06", 'there is no parameter "block_length" in twin; did you mean "ground.block_length"?'),
+        ("multibody.block_length=0.06", 'did you mean "ground.block_length"?'),
     ],
 )
 def test_impossible_blocks_are_refused_with_the_parameters(repository, change, said):
-    overrides = ["twin.scene=ramp", f"twin.{change}"]
+    overrides = ["twin.scene=ramp", change]
     with pytest.raises(StudyError) as refused:
-        load(repository / "params", overrides, {"twin": Parameters}, [Parameters, Stability])
+        load(repository / "params", overrides, {"twin": Parameters}, [Parameters, Planar, Stability])
     assert said in str(refused.value) and len(refused.value.sentences) == 1
 
 
 def test_blocks_that_overlap_at_the_gaits_step_are_refused(settings):
     with pytest.raises(BlocksDoNotFit, match=r"block_length = 0.35 m .* the blocks of a lane overlap$"):
-        lay_blocks(dataclasses.replace(settings, block_length=0.35), STEP)
+        lay_blocks(settings, Blocks(block_length=0.35), STEP)
 
 
 @pytest.mark.slow
 def test_the_whole_ramp_is_walked(settings, on_blocks):
     record = on_blocks(settings.steps, step=0.1612, tolerance=settings.tolerance)
-    assert record.outcome == COMPLETED and record.heel_strikes == settings.block_sets - 1
+    assert record.outcome == COMPLETED and record.heel_strikes == BLOCKS.block_sets - 1

@@ -156,12 +156,12 @@ def judge_push_converges(
 
 
 def ramp_length(e: Evidence) -> tuple[float, float, float, float, float]:
-    settings = e.parameters.twin
+    settings, block = e.parameters.twin, e.parameters.blocks.block_length
     step = settings.expected_step or e.results.analytic.gait.step_length_m
     radius = e.parameters.biped.foot_radius + settings.outsole
     reach, rolls = block_reach(e.results.twin.walk, radius, step, BLOCK_SETS)
-    needed = (BLOCK_SETS - 1) * step + settings.block_length
-    return step, needed, reach, rolls, settings.block_length
+    needed = (BLOCK_SETS - 1) * step + block
+    return step, needed, reach, rolls, block
 
 
 def judge_ramp_length(
@@ -233,7 +233,7 @@ STATEMENTS = (
         "11 sets one step apart find room on 2 m, and each foot of the twin comes down within its block",
         ramp_length,
         judge_ramp_length,
-        ("twin.block_length", "twin.expected_step", "twin.inertia"),
+        ("ground.block_length", "twin.expected_step", "twin.inertia"),
         units={"m": "step needed reach rolls block"},
         plain="A ramp of 2 m with 11 sets of blocks has room for the walk.",
     ),

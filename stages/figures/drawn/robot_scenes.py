@@ -117,7 +117,7 @@ POSES, STEPS_APART = 5, 2.2
 def draw_walk(axes: Axes, given: Given) -> None:
     """The ramp with poses of the walk where they were, each with its time."""
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
-    ramp = laid(twin, given.analytic.gait.step_length_m)
+    ramp = laid(twin, given.parameters.blocks, given.analytic.gait.step_length_m)
     camera = camera_of("twin", given)
     period = given.twin.settling.step_frequency_hz**-1
     times = walk.time[0] + STEPS_APART * period * np.arange(POSES)
@@ -186,7 +186,7 @@ WORDS = {"hip sensor": (0.16, 0.10), "foot sensor": (0.30, 0.10)}
 def draw_ramp(given: Given) -> Figure:
     """The whole ramp with the robot on it."""
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
-    ramp = laid(twin, given.analytic.gait.step_length_m)
+    ramp = laid(twin, given.parameters.blocks, given.analytic.gait.step_length_m)
     camera = camera_of("ramp", given)
     natural, large = biped.leg_length + twin.outsole, size(biped)
     moment = walk.time[0] + ALONG * (walk.time[-1] - walk.time[0])
@@ -223,7 +223,7 @@ def draw_ramp(given: Given) -> Figure:
 
 def caption_ramp(given: Given) -> str:
     twin = given.parameters.twin
-    ramp = laid(twin, given.analytic.gait.step_length_m)
+    ramp = laid(twin, given.parameters.blocks, given.analytic.gait.step_length_m)
     return (
         f"The ramp of {ramp.length:.4g} m at {np.degrees(given.parameters.slope.angle):.3g}° with {ramp.sets} sets "
         f"of stepping blocks, {1e3 * ramp.step:.0f} mm apart, for inner and outer feet in turn: a swinging foot goes "
@@ -250,7 +250,7 @@ def moments(walk: Walk) -> np.ndarray:
 def draw_steps(given: Given) -> Figure:
     """A picture a step; the camera goes along."""
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
-    ramp = laid(twin, given.analytic.gait.step_length_m)
+    ramp = laid(twin, given.parameters.blocks, given.analytic.gait.step_length_m)
     camera = camera_of("steps", given)
     bodies, natural, large = of_twin(twin, biped, SMALL), biped.leg_length + twin.outsole, size(biped)
     poses = [view.pose_at(walk, float(time), natural) for time in moments(walk)]

@@ -81,21 +81,23 @@ def symbolic_user_function(mbs: Any, function: Callable[..., list[Any]]) -> Any:
 
 def add_ground(
     mbs: Any, law: ContactLaw, radii: Sequence[float], discs: Sequence[Any], lanes: Lanes = None, *,
-    compiled: bool = True
-) -> tuple[list[Any], list[Any]]:
+    compiled: bool = True, rough: bool = False
+) -> tuple[list[Any], list[Any], list[Any]]:
     """Let the ground act on planar feet of these radii [m] whose disc centres carry these markers.
 
-    Gives their laws, to be kept, and connectors.
+    Gives their laws, to be kept, connectors, and what they stand on: each on its own if the ground is `rough`.
 
     `compiled=False` calls Python instead, to measure what that costs.
     """
-    plane = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=mbs.AddObject(items.ObjectGround())))
+    grounds = [mbs.AddObject(items.ObjectGround()) for _ in discs[: len(discs) if rough else 1]]
+    planes = [mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=ground)) for ground in grounds]
     feet = zip(radii, lanes or (None, None), strict=True)
     if compiled:
         laws = [symbolic_user_function(mbs, planar_connector_law(law, radius, lane)) for radius, lane in feet]
     else:
         laws = [planar_connector_law(law, radius, lane, SCALARS) for radius, lane in feet]
-    return laws, [add_connector(mbs, plane, disc, own) for disc, own in zip(discs, laws, strict=True)]
+    return laws, [add_connector(mbs, planes[leg if rough else 0], disc, own)
+                  for leg, (disc, own) in enumerate(zip(discs, laws, strict=True))], grounds  # fmt: skip
 
 
 def add_connector(mbs: Any, plane: Any, place: Any, law: Any) -> Any:

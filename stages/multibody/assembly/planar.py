@@ -73,14 +73,15 @@ class Planar(System, ABC):
 
     def __init__(
         self, biped: Biped, slope: Slope, contact: ContactLaw, lanes: Lanes = None, *, compiled: bool = True,
-        signals: Collection[str] = SIGNALS
+        signals: Collection[str] = SIGNALS, rough: bool = False
     ) -> None:
         super().__init__()
         self.biped, self.legs = biped, (biped.leg(0), biped.leg(1))
         self.foot_radii = biped.foot_radii  # looked at after every step
         self.add_bodies(slope, signals)
-        self.laws, self.contacts = add_ground(
-            self.mbs, contact, self.foot_radii, self.discs, lanes, compiled=compiled)
+        self.laws, self.contacts, self.grounds = add_ground(
+            self.mbs, contact, self.foot_radii, self.discs, lanes, compiled=compiled, rough=rough)
+        self.heights = [0.0, 0.0]
         self._add_hip(slope)
         for leg, connector in enumerate(self.contacts if GROUND_REACTION in signals else ()):
             self.keep(f"ground {leg}", items.SensorObject, objectNumber=connector,
@@ -128,12 +129,17 @@ class Planar(System, ABC):
         """Let the ground act on a leg's foot, or not."""
         self.mbs.SetObjectParameter(self.contacts[leg], "activeConnector", bool(acts))
 
+    def set_height(self, leg: int, height: float) -> None:
+        """Put a block of this height [m] under a leg's foot; the ground is a rough one."""
+        self.heights[leg] = height
+        self.mbs.SetObjectParameter(self.grounds[leg], "referencePosition", [0.0, height, 0.0])
+
     def look(self) -> Look:
         """Where it is at the current step."""
         x, y, angles, lengths = self.pose()
-        (a, b), (first, other), radii = angles, lengths, self.foot_radii
+        (a, b), (first, other), radii, under = angles, lengths, self.foot_radii, self.heights
         first, other = first - radii[0], other - radii[1]
-        clearance = y - first * math.cos(a) - radii[0], y - other * math.cos(b) - radii[1]
+        clearance = y - under[0] - first * math.cos(a) - radii[0], y - under[1] - other * math.cos(b) - radii[1]
         place = x + first * math.sin(a), x + other * math.sin(b)
         return Look(y, angles, clearance, place, x + y + a + b + lengths[0] + lengths[1])
 

@@ -9,6 +9,7 @@ from collections.abc import Collection
 from functools import partial
 
 from stages.biped.design import Biped
+from stages.ground.blocks import Laid
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import SCALARS, Lane
 from stages.ground.slope import Slope
@@ -29,18 +30,19 @@ def build(
     *,
     compiled: bool = True,
     signals: Collection[str] = SIGNALS,
+    rough: bool = False,
 ) -> Planar:
     """The assembly that the settings choose, with sensors for `signals`, see `stages.planar.run`.
 
-    `compiled=False` evaluates the contact in Python, for benchmarks.
+    `compiled=False` evaluates the contact in Python, for benchmarks. A `rough` ground has heights.
     """
     if settings.assembly == "tree":
         from stages.multibody.assembly.tree import Tree
 
-        return Tree(biped, slope, contact, lanes, compiled=compiled, signals=signals)
+        return Tree(biped, slope, contact, lanes, compiled=compiled, signals=signals, rough=rough)
     from stages.multibody.assembly.joints import Joints
 
-    return Joints(biped, slope, contact, lanes, compiled=compiled, signals=signals)
+    return Joints(biped, slope, contact, lanes, compiled=compiled, signals=signals, rough=rough)
 
 
 def simulate(
@@ -53,6 +55,7 @@ def simulate(
     steps: int | None = None,
     duration: float | None = None,
     lanes: tuple[Lane, Lane] | None = None,
+    blocks: Laid | None = None,
     assembly: Planar | None = None,
 ) -> Run:
     """Walk from `state` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
@@ -60,9 +63,10 @@ def simulate(
     The walk ends in the solver step in which the hip passes over the foot that landed last, or after `duration` [s] if
     that is given. A fall, a standstill or a failure of the solver ends it earlier and is told by the run's outcome.
     With `lanes` the feet stand on stepping blocks instead of the ideal ground, see `stages.multibody.walking.watch`.
-    Pass a built `assembly` of the same design (and the same lanes) to save building it again.
+    `blocks` have drawn heights. Pass a built `assembly` of the same design (and the same lanes; rough for blocks) to
+    save building it again.
     """
-    machine = assembly or build(biped, slope, contact, settings, lanes)
+    machine = assembly or build(biped, slope, contact, settings, lanes, rough=blocks is not None)
     if lanes:
         state = dataclasses.replace(state, in_play=_over_blocks(state, biped.foot_radii, lanes))
     standing = _standing(state, biped.foot_radii)
@@ -76,8 +80,10 @@ def simulate(
         landed=standing,
         last_landed=1 if standing == [False, True] else 0,
         most_calls=settings.most_solver_steps,
+        blocks=blocks,
     )
     machine.start(state)
+    watch.lay_first()
     for leg in (0, 1) if lanes else ():  # the ground itself ends between blocks
         machine.set_in_play(leg, True)
     end = watch.limit if duration is None else duration
@@ -86,7 +92,7 @@ def simulate(
             else stepped_plan(settings, watch, end))  # fmt: skip
     solved = solve(machine, watch, plan, end, STALLED if duration is None else COMPLETED)
     trajectory = Trajectory(**solved.rows, in_play_at_start=state.in_play, switches=tuple(watch.switches),
-                            exact_acceleration=machine.exact_acceleration)  # fmt: skip
+                            blocks=tuple(watch.laid), exact_acceleration=machine.exact_acceleration)  # fmt: skip
     count = len(trajectory.time) - 1
     return Run(
         watch.outcome, watch.message, trajectory, watch.heel_strikes, count, solved.evaluations, solved.drift)

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
+from stages.ground.blocks import Laid
 from stages.ground.friction import SCALARS, Lane
 from stages.planar.run import COMPLETED, DIVERGED, FELL, RUNNING, STALLED, STEP_FLOOR
 
@@ -47,6 +48,9 @@ class Walker(Protocol):
     def set_in_play(self, leg: int, acts: bool) -> None:
         """Let the ground act on a leg's foot, or not."""
 
+    def set_height(self, leg: int, height: float) -> None:
+        """Put a block of this height [m] under a leg's foot."""
+
 
 @dataclass(frozen=True)
 class Words:
@@ -67,7 +71,7 @@ class Watch:
     `fallen` [m] is the height of the hip at which the walker has fallen. `in_play` and `landed` tell which feet stand
     on the ground at the start, `last_landed` which of them landed last; `refine` may ask for a pause to change the step
     size. After `most_calls` solver steps without a heel strike the solver is stuck. `approach` [m] is the height of a
-    foot that comes down.
+    foot that comes down. A foot that leaves its place has the next of the `blocks` under it; `laid` lists them.
     """
 
     walker: Walker
@@ -86,6 +90,8 @@ class Watch:
     heel_strikes: int = 0
     last_heel_strike: float = 0.0
     approach: float = math.inf
+    blocks: Laid | None = None
+    laid: list[tuple[float, int, float]] = field(default_factory=list)
     calls: int = 0
     stuck: int = 0
     previous: float = -1.0
@@ -129,12 +135,15 @@ class Watch:
     def switch(self, time: float, look: Look) -> None:
         """Let the ground act on the feet by the ideal rule, and count heel strikes."""
         for leg in (0, 1):
-            ahead = look.place[leg] > look.place[1 - leg]
+            ahead = look.place[leg] - look.place[1 - leg]
             if look.clearance[leg] <= 0.0:
+                if self.blocks and ahead > self.blocks.ends and self.in_play[leg] and not self.landed[leg]:
+                    self.end(FELL, f"foot {leg} came down beyond its block at t = {{t:.6g}} s")
+                    return
                 self.touch(time, leg)
-            elif self.in_play[leg] and not ahead and self.walker.leg_rate(leg) > 0.0:
+            elif self.in_play[leg] and not ahead > 0.0 and self.walker.leg_rate(leg) > 0.0:
                 self.set(time, leg, False)
-            elif not self.in_play[leg] and ahead:
+            elif not self.in_play[leg] and ahead > (self.blocks.begins if self.blocks else 0.0):
                 self.set(time, leg, True)
 
     def touch(self, time: float, leg: int) -> None:
@@ -150,6 +159,20 @@ class Watch:
         self.in_play[leg], self.landed[leg] = acts, False
         self.switches.append((time, leg, acts))
         self.walker.set_in_play(leg, acts)
+        self.lay(time, leg)
+
+    def lay(self, time: float, leg: int) -> None:
+        """Put the block of the next footfall under a foot that is out of play."""
+        if self.blocks and not self.in_play[leg]:
+            height = self.blocks.height(self.heel_strikes)
+            self.walker.set_height(leg, height)
+            self.laid.append((time, leg, height))
+
+    def lay_first(self) -> None:
+        """Put blocks under the feet as the walk begins: it stands on level ones."""
+        for leg in (0, 1) if self.blocks else ():
+            self.walker.set_height(leg, 0.0)
+            self.lay(0.0, leg)
 
 
 @dataclass
@@ -174,3 +197,4 @@ class BlocksWatch(Watch):
         """Note that a foot is over a block from now on, or not."""
         self.in_play[leg], self.landed[leg] = acts, False
         self.switches.append((time, leg, acts))
+        self.lay(time, leg)

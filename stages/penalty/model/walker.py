@@ -19,7 +19,8 @@ UNITS = (*["m"] * 2, *["rad"] * 2, *["m"] * 2, *["m/s"] * 2, *["rad/s"] * 2, *["
 
 class Penalty(NamedTuple):
     """Table 1's walker: the paper's symbols; one over the mass that moves along a leg, 0 for rigid legs; the height of
-    the hip under which the walker has fallen [m]; the contact law.
+    the hip under which the walker has fallen [m]; heights of the blocks under leg 0 and 1, and how far ahead of the
+    foot that stands a block begins [m]; the contact law.
 
     The law's own type is part of this one: another law is other machine code.
     """
@@ -36,6 +37,9 @@ class Penalty(NamedTuple):
     g_y: float
     slide: float
     fallen: float
+    h_0: float
+    h_1: float
+    x_ahead: float
     law: PointLaw
 
 
@@ -74,6 +78,9 @@ class DetailedPenalty(NamedTuple):
     tau_h: float
     slide: float
     fallen: float
+    h_0: float
+    h_1: float
+    x_ahead: float
     law: PointLaw
 
 
@@ -83,7 +90,8 @@ Walker = Penalty | DetailedPenalty
 def build_penalty(
     biped: Biped, gravity: tuple[Any, Any], contact: ContactLaw, fallen: float, scales: Scales = SI
 ) -> Walker:
-    """The walker of a design under gravity in the slope frame [m/s^2], in `scales`; `fallen` in leg lengths.
+    """The walker of a design under gravity in the slope frame [m/s^2], in `scales`, on even ground; `fallen` in leg
+    lengths.
 
     A number with a small imaginary part carries it on (complex step).
     """
@@ -95,7 +103,8 @@ def build_penalty(
             M=1.0 * biped.hip_mass, M_g=1.0 * biped.weighed_hip,
             first=leg_numbers(biped, 0, gravity), other=leg_numbers(biped, 1, gravity),
             k_h=1.0 * biped.hip_stiffness, b_h=1.0 * biped.hip_damping, phi_h=1.0 * biped.hip_rest_angle,
-            tau_h=1.0 * biped.hip_friction, slide=0.0 if rigid else 1.0, fallen=height, law=contact.numbers,
+            tau_h=1.0 * biped.hip_friction, slide=0.0 if rigid else 1.0, fallen=height, h_0=0.0, h_1=0.0, x_ahead=0.0,
+            law=contact.numbers,
         )  # fmt: skip
     return Penalty(
         M=1.0 * biped.hip_mass,
@@ -110,6 +119,9 @@ def build_penalty(
         g_y=gravity[1],
         slide=0.0 if rigid else 1.0 / biped.foot_mass,
         fallen=height,
+        h_0=0.0,
+        h_1=0.0,
+        x_ahead=0.0,
         law=contact.numbers,
     )
 

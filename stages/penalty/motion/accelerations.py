@@ -16,7 +16,7 @@ from stages.penalty.compiled import compiled
 from stages.penalty.model.legs import leg_of, leg_terms
 from stages.penalty.model.walker import DetailedPenalty, LegNumbers, Penalty, Walker
 from stages.penalty.motion.contact import foot_force
-from stages.penalty.motion.feet import acts_on
+from stages.penalty.motion.feet import acts_on, block_under
 from stages.penalty.motion.hip import hip_load
 
 Vector = np.ndarray
@@ -27,7 +27,8 @@ Forces = tuple[float, float, float, float]
 @compiled
 def terms_of(y: Vector, leg: int, p: Walker) -> Numbers:
     """`leg_terms` of a leg of the state (12,)."""
-    return leg_terms(y[1], y[2 + leg], y[4 + leg], y[6], y[7], y[8 + leg], y[10 + leg], leg_of(p, leg))
+    above = y[1] - block_under(p, leg)
+    return leg_terms(above, y[2 + leg], y[4 + leg], y[6], y[7], y[8 + leg], y[10 + leg], leg_of(p, leg))
 
 
 @compiled

@@ -53,13 +53,19 @@ def acts_on(phase: int, leg: int) -> bool:
 
 
 @compiled
+def block_under(p: Walker, leg: int) -> float:
+    """Height of the block under a foot [m]."""
+    return p.h_0 if leg == 0 else p.h_1
+
+
+@compiled
 def height(y: Vector, p: Walker, leg: int, dy: Vector, start: int) -> Change:
-    """Height of a foot's lowest point above the ground [m], and its change for that of the state in `dy` from `start`.
+    """Height of a foot's lowest point above its ground [m], and its change for that of the state in `dy` from `start`.
     """
     radius = leg_of(p, leg).r
     reach, sine, cosine = y[4 + leg] - radius, sin(y[2 + leg]), cos(y[2 + leg])
     change = dy[start + 1] + reach * sine * dy[start + 2 + leg] - cosine * dy[start + 4 + leg]
-    return y[1] - reach * cosine - radius, change
+    return y[1] - block_under(p, leg) - reach * cosine - radius, change
 
 
 @compiled
@@ -77,8 +83,8 @@ def leg_guard(phase: int, y: Vector, p: Walker, leg: int, dy: Vector, start: int
     clear = above - AIR * leg_of(p, leg).L_nat
     own, other = place(y, p, leg, dy, start), place(y, p, 1 - leg, dy, start)
     ahead, gain = own[0] - other[0], own[1] - other[1]
-    if status == OUT:  # until it is both above and ahead
-        return (-clear, -rise) if clear < ahead else (-ahead, -gain)
+    if status == OUT:  # until it is above its block, and ahead
+        return (-clear, -rise) if clear < ahead - p.x_ahead else (p.x_ahead - ahead, -gain)
     value, change = -clear, -rise  # until it is above, behind, and swings forward
     if ahead > value:
         value, change = ahead, gain

@@ -1,8 +1,8 @@
 """Walks of the constraint model over blocks of drawn heights, step by step until a fall.
 
-The rule (docs/model.md): footfall n lands on block n, which begins half a step ahead of the foot that stands, and
-stands on its height until it leaves. The first two blocks are level, and the walk starts on them in its gait. A step
-that does not end with a foot landing ahead and the hip between both feet is a fall.
+The rule (docs/model.md): footfall n lands on block n, whose middle is where a foot of the gait would land, and stands
+on its height until it leaves. The first two blocks are level, and the walk starts on them in its gait. A step
+that does not end with a foot on its block and the hip between both feet is a fall.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A
 from stages.analytic.integration.phase import walk_step
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.guards import foot_clearance
-from stages.analytic.result import REACHES
+from stages.analytic.result import OTHERWISE, REACHES
 from stages.ground.blocks import drawn_heights
 
 #: Heights that are drawn at once, and the last of them before a fall that are kept.
@@ -38,12 +38,13 @@ class Standing:
 
 @dataclass(frozen=True)
 class Rough:
-    """A walker on blocks of a root mean square height of `rms` leg lengths, and the section coordinates of its gait."""
+    """A walker, the section coordinates of its gait, and blocks: rms of their heights and `length`, in leg lengths."""
 
     walker: Walker
     z: Vector
     rms: float
-    tolerance: float
+    length: float
+    tolerance: float = TOLERANCE
 
     @cached_property
     def start(self) -> Standing:
@@ -51,17 +52,28 @@ class Rough:
         return Standing(start_state(self.walker, self.z))
 
     @cached_property
+    def middle(self) -> float:
+        """How far ahead of the foot that stands the middle of a block is: the distance of the feet in the gait."""
+        return self.apart(self.start.y, 0)
+
+    @property
     def begins(self) -> float:
-        """How far ahead of the foot that stands a block begins: half the distance of the feet in the gait."""
-        y = self.start.y
-        return -0.5 * float(foot_clearance(y, self.walker.exchanged.p, y, 0)[2])
+        """How far ahead it begins."""
+        return self.middle - 0.5 * self.length
+
+    def apart(self, y: Vector, leg: int) -> float:
+        """How far ahead of the other foot a leg has just landed."""
+        return -float(foot_clearance(y, self.walker.on(leg).p, y, 0)[2])
 
     def step(self, at: Standing, height: float) -> tuple[Standing, int]:
         """The step onto a block of this height, in rms; and how it ends, a place in `ENDINGS`, REACHES if no fall."""
         y = at.y.copy()
         p = self.walker.on(at.leg).p._replace(h_ahead=self.rms * (height - at.height), x_ahead=self.begins)
         status, *_ = walk_step(y, p, self.tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, None)
-        return Standing(y, 1 - at.leg, height), int(unlanded(status, y))
+        ending = int(unlanded(status, y))
+        if ending == REACHES and self.apart(y, 1 - at.leg) > self.middle + 0.5 * self.length:
+            ending = OTHERWISE
+        return Standing(y, 1 - at.leg, height), ending
 
 
 @dataclass(frozen=True)

@@ -87,10 +87,11 @@ def rough_of(parameters: Parameters, z: Sequence[float]) -> Rough:
     import numpy as np
 
     from stages.analytic.gait.design_point import DesignPoint
-    from stages.stability.blocks.walks import TOLERANCE, Rough
+    from stages.stability.blocks.walks import Rough
 
     walker = DesignPoint(parameters.biped, parameters.slope).walker()
-    return Rough(walker, np.array(z), parameters.blocks.block_height_rms / walker.length, TOLERANCE)
+    blocks = parameters.blocks
+    return Rough(walker, np.array(z), blocks.block_height_rms / walker.length, blocks.block_length / walker.length)
 
 
 def walked(parameters: Parameters, z: Sequence[float], part: int) -> list[list[float]]:

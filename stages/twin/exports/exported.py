@@ -230,5 +230,5 @@ def exported(parameters: Parameters) -> Exported:
     walk, upright = walk_from_mid_stance(walker, point.z, 1, TOLERANCE, SAMPLES_A_SECOND)
     machine = build(biped, settings)
     start = rolling_start(machine, parameters.contact, upright, walk.standing_force)
-    ramp = laid(settings, describe(walker, point).step_length_m)
+    ramp = laid(settings, parameters.blocks, describe(walker, point).step_length_m)
     return Exported(machine, settings, slope, parameters.contact, start, ramp, shown_parts(settings, biped))

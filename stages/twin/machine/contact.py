@@ -39,11 +39,12 @@ def point_law(contact: ContactLaw) -> PointLaw:
 
 @compiled
 def feet_forces(
-    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: PointLaw
+    q: np.ndarray, v: np.ndarray, ground: np.ndarray, feet: np.ndarray, law: PointLaw
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Generalized forces (11,), force on each foot (4, 3) [N], and the power of all of them [W].
 
-    q, v: coordinates and rates; in_play (2,): whether the ground acts on each pair; feet: `Machine.feet`.
+    q, v: coordinates and rates; ground (4,): whether it acts on each pair, and its heights under them; feet:
+    `Machine.feet`.
     """
     total = np.zeros(11)
     force = np.zeros((4, 3))
@@ -52,8 +53,9 @@ def feet_forces(
     b0, b1, b2 = sr * sy, cr, sr * cy  # upright axis before pitch; forward axis (cy, 0, -sy)
     a0, a1, a2 = cr * sy, -sr, cr * cy  # hip axis
     for leg in range(4):
-        if in_play[leg // 2] == 0.0:
+        if ground[leg // 2] == 0.0:
             continue
+        hip = q[1] - ground[2 + leg // 2]
         slide = 6 + leg + leg // 2
         angle, spin = q[5], v[5]
         if leg > 1:
@@ -62,7 +64,7 @@ def feet_forces(
         lane, radius, length, half = feet[leg, 0], feet[leg, 1], feet[leg, 2], feet[leg, 3]
         reach = length - radius - q[slide]
         sine, cosine = math.sin(angle), math.cos(angle)
-        middle = q[1] - reach * cosine * cr - radius * cr - lane * sr
+        middle = hip - reach * cosine * cr - radius * cr - lane * sr
         if middle > half * abs(sr):
             continue
         u0, u1, u2 = -sine * cy + cosine * b0, cosine * b1, sine * sy + cosine * b2  # up the leg
@@ -72,7 +74,7 @@ def feet_forces(
             d0 = -reach * u0 - radius * b0 + across * a0  # from the hip to the contact point
             d1 = -reach * u1 - radius * b1 + across * a1
             d2 = -reach * u2 - radius * b2 + across * a2
-            depth = -(q[1] + d1)
+            depth = -(hip + d1)
             if depth <= 0.0:
                 continue
             s0 = v[0] + w1 * d2 - w2 * d1 + v[slide] * u0
@@ -101,38 +103,39 @@ def feet_forces(
 
 @compiled
 def generalized_force(work: np.ndarray, law: PointLaw) -> None:
-    """The generalized forces of `feet_forces` for the solver, which come last in `work` (51,).
+    """The generalized forces of `feet_forces` for the solver, which come last in `work` (53,).
 
-    Before them: coordinates, rates, whether the ground acts on each pair, and `Machine.feet` row by row. One array for
+    Before them: coordinates, rates, the ground as there, and `Machine.feet` row by row. One array for
     all costs less than to hand over three, which takes as long as the forces.
     """
-    force = feet_forces(work[:11], work[11:22], work[22:24], work[24:40].reshape((4, 4)), law)[0]
+    force = feet_forces(work[:11], work[11:22], work[22:26], work[26:42].reshape((4, 4)), law)[0]
     for row in range(11):
-        work[40 + row] = force[row]
+        work[42 + row] = force[row]
 
 
 @compiled
 def rigid_generalized_force(work: np.ndarray, law: PointLaw) -> None:
-    """The same for rigid legs: coordinates, rates and generalized forces are those of `RIGID_ROWS`, work (39,)."""
+    """The same for rigid legs: coordinates, rates and generalized forces are those of `RIGID_ROWS`, work (41,)."""
     place, motion = np.zeros(11), np.zeros(11)
     for row in range(7):
         wide = row if row < 6 else 8
         place[wide], motion[wide] = work[row], work[7 + row]
-    force = feet_forces(place, motion, work[14:16], work[16:32].reshape((4, 4)), law)[0]
+    force = feet_forces(place, motion, work[14:18], work[18:34].reshape((4, 4)), law)[0]
     for row in range(7):
-        work[32 + row] = force[row if row < 6 else 8]
+        work[34 + row] = force[row if row < 6 else 8]
 
 
 def solver_force(
     feet: np.ndarray, law: PointLaw, rigid: bool = False
 ) -> tuple[Callable[[Sequence[float], Sequence[float]], memoryview], np.ndarray]:
-    """`generalized_force` of coordinates and rates, and the array (2,) that tells it on which pairs the ground acts.
+    """`generalized_force` of coordinates and rates, and the array (4,) that tells it on which pairs the ground acts,
+    and its heights under them.
 
     The answer is the same view each time, whose items Exudyn takes for less than those of an array. The compiled
     function is found once: numba's search by type would take twice the call.
     """
     rows = len(RIGID_ROWS) if rigid else COUNT
-    work = np.concatenate([np.zeros(2 * rows), np.ones(2), feet.ravel(), np.zeros(rows)])
+    work = np.concatenate([np.zeros(2 * rows), [1.0, 1.0, 0.0, 0.0], feet.ravel(), np.zeros(rows)])
     view, put = work.data, Struct(f"{2 * rows}d").pack_into
     total = view[-rows:]
     force = found(rigid_generalized_force if rigid else generalized_force, work, law)
@@ -142,7 +145,7 @@ def solver_force(
         force(work, law)
         return total
 
-    return answer, work[2 * rows : 2 * rows + 2]
+    return answer, work[2 * rows : 2 * rows + 4]
 
 
 def found(function: Callable[..., Any], *arguments: object) -> Callable[..., Any]:
@@ -178,14 +181,14 @@ def clearances(q: np.ndarray, feet: np.ndarray) -> tuple[tuple[float, float], tu
 
 @compiled
 def along(
-    q: np.ndarray, v: np.ndarray, in_play: np.ndarray, feet: np.ndarray, law: PointLaw
+    q: np.ndarray, v: np.ndarray, ground: np.ndarray, feet: np.ndarray, law: PointLaw
 ) -> tuple[np.ndarray, np.ndarray]:
     """`feet_forces` for rows of states: force (n, 4, 3) [N] and power (n,) [W]."""
     n = len(q)
     force = np.zeros((n, 4, 3))
     power = np.zeros(n)
     for i in range(n):
-        _, feet_force, power[i] = feet_forces(q[i], v[i], in_play[i], feet, law)
+        _, feet_force, power[i] = feet_forces(q[i], v[i], ground[i], feet, law)
         for leg in range(4):  # element by element: assigning arrays costs the compiler seconds
             for axis in range(3):
                 force[i, leg, axis] = feet_force[leg, axis]

@@ -47,14 +47,15 @@ TOPPLED = 0.5
 
 
 class SpatialTree(System):
-    """Assembled system. `in_play` (2,) tells the ground on which pair of feet it acts: 1 or 0.
+    """Assembled system. `ground` (4,) tells on which pair of feet it acts, 1 or 0, and its heights under them.
 
     Coordinates and rates are given and taken as (11,) for either kind of legs; the slides of rigid legs are zero.
     """
 
     def __init__(self, machine: Machine, slope: Slope, contact: ContactLaw) -> None:
         super().__init__()
-        self.machine, self.feet, self.contact, self.in_play = machine, machine.feet, contact, np.ones(2)
+        self.machine, self.feet, self.contact = machine, machine.feet, contact
+        self.ground = np.array([1.0, 1.0, 0.0, 0.0])
         self.rows = rows = list(RIGID_ROWS) if machine.rigid else list(range(COUNT))  # coordinates of the tree
         bodies = (join(machine.bodies[:3]), join(machine.bodies[3:])) if machine.rigid else machine.bodies
         spring, damper = np.zeros(COUNT), np.zeros(COUNT)
@@ -90,17 +91,21 @@ class SpatialTree(System):
     def add_ground(self) -> None:
         """Let the ground act through the compiled generalized forces."""
         law = point_law(self.contact)
-        force, self.in_play = solver_force(self.feet, law, self.machine.rigid)
+        force, self.ground = solver_force(self.feet, law, self.machine.rigid)
 
-        def ground(mbs: Any, time: float, item: int, q: list[float], v: list[float]) -> memoryview:
+        def pushed(mbs: Any, time: float, item: int, q: list[float], v: list[float]) -> memoryview:
             return force(q, v)
 
-        self.ground = ground
-        self.mbs.SetObjectParameter(self.tree, "forceUserFunction", ground)
+        self.pushed = pushed
+        self.mbs.SetObjectParameter(self.tree, "forceUserFunction", pushed)
 
     def set_in_play(self, pair: int, acts: bool) -> None:
         """Let the ground act on a pair's feet, or not."""
-        self.in_play[pair] = float(acts)
+        self.ground[pair] = float(acts)
+
+    def set_height(self, pair: int, height: float) -> None:
+        """Put blocks of this height [m] under a pair's feet."""
+        self.ground[2 + pair] = height
 
     def start(self, position: np.ndarray, velocity: np.ndarray, in_play: tuple[bool, bool]) -> None:
         """Make a state the initial one."""
@@ -119,7 +124,8 @@ class SpatialTree(System):
     def look(self) -> Look:
         """Where its pairs of legs are at the current step."""
         place = self.position()
-        clearance, along = clearances(place, self.feet)
+        (inner, outer), along = clearances(place, self.feet)
+        clearance = inner - float(self.ground[2]), outer - float(self.ground[3])
         q = place.tolist()
         fell = "turned away from the walking direction in step {step}" if abs(q[YAW]) > TOPPLED else ""
         fell = "toppled sideways in step {step}" if abs(q[ROLL]) > TOPPLED else fell

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Question, option
+from stages.biped.question import Answer, Asking, Question, option, refuse
 
 if TYPE_CHECKING:
     from stages.twin.exports.exported import Exported
@@ -38,6 +38,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.twin.exports.exported import exported
     from stages.twin.exports.formats import FORMATS as WRITERS
 
+    rms = parameters.blocks.block_height_rms
+    refuse((rms > 0.0, f"ground.block_height_rms = {rms:g} m: exported blocks are level; allowed here: 0 m"))
     chosen = WRITERS[options.format]
     path = options.out or Path(f"{options.what}.{chosen.ENDING}")
     with asking.new_file(path) as file:

@@ -103,8 +103,8 @@ def energy_balance(record: Record, start: float, end: float) -> EnergyBalance:
     time, weight = quadrature(record.time, start, end)
     q, v = record.at(time)
     # a switch happens at a solver step, so the middle of each span tells for the whole of it
-    in_play = np.repeat(record.in_play(time[len(NODES) // 2 :: len(NODES)]), len(NODES), axis=0)
-    ground = -along(q, v, in_play, machine.feet, point_law(record.contact))[1]
+    acts = np.repeat(record.ground(time[len(NODES) // 2 :: len(NODES)]), len(NODES), axis=0)
+    ground = -along(q, v, acts, machine.feet, point_law(record.contact))[1]
     legs = (machine.damping * v[:, list(SLIDE)] ** 2).sum(axis=1)
     rubbing = machine.hip_friction * np.abs(v[:, HINGE]) * np.minimum(
         np.abs(v[:, HINGE]) / hip_creep(project(machine), record.slope), 1.0)

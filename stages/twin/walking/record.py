@@ -42,9 +42,9 @@ class Record(Recorded):
         """Coordinates, rates and accelerations at the solver's steps, each (n, 11)."""
         return self.position, self.velocity, self.acceleration
 
-    def in_play(self, time: np.ndarray) -> np.ndarray:
-        """1 where the ground acts on a pair, else 0, shape (n, 2)."""
-        return super().in_play(time).astype(float)
+    def ground(self, time: np.ndarray) -> np.ndarray:
+        """1 where the ground acts on a pair, else 0, and its heights under the pairs [m], (n, 4)."""
+        return np.hstack([self.in_play(time), self.under(time)])
 
 
 def snapshots(record: Record, times: np.ndarray) -> Snapshots:

@@ -65,8 +65,8 @@ class Sampling:
     def foot_force(self) -> np.ndarray:
         """Force of the ground on each foot [N], (n, 4, 3)."""
         record, law = self.record, point_law(self.record.contact)
-        in_play = record.in_play(record.time)
-        return self.between(along(record.position, record.velocity, in_play, record.machine.feet, law)[0])
+        ground = record.ground(record.time)
+        return self.between(along(record.position, record.velocity, ground, record.machine.feet, law)[0])
 
 
 def sample(record: Record, time: np.ndarray, settings: Settings) -> Signals:

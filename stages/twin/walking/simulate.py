@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 
 from stages.biped.gait import StanceState
+from stages.ground.blocks import Laid
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import static_penetration
 from stages.ground.slope import Slope
@@ -53,6 +54,7 @@ class RampWatch(Watch):
     def switch(self, time: float, look: Look) -> None:
         """Let the ground act on pairs that are over their blocks; end the run where a foot misses one."""
         places = feet_places(self.tree.position(), self.tree.feet)
+        places[:, 1] -= np.repeat(self.tree.ground[2:], 2)
         middle = places[::2, 0] + places[1::2, 0]
         for pair in (0, 1):
             feet = (2 * pair, 2 * pair + 1)
@@ -167,11 +169,13 @@ def simulate_twin(
     steps: int | None = None,
     tree: SpatialTree | None = None,
     ramp: Ramp | None = None,
+    blocks: Laid | None = None,
 ) -> Record:
     """Walk from `start` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
 
     With a `ramp` there is ground on its blocks only, and the walk ends at the latest on the last of them. A fall, a
-    standstill or a failure of the solver ends the walk earlier; the record's outcome and reason tell it.
+    standstill or a failure of the solver ends the walk earlier; the record's outcome and reason tell it. `blocks` have
+    drawn heights.
     Pass a built `tree` of the same machine to save building it again.
     """
     wanted_steps = settings.steps if steps is None else steps
@@ -191,11 +195,14 @@ def simulate_twin(
         last_landed=int(not standing[0]),
         most_calls=settings.most_solver_steps,
         words=WORDS,
+        blocks=blocks,
     )
+    watch.lay_first()
     began = clock.perf_counter()
     plan = explicit_plan(settings.tolerance, settings.largest_step, watch.limit)
     solved = solve(machine_tree, watch, plan, watch.limit)
     return Record(
-        **solved.rows, in_play_at_start=start.in_play, switches=tuple(watch.switches), machine=machine, slope=slope,
-        contact=contact, outcome=watch.outcome, reason=WORDS.diverged if watch.outcome == DIVERGED else watch.message,
+        **solved.rows, in_play_at_start=start.in_play, switches=tuple(watch.switches), blocks=tuple(watch.laid),
+        machine=machine, slope=slope, contact=contact, outcome=watch.outcome,
+        reason=WORDS.diverged if watch.outcome == DIVERGED else watch.message,
         heel_strikes=watch.heel_strikes, evaluations=solved.evaluations, wall_time=clock.perf_counter() - began)
