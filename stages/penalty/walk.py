@@ -178,12 +178,13 @@ class Ongoing:
         statuses = [feet.status_of(self.phase, other) for other in (0, 1)]
         end, acted = feet.end_of(self.phase), statuses[leg] != feet.OUT
         statuses[leg] = status
+        if status == feet.LANDED and self.blocks and self.ahead(leg) > self.blocks.ends:
+            self.outcome, self.message = FELL, f"foot {leg} came down beyond its block at t = {self.time:.6g} s"
+            return
         if status == feet.LANDED:
             self.heel_strikes += 1
             self.last_heel_strike, self.last_landed, self.since = self.time, leg, 0
             end = leg + 1 if self.heel_strikes >= self.wanted else end
-            if self.blocks and self.ahead(leg) > self.blocks.ends:
-                self.outcome, self.message = FELL, f"foot {leg} came down beyond its block at t = {self.time:.6g} s"
         elif acted != (status != feet.OUT):
             self.switches.append((self.time, leg, not acted))
             self.lay(leg)

@@ -58,7 +58,7 @@ def test_mirrored_start_gives_mirrored_motion(machine, settings, walk_from):
 def test_evaluations_are_those_that_were_made(machine, parameters, walk_from, tolerance):
     """Steps that error control rejects cost too: counted in the force that the solver calls."""
     tree, made = SpatialTree(machine, parameters.slope, parameters.contact), []
-    inner = tree.ground
+    inner = tree.pushed
     counted = lambda *given: (made.append(1), inner(*given))[1]  # noqa: E731
     tree.mbs.SetObjectParameter(tree.tree, "forceUserFunction", counted)
     record = walk_from(machine, 1, tree=tree, tolerance=tolerance)
