@@ -79,7 +79,8 @@ class EngineAgreement:
 
     def sentence(self) -> str:
         """What was checked, in one clause."""
-        return f"within {self.largest:.0e} m of Exudyn at {len(self.distances)} sampled points"
+        points = f"{count} sampled points" if (count := len(self.distances)) != 1 else "a sampled point"
+        return f"within {self.largest:.0e} m of Exudyn at {points}"
 
     def table(self) -> Table:
         """Row by row."""

@@ -164,14 +164,14 @@ def bars(panel: Axes, ways: np.ndarray) -> None:
 
 def caption_error_bars(given: Given) -> str:
     said = [
-        f"over {name} the hips differ by {1e3 * split.rms(split.total, POSITION):.2f} mm rms, of which "
+        f"Over {name} the hips differ by {1e3 * split.rms(split.total, POSITION):.2f} mm rms, of which "
         f"{1e3 * split.rms(split.part(UNEXPLAINED), POSITION):.3f} mm rms are left"
         for name, split in ((name, budget.split) for name, budget in given.error_budget.known())
     ]
     return (
         "Penalty model minus constraint model. Bars add up to the total; of an rms each effect has its part along the "
         "whole difference. Slow sliding (creep) and impact affect each other: bars are the mean of both orders in "
-        f"which they can be added, whiskers reach to each. {'; '.join(said) or given.error_budget.outcome}."
+        f"which they can be added, whiskers reach to each. {'. '.join(said) or given.error_budget.outcome}."
     )
 
 
