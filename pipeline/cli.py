@@ -20,6 +20,9 @@ from pipeline.study import locate
 _BY_SIGNAL = 128
 #: As of a program that SIGPIPE ends, so that a run that was cut off is not taken for a whole one.
 _NOBODY_READS = _BY_SIGNAL + 13
+_STOPPED = "stopped; everything computed before is kept"
+#: Signals that have stopped this command.
+_arrived: set[int] = set()
 #: Each command's module in `pipeline`, where it is called as it is typed, by what it is for; the stages' questions
 #: stand after the study.
 _GROUPS = {
@@ -116,7 +119,11 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     Stopped by a signal it ends with 128 and the signal's number: 130 by Ctrl-C, 143 by SIGTERM, 141 where
     nobody reads on what it prints.
     """
-    signal.signal(signal.SIGTERM, _interrupt)
+    _arrived.clear()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _interrupt)
+    sys.unraisablehook = _unraisable
     processor.take()
     out = sys.stdout
     sentences: tuple[str, ...] = ()
@@ -137,7 +144,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except click.ClickException as error:
         sentences, code = (error.format_message(),), BAD_INPUT
     except (KeyboardInterrupt, click.Abort):
-        sentences, code = ("stopped; everything computed before is kept",), Stopped.exit_code
+        sentences, code = (_STOPPED,), Stopped.exit_code
     except SystemExit:
         if sys.stdout is out:
             raise
@@ -148,7 +155,10 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except OSError as error:
         sentences, code = (f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}",), FAILED
     except Exception as error:
-        sentences, code = (f"unexpected {type(error).__name__}: {error}; {_account()}",), FAILED
+        if _arrived:  # raised in a function that a library calls back, which passes over it and fails by itself
+            sentences, code = (_STOPPED,), Stopped.exit_code
+        else:
+            sentences, code = (f"unexpected {type(error).__name__}: {error}; {_account()}",), FAILED
     with contextlib.suppress(OSError):
         for sentence in sentences:
             print(f"error: {sentence}", file=sys.stderr)
@@ -169,8 +179,14 @@ def _account() -> str:
 
 
 def _interrupt(number: int, frame: Any) -> None:
+    _arrived.add(number)
     Stopped.exit_code = _BY_SIGNAL + number
     raise KeyboardInterrupt
+
+
+def _unraisable(seen: sys.UnraisableHookArgs) -> None:
+    if not (_arrived and seen.exc_type is KeyboardInterrupt):
+        sys.__unraisablehook__(seen)
 
 
 if __name__ == "__main__":

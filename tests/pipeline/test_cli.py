@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -311,3 +312,21 @@ def test_the_program_ends_with_its_code_after_all_is_said_and_tidied(arguments, 
     done = subprocess.run([sys.executable, "-c", program, *arguments], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == code and done.stdout.splitlines()[-1] == "tidied"
     assert ("version" in done.stdout) == (not done.stderr) == (code == 0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_that_a_library_passes_over_in_its_own_callback_stops_it_all_the_same(toy_with_commands, number):
+    code = (
+        "import ctypes, os\n"
+        "from pipeline import cli as program\n"
+        "@ctypes.CFUNCTYPE(None)\n"
+        "def back():\n"
+        f"    os.kill(os.getpid(), {int(number)})\n"
+        "    for _ in range(1000): pass\n"
+        "def compiled(*words, **settings):\n"
+        "    back()\n"
+        "    raise RuntimeError('no compiled object yet')\n"
+        "program.cli.main = compiled\n"
+    )
+    ended, _, errors = toy_with_commands.command("status", before=code)
+    assert (ended, errors) == (128 + number, "error: stopped; everything computed before is kept\n")
