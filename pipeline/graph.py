@@ -21,9 +21,9 @@ _RESULTS = "results"
 _FORBIDDEN = '\\:*?"<>|\0'
 #: What this program itself reads of the results, where a stage makes it, and the page it writes there.
 CLAIMS, CAPTIONS, FIGURES = "results/claims.yaml", "results/captions.yaml", "results/figures"
-REPORT = "report.html"
+REPORT, PROOF = "report.html", "proof.json"
 #: Files and folders in results/ that no stage makes.
-OWN = ("differences", "drawn", "log", "log.jsonl", REPORT, "sweeps", "README.md")
+OWN = ("differences", "drawn", "log", "log.jsonl", PROOF, REPORT, "sweeps", "README.md")
 
 
 @dataclass(frozen=True)

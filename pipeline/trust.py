@@ -57,6 +57,21 @@ def check(root: Path, package: str, has_code: bool) -> None:
     print(f"note: agreed to {root}{'' if own else ' as it is now'}", file=sys.stderr)
 
 
+def vouch(root: Path, digest: str) -> None:
+    """Remember that a proof of this digest was made or checked here."""
+    if not vouched(root, digest):
+        _keep([*_rows(), _proof(root, digest)])
+
+
+def vouched(root: Path, digest: str) -> bool:
+    """Whether a proof of this digest was made or checked here."""
+    return _proof(root, digest) in _rows()
+
+
+def _proof(root: Path, digest: str) -> dict[str, str]:
+    return {"folder": str(root), "content": f"proof {digest}"}
+
+
 def content(root: Path, files: Iterable[Path]) -> str:
     """Digest of a study's graph and code, with their names, as the variable has it."""
     found = [[path.relative_to(root).as_posix(), disk.file_digest(path)] for path in (root / _GRAPH, *files)]

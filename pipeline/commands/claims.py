@@ -5,13 +5,13 @@ from __future__ import annotations
 import functools
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import click
 
-from pipeline import completion, layout
+from pipeline import completion, layout, proofs
 from pipeline.cache import disk
 from pipeline.commands import options, status
 from pipeline.errors import StudyError
@@ -166,7 +166,8 @@ def place(path: Path, texts: dict[str, str]) -> None:
 
 
 def read(study: Study) -> Claims:
-    """results/claims.yaml, each claim with the figures that show something of it, where figures have been drawn.
+    """results/claims.yaml, each claim with what a proof says of it, and the figures that show something of it, where
+    figures have been drawn.
 
     Raises `StudyError` if it is missing, was damaged, or was made by an earlier version.
     """
@@ -183,6 +184,10 @@ def read(study: Study) -> Claims:
     for claim in found.claims:
         if claim.verdict not in VERDICTS:
             raise StudyError(f"{shown(path)}: claim {claim.id}: the verdict must be one of {', '.join(VERDICTS)}")
+    for place, claim in enumerate(found.claims):
+        if words := proofs.said(study).get(claim.id):
+            beside = f"{claim.beside}; {words}" if claim.beside else words
+            found.claims[place] = replace(claim, beside=beside)
     captions = study.store.place(CAPTIONS)
     figures = yaml_text.read(captions, shown(captions)).plain() if captions.exists() else {}
     for figure in figures.get("figures", ()) if isinstance(figures, dict) else ():

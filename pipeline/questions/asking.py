@@ -16,6 +16,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from pipeline import proofs
 from pipeline.cache import artefact, disk, hdf5
 from pipeline.cache.fingerprint import versions
 from pipeline.cache.hdf5 import describe
@@ -180,6 +181,11 @@ class Asked:
             return self._study.result(name), shown(file)
         except StudyError as unfit:
             return None, str(unfit)
+
+    def keep(self, content: bytes) -> None:
+        """Keep a proof, made or checked here, beside the study's results."""
+        if not self._study.borrowed:
+            proofs.keep(self._study, content)
 
     @contextlib.contextmanager
     def new_file(self, path: Path) -> Iterator[Path]:

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pipeline import proofs
 from pipeline.cache import disk
 from pipeline.cache.fingerprint import compact
 from pipeline.cache.store import Entry
@@ -129,7 +130,8 @@ def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mappi
     parts = [
         [(entry.key, entry.seconds if with_times else 0, entry.summary if entry.refused else "")
          for entry in made.values()],
-        study.params.parent.name, dict(stale), *(disk.digest(disk.read(path) or b"") for path in files),
+        study.params.parent.name, dict(stale), proofs.said(study),
+        *(disk.digest(disk.read(path) or b"") for path in files),
     ]  # fmt: skip
     return disk.digest(json.dumps(parts).encode())[:32]
 
@@ -214,7 +216,7 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
         figures=list(_figures(files, words, {path for entry in there for path in entry.outs})),
         title=str(words.get("title", "Report")).replace("{study}", study.params.parent.name),
         about=str(words.get("about", "")),
-        answers=words.get("answers") or (),
+        answers=[*(words.get("answers") or ()), *_proven(study)],
         claims_first=bool(words.get("claims_first", True)),
         synthetic=str(words.get("synthetic", "")),
         stages=[_provenance(entry, with_times) for entry in there],
@@ -222,6 +224,13 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
         versions=dict(sorted(versions.items())),
         missing=missing,
     )  # fmt: skip
+
+
+def _proven(study: Study) -> Iterator[Row]:
+    """What a proof says of the study's design, as an answer for the first screen."""
+    for words in dict.fromkeys(proofs.said(study).values()):
+        answer = f"{words[0].upper()}{words[1:]}."
+        yield {"question": "Is it proven?", "answer": answer, "means": "", "errors": proofs.MEANS}
 
 
 def _provenance(entry: Entry, with_times: bool) -> Row:

@@ -98,6 +98,9 @@ class Asking(Protocol):
     def result(self, stage: str = "") -> tuple[Any, str]:
         """A stage's result, or its own, as it lies among the study's, and its file; None, and why, without one."""
 
+    def keep(self, content: bytes) -> None:
+        """Keep a proof of the study's design, made or checked in this process, beside its results."""
+
     def new_file(self, path: Path) -> AbstractContextManager[Path]:
         """A path to write to; what stands there at the end of the context appears as `path`, whole or not at all."""
 

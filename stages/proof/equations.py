@@ -10,56 +10,63 @@ Coordinates are theta, L_1, psi, L_2 of docs/model.md. Numbers may be of any kin
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
+
+from flint import arb
+
+from stages.biped.design import Biped, Leg
+from stages.ground.slope import Slope
 
 #: A number of any kind, a vector of the plane, and one number for each coordinate.
 Number = Any
 Plane = tuple[Number, Number]
 Numbers = Sequence[Number]
 THETA, LENGTH, PSI, SWING_LENGTH = range(4)
-
-
-class Leg(NamedTuple):
-    """The numbers of one leg under their symbols in docs/model.md, in any units that fit together."""
-
-    m: Number
-    L_nat: Number
-    r: Number
-    l: Number  # noqa: E741 - the symbol of Table 1
-    k: Number
-    b: Number
-    I: Number  # noqa: E741
-    e: Number
-    m_f: Number
-    l_f: Number
-    e_f: Number
-    I_f: Number
+#: Which numbers of a leg have which power of time in their unit; all others have none.
+BY_TIME = {"stiffness": 2, "damping": 1}
 
 
 class Machine(NamedTuple):
-    """The biped in a step in which `stance` stands; the hip's spring is relaxed where theta + psi is `rest`."""
+    """The biped in a step in which `stance` stands; the hip's spring is relaxed where theta + psi is `rest`.
+    `free` are the coordinates that can change."""
 
-    M: Number
-    weighed: Number
-    stance: Leg
-    swing: Leg
-    hip_k: Number
-    hip_b: Number
+    stance: Any
+    swing: Any
+    hip_mass: Number
+    weighed_hip: Number
+    hip_stiffness: Number
+    hip_damping: Number
     rest: Number
     gravity: Plane
-    rigid: bool
-    alike: bool
+    free: tuple[int, ...]
+
+    @classmethod
+    def of(cls, biped: Biped, slope: Slope, unit: float) -> Machine:
+        """A design in kg, m, and a unit of time [s]: balls that hold the decimals that are written as parameters."""
+
+        def ball(value: float, power: int = 0) -> Number:
+            return arb(repr(float(value))) * arb(unit) ** power
+
+        stance, swing = (Leg(**{name: ball(value, BY_TIME.get(name, 0))
+                                for name, value in dataclasses.asdict(biped.leg(i)).items()}) for i in (0, 1))
+        angle, pull = ball(slope.slope_deg) * arb.pi() / 180, ball(slope.gravity, 2)
+        return cls(stance, swing, ball(biped.hip_mass), ball(biped.weighed_hip), ball(biped.hip_stiffness, 2),
+                   ball(biped.hip_damping, 1), -ball(biped.hip_rest_angle), (pull * angle.sin(), -pull * angle.cos()),
+                   (THETA, PSI) if biped.legs == "rigid" else (THETA, LENGTH, PSI, SWING_LENGTH))  # fmt: skip
 
     @property
     def exchanged(self) -> Machine:
         """The biped in its next step."""
         return self._replace(stance=self.swing, swing=self.stance, rest=-self.rest)
 
-    @property
-    def free(self) -> tuple[int, ...]:
-        """Coordinates that can change."""
-        return (THETA, PSI) if self.rigid else (THETA, LENGTH, PSI, SWING_LENGTH)
+    def full(self, state: Numbers) -> tuple[list[Number], list[Number]]:
+        """All four coordinates and rates of a state; rigid legs have their natural lengths."""
+        if LENGTH in self.free:
+            return list(state[:4]), list(state[4:])
+        theta, psi, turn, spin = state
+        return [theta, self.stance.leg_length, psi, self.swing.leg_length], [turn, 0, spin, 0]
 
 
 class Point(NamedTuple):
@@ -71,199 +78,113 @@ class Point(NamedTuple):
     bias: Plane
 
 
-class Kinematics(NamedTuple):
-    """All points: hip, foot of the stance leg, of the swing leg, then their frames; and the swing foot's centre."""
-
-    points: tuple[Point, ...]
-    centre: Point
+def inner(pairs: Iterable[tuple[Number, Number]]) -> Number:
+    """The sum of products."""
+    return sum((one * other for one, other in pairs), 0)
 
 
-class Motion(NamedTuple):
-    """Accelerations of the free coordinates, and normal forces of the ground on the stance and on the other foot."""
-
-    accelerations: list[Number]
-    stance_force: Number
-    trailing_force: Number
+def along(*terms: tuple[Number, Plane]) -> Plane:
+    """The sum of sizes times directions."""
+    return inner((size, way[0]) for size, way in terms), inner((size, way[1]) for size, way in terms)
 
 
-def along(size: Number, direction: Plane, other: Number = 0, across: Plane = (0, 0)) -> Plane:
-    """size * direction + other * across."""
-    if is_nothing(other):
-        return size * direction[0], size * direction[1]
-    return size * direction[0] + other * across[0], size * direction[1] + other * across[1]
-
-
-def is_nothing(number: Number) -> bool:
-    """Whether a number is a zero without a doubt, so that its term need not be formed."""
-    return bool(number.is_zero()) if hasattr(number, "is_zero") else number == 0
-
-
-def plus(*vectors: Plane) -> Plane:
-    """The sum of vectors."""
-    first, *others = vectors
-    for one in others:
-        first = first[0] + one[0], first[1] + one[1]
-    return first
-
-
-def dot(one: Plane, other: Plane) -> Number:
-    """The scalar product."""
-    return one[0] * other[0] + one[1] * other[1]
-
-
-def full(machine: Machine, numbers: Numbers, held: bool) -> list[Number]:
-    """All four coordinates (`held`: rigid legs have their natural lengths), or all four rates."""
-    if not machine.rigid:
-        return list(numbers)
-    lengths = (machine.stance.L_nat, machine.swing.L_nat) if held else (0, 0)
-    return [numbers[0], lengths[0], numbers[1], lengths[1]]
-
-
-def kinematics(machine: Machine, q: Numbers, v: Numbers) -> Kinematics:
-    """The points at coordinates q (4,) with rates v (4,)."""
+def kinematics(machine: Machine, q: Numbers, v: Numbers) -> tuple[list[Point], Point]:
+    """The points at coordinates q (4,) with rates v (4,): hip, what belongs to the legs by twos, stance leg first, and
+    the swing foot's centre. How fast a leg turns is counted as a velocity of its inertia.
+    """
     stance, swing = machine.stance, machine.swing
-    sine, cosine = q[THETA].sin_cos()
-    up, forth = (sine, cosine), (cosine, -sine)  # from the stance foot to the hip, and across; d up = forth dtheta
-    sine, cosine = q[PSI].sin_cos()
-    down, ahead = (sine, -cosine), (cosine, sine)  # from the hip to the swing foot, and across; d down = ahead dpsi
-    turn, spin = v[THETA] * v[THETA], v[PSI] * v[PSI]
-    rolling: Plane = (stance.r, 0)
+    (sine, cosine), (swing_sine, swing_cosine) = q[THETA].sin_cos(), q[PSI].sin_cos()
+    # Along each leg, from the stance foot to the hip and on to the swing foot, and across: the first's derivative.
+    ways = {THETA: ((sine, cosine), (cosine, -sine)), PSI: ((swing_sine, -swing_cosine), (swing_cosine, swing_sine))}
+    turns = {angle: v[angle] * v[angle] for angle in ways}
 
-    def kept(columns: dict[int, Plane]) -> dict[int, Plane]:
-        return {place: columns[place] for place in machine.free if place in columns}
+    def on_leg(base: Point, angle: int, mass: Number, distance: Number, offset: Number, slides: int | None) -> Point:
+        """A point that a leg carries from a base on its line; where the leg's length `slides` it goes along."""
+        way, across = ways[angle]
+        below = base.columns.get(angle, (0, 0))
+        columns = {**base.columns, angle: along((1, below), (distance, across), (-offset, way))}
+        bias = along((1, base.bias), (-(turns[angle] * distance), way), (-(turns[angle] * offset), across))
+        if slides in machine.free:
+            columns[slides] = way
+            bias = along((1, bias), (2 * (v[slides] * v[angle]), across))
+        return Point(mass, mass, columns, bias)
 
-    height = q[LENGTH] - stance.r
-    hip = {THETA: plus(along(height, forth), rolling), LENGTH: up}
-    hip_bias = along(-(height * turn), up)
-    if not machine.rigid:
-        hip_bias = plus(hip_bias, along(2 * (v[LENGTH] * v[THETA]), forth))
-    lower = stance.l - stance.r
-    foot = {THETA: plus(along(lower, forth, -stance.e, up), rolling)}
+    sole = Point(0, 0, {THETA: (stance.foot_radius, 0)}, (0, 0))
+    hip = on_leg(sole, THETA, machine.hip_mass, q[LENGTH] - stance.foot_radius, 0, LENGTH)
     points = [
-        Point(machine.M, machine.weighed, kept(hip), hip_bias),
-        Point(stance.m, stance.m, foot, along(-(turn * lower), up, -(turn * stance.e), forth)),
+        hip._replace(weight=machine.weighed_hip),
+        on_leg(sole, THETA, stance.foot_mass, stance.foot_com - stance.foot_radius, stance.foot_offset, None),
+        on_leg(hip, PSI, swing.foot_mass, q[SWING_LENGTH] - swing.foot_com, swing.foot_offset, SWING_LENGTH),
+        Point(stance.leg_inertia + stance.frame_inertia, 0, {THETA: (1, 0)}, (0, 0)),
+        Point(swing.leg_inertia + swing.frame_inertia, 0, {PSI: (-1, 0)}, (0, 0)),
     ]
-
-    def on_swing_leg(mass: Number, distance: Number, offset: Number, slides: bool) -> Point:
-        columns = {**hip, PSI: along(distance, ahead, -offset, down)}
-        bias = plus(hip_bias, along(-(spin * distance), down, -(spin * offset), ahead))
-        if slides and not machine.rigid:
-            columns[SWING_LENGTH] = down
-            bias = plus(bias, along(2 * (v[SWING_LENGTH] * v[PSI]), ahead))
-        return Point(mass, mass, kept(columns), bias)
-
-    points.append(on_swing_leg(swing.m, q[SWING_LENGTH] - swing.l, swing.e, True))
-    if not (is_nothing(stance.m_f) and is_nothing(swing.m_f)):
-        frame = {**hip, THETA: plus(hip[THETA], along(-stance.l_f, forth, -stance.e_f, up))}
-        bias = plus(hip_bias, along(turn * stance.l_f, up, -(turn * stance.e_f), forth))
-        points += [Point(stance.m_f, stance.m_f, kept(frame), bias),
-                   on_swing_leg(swing.m_f, swing.l_f, swing.e_f, False)]  # fmt: skip
-    return Kinematics(tuple(points), on_swing_leg(0, q[SWING_LENGTH] - swing.r, 0 * swing.e, True))
+    if not (stance.frame_mass.is_zero() and swing.frame_mass.is_zero()):
+        points += [on_leg(hip, THETA, stance.frame_mass, -stance.frame_com, stance.frame_offset, None),
+                   on_leg(hip, PSI, swing.frame_mass, swing.frame_com, swing.frame_offset, None)]  # fmt: skip
+    return points, on_leg(hip, PSI, 0, q[SWING_LENGTH] - swing.foot_radius, 0, SWING_LENGTH)
 
 
-def mass_matrix(machine: Machine, points: Sequence[Point]) -> list[list[Number]]:
-    """The sum of masses times products of columns, and the legs' inertias, for the free coordinates."""
-    spins = {THETA: machine.stance.I + machine.stance.I_f, PSI: machine.swing.I + machine.swing.I_f}
-    matrix: list[list[Number]] = [[0] * len(machine.free) for _ in machine.free]
-    for row, i in enumerate(machine.free):
-        for column, j in enumerate(machine.free[: row + 1]):
-            entry = spins.get(i, 0) if i == j else 0
-            for point in points:
-                if i in point.columns and j in point.columns:
-                    entry = entry + point.mass * dot(point.columns[i], point.columns[j])
-            matrix[row][column] = matrix[column][row] = entry
-    return matrix
+def projected(machine: Machine, points: Sequence[Point], vectors: Sequence[Plane]) -> list[Number]:
+    """The sum of vectors (one for each point) times the points' columns, for each free coordinate."""
+    return [inner(pair for point, vector in zip(points, vectors) if i in point.columns
+                  for pair in zip(point.columns[i], vector)) for i in machine.free]  # fmt: skip
 
 
-def solved(matrix: Sequence[Numbers], columns: Sequence[Numbers]) -> list[list[Number]]:
-    """Solutions of a positive definite system for several right-hand sides, by elimination without pivots."""
-    size = len(matrix)
-    rows = [[*matrix[i], *(column[i] for column in columns)] for i in range(size)]
+def moved(machine: Machine, points: Sequence[Point], push: Numbers, other_foot: tuple[Point, Plane] | None
+          ) -> tuple[list[Number], Number]:  # fmt: skip
+    """x with mass x = push, and 0. With the other foot's centre and a change of its height and slip, these hold too, by
+    a force on that foot, whose normal part is the second number.
+    """
+    matrix, size = [], len(machine.free)
+    for i in machine.free:
+        having = [point for point in points if i in point.columns]
+        matrix.append(projected(machine, having, [along((point.mass, point.columns[i])) for point in having]))
+    if other_foot is None:
+        return solved(matrix, push), 0
+    centre, change = other_foot
+    slip, rise = ([centre.columns[i][part] for i in machine.free] for part in (0, 1))
+    place = machine.free.index(PSI)
+    slip[place] = slip[place] + machine.swing.foot_radius
+    bordered = [[*row, -a, -b] for row, a, b in zip(matrix, rise, slip)]
+    found = solved([*bordered, [*rise, 0, 0], [*slip, 0, 0]], [*push, *change])
+    return found[:size], found[size]
+
+
+def solved(matrix: Sequence[Numbers], push: Numbers) -> list[Number]:
+    """The solution of a system by elimination without pivots: positive definite, or bordered by constraints."""
+    size, rows = len(matrix), [[*row, each] for row, each in zip(matrix, push)]
     for i in range(size):
         pivot = 1 / rows[i][i]
-        for j in range(i + 1, size):
-            factor = rows[j][i] * pivot
-            rows[j][i + 1 :] = [below - factor * above for below, above in zip(rows[j][i + 1 :], rows[i][i + 1 :])]
-        rows[i][i] = pivot
-    found: list[list[Number]] = [[0] * size for _ in columns]
+        rows[i][i + 1 :] = [each * pivot for each in rows[i][i + 1 :]]
+        for row in rows[i + 1 :]:
+            row[i + 1 :] = [below - row[i] * above for below, above in zip(row[i + 1 :], rows[i][i + 1 :])]
+    found: list[Number] = []
     for i in reversed(range(size)):
-        for place, solution in enumerate(found):
-            entry = rows[i][size + place]
-            for j in range(i + 1, size):
-                entry = entry - rows[i][j] * solution[j]
-            solution[i] = entry * rows[i][i]
+        found.insert(0, rows[i][size] - inner(zip(rows[i][i + 1 : size], found)))
     return found
 
 
-def inner(one: Numbers, other: Numbers) -> Number:
-    """The sum of products."""
-    total = one[0] * other[0]
-    for a, b in zip(one[1:], other[1:]):
-        total = total + a * b
-    return total
-
-
-def contact_columns(machine: Machine, centre: Point) -> tuple[list[Number], list[Number]]:
-    """Rates of height and of slip of the other foot, for a unit rate of each free coordinate."""
-    columns = [centre.columns[i] for i in machine.free]
-    slip = [column[0] + machine.swing.r if i == PSI else column[0] for i, column in zip(machine.free, columns)]
-    return [column[1] for column in columns], slip
-
-
-def held(
-    machine: Machine, mass: Sequence[Numbers], push: Numbers, centre: Point, targets: Plane
-) -> tuple[list[Number], Number]:
-    """x with mass x = push + a force at the other foot's contact, that changes height and slip by `targets`; and its
-    normal force.
+def motion(machine: Machine, state: Numbers, both: bool) -> tuple[list[Number], Number, Number]:
+    """Accelerations of the free coordinates at a state (q, v) in double (`both`) or single stance, and normal forces of
+    the ground on the stance foot and on the other.
     """
-    rise, slip = contact_columns(machine, centre)
-    free, by_rise, by_slip = solved(mass, (push, rise, slip))
-    a, b, d = inner(rise, by_rise), inner(rise, by_slip), inner(slip, by_slip)
-    first, second = targets[0] - inner(rise, free), targets[1] - inner(slip, free)
-    whole = 1 / (a * d - b * b)
-    normal, friction = (d * first - b * second) * whole, (a * second - b * first) * whole
-    return [x + normal * y + friction * z for x, y, z in zip(free, by_rise, by_slip)], normal
-
-
-def motion(machine: Machine, state: Numbers, both: bool, forces: bool = True) -> Motion:
-    """The motion in double (`both`) or single stance at a state (q, v); forces are None where they are not wanted."""
-    size = len(machine.free)
-    q, v = full(machine, state[:size], True), full(machine, state[size:], False)
+    q, v = machine.full(state)
     points, centre = kinematics(machine, q, v)
-    gravity_x, gravity_y = machine.gravity
-    push = []
-    for i in machine.free:
-        entry: Number = 0
-        for point in points:
-            if i in point.columns:
-                x, y = point.columns[i]
-                bias = point.bias
-                entry = entry + (x * (point.weight * gravity_x - point.mass * bias[0])
-                                 + y * (point.weight * gravity_y - point.mass * bias[1]))  # fmt: skip
-        push.append(entry)
-    if not machine.rigid:
-        for place, leg in ((LENGTH, machine.stance), (SWING_LENGTH, machine.swing)):
-            push[place] = push[place] - leg.k * (q[place] - leg.L_nat) - leg.b * v[place]
-    if not (is_nothing(machine.hip_k) and is_nothing(machine.hip_b)):
-        torque = machine.hip_k * (q[THETA] + q[PSI] - machine.rest) + machine.hip_b * (v[THETA] + v[PSI])
-        for i in (THETA, PSI):
-            push[machine.free.index(i)] = push[machine.free.index(i)] - torque
-    mass = mass_matrix(machine, points)
-    normal: Number = None
-    if both:
-        found, normal = held(machine, mass, push, centre, (-centre.bias[1], -centre.bias[0]))
-    else:
-        found = solved(mass, (push,))[0]
-    if not forces:
-        return Motion(found, None, normal)
-    ground: Number = 0
-    for point in points:
-        rise = point.bias[1]
-        for i, acceleration in zip(machine.free, found):
-            if i in point.columns:
-                rise = rise + point.columns[i][1] * acceleration
-        ground = ground + point.mass * rise - point.weight * gravity_y
-    return Motion(found, ground if normal is None else ground - normal, normal)
+    push = projected(machine, points, [along((one.weight, machine.gravity), (-one.mass, one.bias)) for one in points])
+    torque = machine.hip_stiffness * (q[THETA] + q[PSI] - machine.rest) + machine.hip_damping * (v[THETA] + v[PSI])
+    for place, i in enumerate(machine.free):
+        if i in (THETA, PSI):
+            push[place] = push[place] - torque
+        else:
+            leg = machine.stance if i == LENGTH else machine.swing
+            push[place] = push[place] - leg.stiffness * (q[i] - leg.leg_length) - leg.damping * v[i]
+    kept = (centre, (-centre.bias[1], -centre.bias[0])) if both else None
+    accelerations, other_force = moved(machine, points, push, kept)
+    rates = dict(zip(machine.free, accelerations))
+    rises = [one.bias[1] + inner((way[1], rates[i]) for i, way in one.columns.items()) for one in points]
+    lifted = inner((one.mass, rise) for one, rise in zip(points, rises))
+    weight = inner((one.weight, machine.gravity[1]) for one in points)
+    return accelerations, lifted - weight - other_force, other_force
 
 
 def strike(machine: Machine, state: Numbers) -> list[Number]:
@@ -272,36 +193,23 @@ def strike(machine: Machine, state: Numbers) -> list[Number]:
     The new stance foot comes to rest and rolls: momenta along the columns of all motions that keep it rolling are kept.
     Compliant legs' other foot is met by the ground as well and rolls on.
     """
-    size = len(machine.free)
-    after = machine.exchanged
-    q, v = full(machine, state[:size], True), full(machine, state[size:], False)
-    before = kinematics(machine, q, v).points
+    after, (q, v) = machine.exchanged, machine.full(state)
+    before, _ = kinematics(machine, q, v)
     renamed = [-q[PSI], q[SWING_LENGTH], -q[THETA], q[LENGTH]]
     points, centre = kinematics(after, renamed, v)
-    was = dict(enumerate((0, 2, 1, 4, 3)))
-    momenta = []
-    for i in after.free:
-        entry: Number = 0
-        if i == THETA:
-            entry = -(v[PSI] * (after.stance.I + after.stance.I_f))
-        if i == PSI:
-            entry = -(v[THETA] * (after.swing.I + after.swing.I_f))
-        for place, point in enumerate(points):
-            if i in point.columns:
-                old = before[was[place]].columns
-                velocity = plus(*(along(v[j], column) for j, column in old.items()))
-                entry = entry + point.mass * dot(point.columns[i], velocity)
-        momenta.append(entry)
-    mass = mass_matrix(after, points)
-    rates = solved(mass, (momenta,))[0] if machine.rigid else held(after, mass, momenta, centre, (0, 0))[0]
-    return [renamed[i] for i in machine.free] + rates
+    velocities = [along(*((v[i], column) for i, column in before[old].columns.items()))
+                  for old in (0, 2, 1, 4, 3, 6, 5)[: len(points)]]  # fmt: skip
+    momenta = projected(after, points, [along((one.mass, each)) for one, each in zip(points, velocities)])
+    rates, _ = moved(after, points, momenta, (centre, (0, 0)) if LENGTH in machine.free else None)
+    return [*(renamed[i] for i in machine.free), *rates]
 
 
 def foot(machine: Machine, state: Numbers) -> tuple[Number, Number, Number]:
     """The swing foot's height above ground, how far it is ahead of the other, and how far it would step."""
-    q = full(machine, state[: len(machine.free)], True)
+    q, _ = machine.full(state)
     (sine, cosine), (swing_sine, swing_cosine) = q[THETA].sin_cos(), q[PSI].sin_cos()
-    stance, swing = q[LENGTH] - machine.stance.r, q[SWING_LENGTH] - machine.swing.r
+    radius, swing_radius = machine.stance.foot_radius, machine.swing.foot_radius
+    stance, swing = q[LENGTH] - radius, q[SWING_LENGTH] - swing_radius
     ahead = stance * sine + swing * swing_sine
-    height = stance * cosine - swing * swing_cosine + (machine.stance.r - machine.swing.r)
-    return height, ahead, ahead + machine.stance.r * q[THETA] + machine.swing.r * q[PSI]
+    height = stance * cosine - swing * swing_cosine + (radius - swing_radius)
+    return height, ahead, ahead + radius * q[THETA] + swing_radius * q[PSI]

@@ -1,4 +1,4 @@
-"""Enclosures of a flow over one step of time, and of its derivative by the start: Taylor polynomials and their defects.
+"""Enclosures of a flow and its derivative over a step of time: Taylor polynomials, their defects, and sets of states.
 
 A polynomial p(t) of thin coefficients nearly solves y' = f(y). Its defect d = f(p) - p' has enclosed coefficients of
 all powers below the order n, and a last one that holds at any time of the step (Taylor's theorem). For a solution y
@@ -11,27 +11,76 @@ it is less than E, it does. The same holds for the columns of the derivative, wh
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import accumulate
+from operator import mul
 from typing import Any, NamedTuple
 
+import numpy as np
 from flint import arb, arb_mat, arb_series, ctx
 
-from stages.proof.jets import Jet, jets
+from stages.proof.equations import Number, Numbers
 
 Ball = Any
 Matrix = Any
 #: A field of rates at a state, for numbers of any kind.
 Field = Callable[[Sequence[Any]], list[Any]]
-#: Order of the polynomials, bits of all balls, and how small a step's last coefficient makes its term.
-ORDER, BITS, TINY = 28, 128, 1e-25
-#: A step with a larger error of its own, or of its derivative by the start, is made shorter by this factor.
-ERROR, BY_START, SHORTER = 1e-25, 1e-10, 0.7
-#: A first guess of the tube is so many times what would do without curvature; it is widened this often, the step
-#: made shorter this often.
-WIDER, WIDENINGS, SHORTENINGS = 4, 2, 25
+#: Order of the polynomials, bits of all balls; largest radii of where a step ends, and of its derivative by the start.
+ORDER, BITS, ERROR, BY_START = 20, 128, 1e-23, 1e-10
+#: The tube is made so many times as wide as what it was found to need, this often.
+WIDER, WIDENINGS = 4, 3
 
 
 class NotProven(Exception):
     """A condition of the theorem could not be shown; the message says which one, and where."""
+
+
+class Jet:
+    """A number `v` and its derivatives `d` (n,); None is a derivative that is zero."""
+
+    def __init__(self, v: Number, d: Numbers) -> None:
+        self.v, self.d = v, d
+
+    def to(self, v: Number, slope: Number) -> Jet:
+        """A function of this number alone: its value, by the chain rule with its slope."""
+        return Jet(v, [None if each is None else slope * each for each in self.d])
+
+    def __add__(self, other: Number) -> Jet:
+        if not isinstance(other, Jet):
+            return Jet(self.v + other, self.d)
+        return Jet(self.v + other.v, [b if a is None else a if b is None else a + b for a, b in zip(self.d, other.d)])
+
+    def __mul__(self, other: Number) -> Jet:
+        if not isinstance(other, Jet):
+            return self.to(self.v * other, other)
+        return self.to(self.v * other.v, other.v) + other.to(0, self.v)
+
+    def __neg__(self) -> Jet:
+        return self.to(-self.v, -1)
+
+    def __sub__(self, other: Number) -> Jet:
+        return self.__add__(-other)
+
+    def __rsub__(self, other: Number) -> Jet:
+        return self.__neg__().__add__(other)
+
+    def __rtruediv__(self, other: Number) -> Jet:
+        value = other / self.v
+        return self.to(value, -(value / self.v))
+
+    def sin_cos(self) -> tuple[Jet, Jet]:
+        sine, cosine = self.v.sin_cos()
+        return self.to(sine, cosine), self.to(cosine, -sine)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+def jacobian(
+    function: Callable[[Numbers], Numbers], values: Numbers, one: Number = 1
+) -> tuple[list[Number], list[list[Number]]]:
+    """Functions of numbers at them, and rows of their derivatives; `one` is of their kind."""
+    places = range(len(values))
+    found = function([Jet(value, [one if i == j else None for j in places]) for i, value in enumerate(values)])
+    return [each.v for each in found], [[0 if a is None else a for a in each.d] for each in found]
 
 
 def column(values: Sequence[Ball]) -> Matrix:
@@ -39,100 +88,69 @@ def column(values: Sequence[Ball]) -> Matrix:
     return arb_mat(len(values), 1, list(values))
 
 
+def identity(size: int) -> Matrix:
+    """The matrix of a map that changes nothing."""
+    return arb_mat(np.eye(size, dtype=int).tolist())
+
+
 def sizes(matrix: Matrix) -> Matrix:
-    """Upper bounds of the sizes of all entries."""
-    return arb_mat(matrix.nrows(), matrix.ncols(), [upper(entry) for entry in matrix.entries()])
-
-
-def upper(ball: Ball) -> Ball:
-    """The largest size of a number in a ball, thin."""
-    return arb(ball.abs_upper())
-
-
-def widest(matrix: Matrix) -> float:
-    """The largest radius of an entry."""
-    return max(float(each.rad()) for each in matrix.entries())
+    """Upper bounds of the sizes of all entries, thin."""
+    return arb_mat(matrix.nrows(), matrix.ncols(), [arb(each.abs_upper()) for each in matrix.entries()])
 
 
 def around(matrix: Matrix) -> Matrix:
     """Balls about zero of these radii."""
-    return arb_mat(matrix.nrows(), matrix.ncols(), [arb(0, entry.abs_upper()) for entry in matrix.entries()])
+    return arb_mat(matrix.nrows(), matrix.ncols(), [arb(0, each.abs_upper()) for each in matrix.entries()])
 
 
-class Polynomial(NamedTuple):
-    """Coefficients of a polynomial in time by power, each (n,), and the enclosed coefficients of its defect."""
-
-    coefficients: list[list[Ball]]
-    defects: list[list[Ball]]
-
-    def at(self, time: Ball) -> list[Ball]:
-        """Its values (n,) at a ball of times."""
-        middle, rest = time.mid(), time - time.mid()
-        moved = self.moved(middle) if not rest.is_zero() else self
-        found = list(moved.coefficients[-1])
-        for one in reversed(moved.coefficients[:-1]):
-            found = [a * (rest if moved is not self else middle) + b for a, b in zip(found, one)]
-        return found
-
-    def moved(self, time: Ball) -> Polynomial:
-        """The polynomial in the time since `time`, which may be a ball."""
-        size = len(self.coefficients)
-        table = arb_mat(size, len(self.coefficients[0]), [each for row in self.coefficients for each in row])
-        found = shift(size, time) * table
-        return Polynomial([[found[i, j] for j in range(found.ncols())] for i in range(size)], [])
+def powers(size: int, time: Ball) -> Matrix:
+    """1, t, t^2, ... as a row."""
+    return arb_mat(1, size, list(accumulate([arb(1), *[time] * (size - 1)], mul)))
 
 
-def shift(size: int, time: Ball) -> Matrix:
-    """The matrix that takes coefficients of a polynomial in t to those in t - time."""
-    powers = [arb(1)]
-    for _ in range(size - 1):
-        powers.append(powers[-1] * time)
-    return arb_mat(size, size, [
-        arb.bin_uiui(j, i) * powers[j - i] if j >= i else arb(0) for i in range(size) for j in range(size)])
+def shifted(table: Matrix, time: Ball) -> Matrix:
+    """Coefficients by power (k, n) of polynomials in t, as ones in t - time, which may be a ball."""
+    size, power = table.nrows(), powers(table.nrows(), time)
+    return arb_mat(size, size, [arb.bin_uiui(j, i) * power[0, j - i] if j >= i else arb(0)
+                                for i in range(size) for j in range(size)]) * table  # fmt: skip
 
 
-def expanded(field: Field, start: Sequence[Ball]) -> Polynomial:
-    """The solution's Taylor polynomial from a thin `start`."""
-    coefficients, defects = [list(start)], []
+def at(table: Matrix, time: Ball) -> list[Ball]:
+    """Values (n,) of polynomials with these coefficients at a ball of times."""
+    if not time.is_exact():
+        table, time = shifted(table, time.mid()), time - time.mid()
+    return list((powers(table.nrows(), time) * table).entries())
+
+
+def expanded(field: Field, start: Sequence[Ball]) -> tuple[Matrix, Matrix]:
+    """Taylor polynomial of a solution from a thin start, by power, and its defect's coefficients below the order."""
+    rows, defects = [list(start)], []
     for k in range(ORDER):
         ctx.cap = k + 1
-        rates = field([arb_series([row[i] for row in coefficients]) for i in range(len(start))])
-        exact = [rate[k] for rate in rates]
-        following = [(rate / (k + 1)).mid() for rate in exact]
-        coefficients.append(following)
-        defects.append([rate - (k + 1) * after for rate, after in zip(exact, following)])
-    return Polynomial(coefficients, defects)
+        exact = [rate[k] for rate in field([arb_series(list(each)) for each in zip(*rows)])]
+        rows.append([(rate / (k + 1)).mid() for rate in exact])
+        defects.append([rate - (k + 1) * after for rate, after in zip(exact, rows[-1])])
+    return arb_mat(rows), arb_mat(defects)
 
 
-def differentiated(field: Field, coefficients: Sequence[Sequence[Ball]], cap: int, width: Sequence[Ball]
-                   ) -> tuple[list[Any], list[Matrix]]:  # fmt: skip
+def differentiated(field: Field, table: Matrix, width: Matrix, cap: int) -> tuple[list[Any], list[Matrix]]:
     """Rates along a polynomial as series of `cap` powers, and the derivative's matrices by power, for all states that
     are nearer to the polynomial than `width`.
     """
-    ctx.cap = cap
-    size = len(width)
-    states = [arb_series([coefficients[0][i] + width[i], *(row[i] for row in coefficients[1:])]) for i in range(size)]
-    found = field(jets(states, arb_series([1])))
-    entries = [[None] * size if not isinstance(one, Jet) else one.d for one in found]
-    zero = arb(0)
-    matrices = [arb_mat(size, size, [zero if e is None else e if isinstance(e, int) else e[k]
-                                     for row in entries for e in row]) for k in range(cap)]  # fmt: skip
-    return [one.v for one in found], matrices
-
-
-def quick_enough(polynomial: Polynomial) -> float:
-    """A step after which the last terms of a polynomial are tiny."""
-    largest = [(power, max(float(upper(each)) for each in row))
-               for power, row in enumerate(polynomial.coefficients) if power >= ORDER - 1]  # fmt: skip
-    return min(float((TINY / max(size, 1e-200)) ** (1.0 / power)) for power, size in largest)
+    ctx.cap, size = cap, table.ncols()
+    coefficients = table.transpose().tolist()
+    states = [arb_series([first + wide, *rest]) for (first, *rest), wide in zip(coefficients, around(width).entries())]
+    rates, rows = jacobian(field, states, arb_series([1]))
+    entries = [each if isinstance(each, arb_series) else arb_series([each]) for row in rows for each in row]
+    return rates, [arb_mat(size, size, [each[k] for each in entries]) for k in range(cap)]
 
 
 class Step(NamedTuple):
-    """A step of time `length`: its polynomial, how far solutions from the set are from it, where they end, and the
-    derivative of the end by the start.
+    """A step of time `length`: coefficients (k, n) of its polynomial, how far solutions from the set are from it, where
+    the one from its start ends, and the derivative of the end by the start over the set.
     """
 
-    polynomial: Polynomial
+    table: Matrix
     length: Ball
     width: list[Ball]
     end: Matrix
@@ -140,91 +158,80 @@ class Step(NamedTuple):
 
     def tube(self, times: Ball) -> list[Ball]:
         """All states at these times."""
-        return [a + b for a, b in zip(self.polynomial.at(times), self.width)]
+        return [a + b for a, b in zip(at(self.table, times), self.width)]
 
 
-def step(field: Field, polynomial: Polynomial, length: float, spread: Sequence[Ball], exact: bool = False) -> Step:
-    """The step of `length`, or, unless that is `exact`, of a part of it, of all solutions that start nearer to the
-    polynomial's start than `spread`. Raises NotProven.
+def step(field: Field, polynomial: tuple[Matrix, Matrix], length: Ball, spread: Matrix) -> Step | None:
+    """The step of `length` of all solutions that start nearer to the polynomial's start than `spread`; None if they are
+    not shown to stay in a tube, or end in too wide a box.
     """
-    for _ in range(SHORTENINGS):
-        for widening in range(WIDENINGS):
-            found = _attempt(field, polynomial, arb(length), column(spread), WIDER * 8**widening)
-            if found is not None and (exact or (widest(found.end) <= ERROR and widest(found.derivative) <= BY_START)):
-                return found
-            if found is not None:
-                break
-        if exact:
+    (table, defects), size, last = polynomial, spread.nrows(), length**ORDER
+    early = (powers(ORDER, length) * sizes(defects)).transpose()
+    always = shifted(shifted(table, length / 2), arb(0, length / 2))  # at any time of the step
+    width = arb_mat(size, 1)
+    for _ in range(WIDENINGS):
+        rates, linear = differentiated(field, always, width, ORDER + 1)
+        bound, m = sizes(linear[0]), sizes(linear[0])
+        for i in range(size):
+            m[i, i] = arb(linear[0][i, i].upper())
+        upper = [a + b for a, b in zip((m * length).tolist(), (identity(size) * length).tolist())]
+        block = arb_mat(upper + arb_mat(size, 2 * size).tolist()).exp()
+        psi = sizes(arb_mat([row[size:] for row in block.tolist()[:size]]))  # the integral of exp(M s)
+        error = psi * (early + sizes(column([rate[ORDER] for rate in rates])) * last)
+        needed = sizes(spread + psi * bound * spread + error)
+        if all(a < b for a, b in zip(needed.entries(), width.entries())):
             break
-        length *= SHORTER
-    raise NotProven("the flow could not be enclosed")
-
-
-def _attempt(field: Field, polynomial: Polynomial, length: Ball, spread: Matrix, wider: int) -> Step | None:
-    """The step, if solutions stay in the tube that is guessed."""
-    size, power = spread.nrows(), length**ORDER
-    over = polynomial.moved(length / 2).moved(arb(0, length / 2))  # at any time of the step
-    early = [sum((upper(row[i]) * length**k for k, row in enumerate(polynomial.defects)), arb(0)) for i in range(size)]
-    # The guess: as if the derivative along the polynomial were that in the tube, and its last term the defect's.
-    _, linear = differentiated(field, over.coefficients[:1], 1, [arb(0)] * size)
-    last = [upper(value) * power * 4 for value in polynomial.coefficients[-1]]
-    reach = _reached(linear[0], length, spread, [a + b for a, b in zip(early, last)])[0] * arb(wider)
-    width = [arb(0, each.abs_upper()) for each in reach.entries()]
-    rates, linear = differentiated(field, over.coefficients, ORDER + 1, width)
-    if not all(entry.is_finite() for entry in linear[ORDER].entries()):
+        width = sizes(needed * WIDER)
+    else:
         return None
-    needed, psi, error = _reached(linear[0], length, spread, [a + upper(rate[ORDER]) * power
-                                                              for a, rate in zip(early, rates)])  # fmt: skip
-    if not all(a < b for a, b in zip(needed.entries(), reach.entries())):
-        return None
-    thin, variation, beside = _variation(field, polynomial, width, length)
-    stacked = arb_mat(ORDER + 1, size * size, [each for one in thin for each in one.entries()])
-    moved = (shift(ORDER + 1, arb(length / 2, length / 2)) * stacked).tolist()
-    late = arb_mat(size, size)
-    for k in range(ORDER + 1):
-        late += linear[k] * arb_mat(size, size, moved[ORDER - k])
-    end = column(polynomial.at(length)) + around(error)
-    return Step(polynomial, length, width, end, variation + around(psi * (beside + sizes(late) * power)))
-
-
-def _reached(linear: Matrix, length: Ball, spread: Matrix, defect: Sequence[Ball]) -> tuple[Matrix, Matrix, Matrix]:
-    """How far from the polynomial solutions come that start within `spread`, given the derivative in the tube and a
-    bound of the defect; Psi; and how far the one from its start comes.
-    """
-    psi, bound = _spreading(linear, length)
-    error = psi * column(defect)
-    return sizes(spread + psi * sizes(bound) * spread + error), psi, error
-
-
-def _spreading(linear: Matrix, length: Ball) -> tuple[Matrix, Matrix]:
-    """The integral of exp(M s) over the step, and M, which bounds what a derivative `linear` does to sizes."""
-    size = linear.nrows()
-    bound = arb_mat(size, size, [
-        arb(linear[i, j].upper()) if i == j else upper(linear[i, j]) for i in range(size) for j in range(size)])
-    whole = arb_mat(2 * size, 2 * size)
-    for i in range(size):
-        whole[i, size + i] = length
-        for j in range(size):
-            whole[i, j] = bound[i, j] * length
-    found = whole.exp()
-    return sizes(arb_mat(size, size, [found[i, size + j] for i in range(size) for j in range(size)])), bound
-
-
-def _variation(field: Field, polynomial: Polynomial, width: Sequence[Ball], length: Ball
-               ) -> tuple[list[Matrix], Matrix, Matrix]:  # fmt: skip
-    """Thin coefficients of the derivative by the start, its value after the step, and bounds of its early defects."""
-    size = len(width)
-    _, linear = differentiated(field, polynomial.coefficients, ORDER, width)
-    thin = [arb_mat(size, size, [arb(int(i == j)) for i in range(size) for j in range(size)])]
-    beside, power = arb_mat(size, size), arb(1)
+    _, along = differentiated(field, table, width, ORDER)
+    thin, early = [identity(size)], arb_mat(size, size)
     for k in range(ORDER):
-        rate = arb_mat(size, size)
-        for j in range(k + 1):
-            rate += linear[j] * thin[k - j]
+        rate = sum((along[j] * thin[k - j] for j in range(k + 1)), arb_mat(size, size))
         thin.append((rate * (1 / arb(k + 1))).mid())
-        beside += sizes(rate - thin[-1] * arb(k + 1)) * power
-        power *= length
-    value = thin[-1]
-    for one in reversed(thin[:-1]):
-        value = value * length + one
-    return thin, value, beside
+        early += sizes(rate - thin[-1] * arb(k + 1)) * length**k
+    variation = arb_mat([list(each.entries()) for each in thin])
+    later = shifted(variation, arb(length / 2, length / 2)).tolist()
+    late = sum((linear[k] * arb_mat(size, size, later[ORDER - k]) for k in range(ORDER + 1)), arb_mat(size, size))
+    derivative = arb_mat(size, size, at(variation, length)) + around(psi * (early + sizes(late) * last))
+    end = column(at(table, length)) + around(error)
+    for matrix, most in ((end, ERROR), (derivative, BY_START)):
+        if not all(each.rad() < most for each in matrix.entries()):
+            return None
+    return Step(table, length, list(around(width).entries()), end, derivative)
+
+
+class Carried(NamedTuple):
+    """What becomes of a box of starts z + delta, `delta` (n, 1): the states x + frame (s + by_start delta).
+
+    x is thin, the frame too, s a small ball that the centre's own errors fill; frame times by_start, a matrix of balls,
+    is the derivative by the start. The frame is made anew after each map from the longest sides (scaled QR), so that it
+    turns with the flow and the balls do not wrap around (Lohner).
+    """
+
+    x: Matrix
+    frame: Matrix
+    s: Matrix
+    by_start: Matrix
+    delta: Matrix
+
+    @property
+    def spread(self) -> Matrix:
+        """States less x, as a box (n, 1)."""
+        return self.frame * (self.s + self.by_start * self.delta)
+
+    @property
+    def hull(self) -> list[Ball]:
+        """A box that holds the states."""
+        return list((self.x + self.spread).entries())
+
+    def after(self, end: Matrix, derivative: Matrix) -> Carried:
+        """The set after a map that takes x to `end` and has this derivative over the hull."""
+        turned, x = derivative * self.frame, end.mid()
+        radii = np.array([float(each.abs_upper()) for each in (self.s + self.by_start * self.delta).entries()])
+        sides = np.array(turned.mid().tolist(), dtype=float) * np.maximum(radii, 1e-300)
+        order = np.argsort(-np.linalg.norm(sides, axis=0))
+        frame = arb_mat(np.linalg.qr(sides[:, order] / max(np.abs(sides).max(), 1e-300))[0].tolist())
+        back = frame.inv()
+        turned = back * turned
+        return Carried(x, frame, turned * self.s + back * (end - x), turned * self.by_start, self.delta)

@@ -2,195 +2,104 @@
 
 Z is a ball about a thin centre z, P the map over the steps, C close to (1 - P'(z))^-1. If Krawczyk's box
 K = z + C (P(z) - z) + (1 - C (1 - P'(Z))) (Z - z) lies inside Z, there is one fixed point in Z, and it lies in K.
-The multipliers are the eigenvalues of P'(Z). Similar matrices S^-1 P'(Z) S have them in Gershgorin's discs, as many in
-each group of discs as it has members.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Mapping
+from decimal import Decimal
+from functools import partial
 from typing import Any
 
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
 from stages.biped.design import Biped
+from stages.biped.gait import StanceState
+from stages.biped.quantity import faults
+from stages.biped.question import refuse
 from stages.ground.slope import Slope
-from stages.proof.equations import Leg, Machine
-from stages.proof.flow import BITS, Ball, Matrix, NotProven, column
-from stages.proof.sets import Carried, Scalar
+from stages.proof.equations import Machine
+from stages.proof.flow import BITS, Ball, Carried, Matrix, NotProven, around, column, identity
 from stages.proof.walk import Walk
 
+KIND = "bipedstudy proof 1"
+KEYS = ("kind", "biped", "ground", "steps", "phases", "centre", "radius", "stable", "enclosures", "says")
+#: What a proof says of the claims that it decides, for one step.
+SAYS = {True: {"stable_gait": "proven for the constraint model"},
+        False: {"stable_gait": "proven unstable for the constraint model"}, None: {}}  # fmt: skip
+#: Entries of the state; rigid legs have every other.
+STATE = tuple(StanceState.__dataclass_fields__)
+DECIMAL = re.compile(r"-?\d{1,40}(\.\d{1,80})?(e-?\d{1,3})?")
+#: Radius of a ball, in which the last of its centre's digits is this small; and how often a better centre is taken.
+RADIUS, DIGITS, CENTRES = "1e-16", 18, 3
+#: By so many of its radii an enclosure is written wider, as other roundings choose other steps when it is checked.
+SPARE = 4
 #: Multipliers smaller than this part of the largest are enclosed together.
 SMALL = 1e-4
-#: The ball's radius is so many times less than where its own size would spoil the test; its centre's last digit is so
-#: much smaller than the radius.
-SURE, FINER = 1000.0, 100
-#: Radius of the first ball, which only makes the centre better, and limits of the second.
-FIRST, LEAST, MOST = 1e-15, 1e-19, 1e-15
 
 
-@dataclass(frozen=True)
-class Units:
-    """Powers of two near the biped's length [m] and shortest time [s], by which nothing is rounded."""
-
-    length: float
-    time: float
-
-    @classmethod
-    def of(cls, biped: Biped, slope: Slope) -> Units:
-        """Units in which the fastest rate is near one."""
-        leg, rate = biped.leg(0), math.sqrt(slope.gravity / biped.leg_length)
-        if biped.legs == "compliant":
-            ease = 1 / (biped.hip_mass + leg.frame_mass) + 1 / leg.foot_mass
-            rate = max(rate, math.sqrt(leg.stiffness * ease), leg.damping * ease)
-        return cls(2.0 ** round(math.log2(biped.leg_length)), 2.0 ** math.ceil(math.log2(1 / rate)))
-
-    def scales(self, rigid: bool) -> list[Ball]:
-        """What one of each entry of a state is in SI units, thin."""
-        lengths = [arb(1), arb(1)] if rigid else [arb(1), arb(self.length)] * 2
-        return lengths + [each / arb(self.time) for each in lengths]
-
-
-def machine_of(biped: Biped, slope: Slope, units: Units) -> Machine:
-    """The design in these units; its numbers are the decimals that are written in the parameters, as balls."""
-    time, length = arb(units.time), arb(units.length)
-
-    def decimal(value: float) -> Ball:
-        return arb(repr(float(value)))
-
-    def leg(index: int) -> Leg:
-        its = biped.leg(index)
-        masses, lengths = (its.foot_mass, its.frame_mass), (its.leg_length, its.foot_radius, its.foot_com,
-                                                            its.foot_offset, its.frame_com, its.frame_offset)
-        mass, frame = map(decimal, masses)
-        natural, radius, com, offset, frame_com, frame_offset = (decimal(each) / length for each in lengths)
-        inertia, frame_inertia = (decimal(each) / length**2 for each in (its.leg_inertia, its.frame_inertia))
-        return Leg(mass, natural, radius, com, decimal(its.stiffness) * time**2, decimal(its.damping) * time, inertia,
-                   offset, frame, frame_com, frame_offset, frame_inertia)  # fmt: skip
-
-    first, other, angle = biped.leg(0), biped.leg(1), decimal(slope.slope_deg) * arb.pi() / 180
-    pull, torque = decimal(slope.gravity) * time**2 / length, (length / time) ** 2
-    alike = (first.leg_length, first.foot_radius) == (other.leg_length, other.foot_radius)
-    return Machine(
-        decimal(biped.hip_mass), decimal(biped.weighed_hip), leg(0), leg(1), decimal(biped.hip_stiffness) / torque,
-        decimal(biped.hip_damping) / (torque * time), -decimal(biped.hip_rest_angle),
-        (pull * angle.sin(), -pull * angle.cos()), biped.legs == "rigid", alike)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Multipliers:
-    """Discs (centre, radius) that hold one multiplier each, a bound of all others, and the largest one's size."""
-
-    discs: list[tuple[Any, Ball]]
-    others: Ball
-    least: Ball
-    most: Ball
-
-    @property
-    def stable(self) -> bool | None:
-        """Whether all are inside the unit circle; None where that is not decided."""
-        return True if self.most < 1 else False if self.least > 1 else None
-
-
-@dataclass(frozen=True)
-class Theorem:
-    """What was proven, in SI units: period and step length of the mean step, and balls of the fixed point's entries."""
-
-    phases: list[str]
-    centre: list[str]
-    radius: str
-    fixed_point: list[Ball]
-    period: Ball
-    step_length: Ball
-    least_forces: dict[str, Ball]
-    multipliers: Multipliers
-
-
-def walked(
-    biped: Biped, slope: Slope, centre: list[str], radius: str, steps: int, progress: Callable[[int, str], None]
-) -> tuple[Walk, list[Ball], Matrix]:
-    """So many steps of the ball of `radius` about `centre` (decimals, SI units): the walk, and the ball's thin centre
-    and extent in own units. Raises NotProven.
+def prove(biped: Biped, slope: Slope, centre: list[str], radius: str, steps: int, centres: int,
+          progress: Callable[[float, str], None]) -> dict[str, Any]:  # fmt: skip
+    """The content of a proof file, for the ball of `radius` about `centre` (decimals, SI units), or about a better one,
+    for so many `centres` in all. Raises NotProven.
     """
-    ctx.prec = BITS
-    units = Units.of(biped, slope)
-    scales = units.scales(biped.legs == "rigid")
-    exact = [arb(text) / scale for text, scale in zip(centre, scales)]
-    thin = [each.mid() for each in exact]
-    reach = column([arb(0, (arb(radius) / scale + 2 * (each - each.mid())).abs_upper())
-                    for each, scale in zip(exact, scales)])  # fmt: skip
-    nothing = Scalar(arb(0), arb_mat(1, len(thin)))
-    walk = Walk(machine_of(biped, slope, units), Carried.box(thin, reach), nothing, nothing, units.time)
-    counted = iter(range(10**9))
-    walk.advance = lambda phase: progress(next(counted), phase)
-    try:
-        for _ in range(steps):
-            walk.step()
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        raise NotProven(f"numbers are too wide to go on, after {', '.join(walk.phases) or 'the start'}") from None
-    return walk, thin, reach
+    ctx.prec, size, names = BITS, len(centre), STATE[:: len(STATE) // len(centre)]
+    fast = slope.gravity / biped.leg_length + (biped.stiffness / biped.foot_mass if biped.legs == "compliant" else 0)
+    unit = 2.0 ** -round(0.5 * math.log2(fast))  # [s]: the fastest rate is near one, and nothing is rounded
+    scales, one = [arb(1)] * (size // 2) + [1 / arb(unit)] * (size // 2), identity(size)
+    for attempt in range(centres):
+        exact = [arb(text) / scale for text, scale in zip(centre, scales)]
+        thin = column(exact).mid()
+        reach = around(column(exact) - thin + column([arb(radius) / scale for scale in scales]))
+        box = Carried(thin, one, arb_mat(size, 1), one, reach)
+        walk = Walk(Machine.of(biped, slope, unit), box, unit, partial(progress, attempt / centres))
+        try:
+            for _ in range(steps):
+                walk.step()
+            end, derivative = walk.carried, walk.carried.frame * walk.carried.by_start
+            inverse = (one - derivative.mid()).inv().mid()
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            raise NotProven(f"numbers are too wide to go on, in {walk.phases[-1]}") from None
+        box = thin + inverse * (end.x + end.frame * end.s - thin) + (one - inverse * (one - derivative)) * reach
+        point = {name: each * scale for name, each, scale in zip(names, box.entries(), scales)}
+        missed = [name for name, text in zip(names, centre) if not abs(point[name] - arb(text)) < arb(radius)]
+        if not missed:
+            stable, multipliers = judged(derivative)
+            balls, spare = {**walk.measured(steps), **point, **multipliers}, SPARE if centres > 1 else 0
+            balls = {name: ball + arb(0, ball.rad() * spare) for name, ball in balls.items()}
+            return record(biped, slope, steps, walk.phases, dict(zip(names, centre)), radius, stable, balls)
+        centre = [outward(each.mid(), DIGITS)[0] for each in point.values()]
+    raise NotProven(f"the fixed point is not shown to be in the ball: Krawczyk's test fails for {missed[0]}")
 
 
-def krawczyk(walk: Walk, thin: list[Ball], reach: Matrix) -> tuple[Matrix, Matrix]:
-    """Krawczyk's box less the centre, and the part of it that comes from the ball's extent."""
-    derivative, size = walk.carried.derivative, len(thin)
-    one = arb_mat(size, size, [arb(int(i == j)) for i in range(size) for j in range(size)])
-    inverse = (one - derivative.mid()).inv().mid()
-    rest = (one - inverse * (one - derivative)) * reach
-    return inverse * (column(walk.carried.centre) - column(thin)) + rest, rest
+def judged(derivative: Matrix) -> tuple[bool | None, dict[str, Ball]]:
+    """Whether all eigenvalues of any matrix in a matrix of balls are inside the unit circle, or one is outside, and
+    enclosures of those that are known apart, largest first.
+    """
+    discs = enclosed(derivative)
+    alone = [one for one in discs if not any(one.overlaps(each) for each in discs if each is not one)]
+    most = max((arb(abs(each).upper()) for each in discs), key=float)
+    largest = max((arb(abs(each).lower()) for each in alone), key=float, default=arb(0)).union(most)
+    balls = {f"multiplier_{place}_{part}": getattr(one, part)
+             for place, one in enumerate((each for each in alone if not each.contains(0)), 1)
+             for part in ("real", "imag")}  # fmt: skip
+    stable = True if largest < 1 else False if largest > 1 else None
+    return stable, {**balls, "largest_multiplier_size": largest}
 
 
-def refined(biped: Biped, slope: Slope, guess: list[float], steps: int, progress: Callable[[int, str], None]
-            ) -> tuple[list[str], str]:  # fmt: skip
-    """A better centre than the `guess` (SI units), and a radius that suits it, as decimals. Raises NotProven."""
-    walk, thin, reach = walked(biped, slope, [repr(each) for each in guess], repr(FIRST), steps, progress)
-    found, rest = krawczyk(walk, thin, reach)
-    if not all(each.is_finite() for each in found.entries()):
-        raise NotProven("the map's derivative is not known well enough to test a ball")
-    share = max(float(a.rad()) / float(b.rad()) for a, b in zip(rest.entries(), reach.entries()))
-    radius = min(max(FIRST / (share * SURE), LEAST), MOST)
-    digits = -math.floor(math.log10(radius))
-    scales = Units.of(biped, slope).scales(biped.legs == "rigid")
-    better = [(a + b).mid() * scale for a, b, scale in zip(thin, found.entries(), scales)]
-    return [decimals(each, digits + round(math.log10(FINER))) for each in better], f"1e-{digits}"
-
-
-def decimals(value: Ball, digits: int) -> str:
-    """A thin number rounded to so many digits behind the point."""
-    scaled = (value * arb(10) ** digits + arb("0.5")).mid().floor().unique_fmpz()
-    sign, text = "-" if scaled < 0 else "", str(abs(int(scaled))).rjust(digits + 1, "0")
-    return f"{sign}{text[:-digits]}.{text[-digits:]}"
-
-
-def prove(biped: Biped, slope: Slope, centre: list[str], radius: str, steps: int, progress: Callable[[int, str], None]
-          ) -> Theorem:  # fmt: skip
-    """The theorem for the ball of `radius` about `centre` (decimals, SI units). Raises NotProven."""
-    walk, thin, reach = walked(biped, slope, centre, radius, steps, progress)
-    found, _ = krawczyk(walk, thin, reach)
-    units = Units.of(biped, slope)
-    scales = units.scales(biped.legs == "rigid")
-    for place, (each, scale) in enumerate(zip(found.entries(), scales)):
-        inner = (arb(radius) / scale * (1 - arb(2) ** -60)).abs_lower()
-        if not arb(0, inner).contains_interior(each):
-            raise NotProven(f"the fixed point is not shown to be in the ball: Krawczyk's test fails in entry {place} "
-                            "of the state")
-    multipliers = enclosed(walk.carried.derivative)
-    force = arb(units.length) / arb(units.time) ** 2
-    return Theorem(
-        walk.phases, centre, radius, [(a + b) * scale for a, b, scale in zip(thin, found.entries(), scales)],
-        walk.time.over(found) * arb(units.time) / steps, walk.length.over(found) * arb(units.length) / steps,
-        {phase: least * force for phase, least in walk.least.items()}, multipliers)  # fmt: skip
-
-
-def enclosed(derivative: Matrix) -> Multipliers:
-    """Enclosures of the eigenvalues of any matrix in a matrix of balls."""
+def enclosed(derivative: Matrix) -> list[Any]:
+    """Balls that hold the eigenvalues of any matrix in a matrix of balls, largest first: Gershgorin's discs of a
+    similar matrix. One apart from all others holds one.
+    """
     from scipy.linalg import schur
 
     size = derivative.nrows()
-    middle = np.array([[float(derivative[i, j].mid()) for j in range(size)] for i in range(size)])
+    middle = np.array(derivative.mid().tolist(), dtype=float)
     weights = np.linalg.norm(middle, axis=1) + 1e-12 * np.linalg.norm(middle)
     middle = middle / weights[:, None] * weights
     values, vectors = np.linalg.eig(middle)
@@ -202,38 +111,61 @@ def enclosed(derivative: Matrix) -> Multipliers:
     similar = columns.inv() * acb_mat(derivative) * columns
     discs = []
     for i in range(size):
-        centre = acb(similar[i, i].real.mid(), similar[i, i].imag.mid())
-        radius = abs(similar[i, i] - centre) + sum((abs(similar[i, j]) for j in range(size) if j != i), arb(0))
-        discs.append((centre, arb(radius.abs_upper())))
-    groups = grouped(discs)
-    least = [min_of([abs(discs[i][0]) - discs[i][1] for i in group]) for group in groups]
-    most = [max_of([abs(discs[i][0]) + discs[i][1] for i in group]) for group in groups]
-    alone = [discs[group[0]] for group in groups if len(group) == 1 and large_disc(discs[group[0]])]
-    alone.sort(key=lambda disc: -float(abs(disc[0])))
-    rest = [high for group, high in zip(groups, most) if len(group) > 1 or not large_disc(discs[group[0]])]
-    return Multipliers(alone, max_of(rest) if rest else arb(0), max_of(least), max_of(most))
+        radius = arb(0, sum((abs(similar[i, j]) for j in range(size) if j != i), arb(0)).abs_upper())
+        discs.append(similar[i, i] + acb(radius, radius))
+    return sorted(discs, key=lambda disc: -float(abs(disc)))
 
 
-def large_disc(disc: tuple[Any, Ball]) -> bool:
-    """Whether a disc is small beside the distance of its centre from zero."""
-    return bool(disc[1] < abs(disc[0]) / 10)
+def outward(ball: Any, digits: int | None = None) -> list[str]:
+    """Decimals below and above a ball, with so many digits behind the point."""
+    if digits is None:
+        width = 2 * float(ball.rad())
+        digits = max(1, 2 - math.floor(math.log10(width))) if width > 0 else 40
+    scaled = ball * 10**digits
+    ends = scaled.lower().floor(), scaled.upper().ceil()
+    return [f"{Decimal(f'{end.unique_fmpz()}e-{digits}'):f}" for end in ends]
 
 
-def grouped(discs: list[tuple[Any, Ball]]) -> list[list[int]]:
-    """Places of discs in groups that are not known to be apart."""
-    groups: list[list[int]] = []
-    for i, (centre, radius) in enumerate(discs):
-        near = [group for group in groups
-                if any(not abs(discs[j][0] - centre) > discs[j][1] + radius for j in group)]  # fmt: skip
-        groups = [group for group in groups if group not in near] + [[i, *(j for group in near for j in group)]]
-    return groups
+def record(biped: Biped, slope: Slope, steps: int, phases: list[str], centre: dict[str, str], radius: str,
+           stable: bool | None, balls: Mapping[str, Any]) -> dict[str, Any]:  # fmt: skip
+    """A proof file's content; `balls` are its enclosures in SI units."""
+    says = SAYS[stable] if steps == 1 or not biped.alike else {}
+    found = {name: outward(ball) for name, ball in balls.items()}
+    about = dataclasses.asdict(biped), dataclasses.asdict(slope)
+    parts = (KIND, *about, steps, phases, centre, radius, stable, found, says)
+    return dict(zip(KEYS, parts, strict=True))
 
 
-def max_of(balls: list[Ball]) -> Ball:
-    """The upper end of the largest number."""
-    return max((arb(each.upper()) for each in balls), key=float)
+def read(content: bytes, name: str) -> tuple[Biped, Slope, dict[str, Any]]:
+    """The design and the content of a proof file. Raises WrongOption."""
+    try:
+        told: Any = json.loads(content)
+        if set(told) != set(KEYS) or told["kind"] != KIND:
+            raise ValueError(f"it has kind: {KIND!r} and the keys {', '.join(KEYS[1:])}")
+        biped, slope = Biped(**told["biped"]), Slope(**told["ground"])
+        if broken := [*faults(biped), *faults(slope)]:
+            raise ValueError(f"biped or ground has a value that no design may have: {broken[0]}")
+        if tuple(told["centre"]) != (names := STATE[:: 2 if biped.legs == "rigid" else 1]):
+            raise ValueError(f"centre has the entries {', '.join(names)}")
+        if told["steps"] not in (1, 2, 4, 8):
+            raise ValueError(f"steps = {told['steps']!r}; allowed: 1, 2, 4 or 8")
+        pairs = [(low, high) for low, high in told["enclosures"].values()]
+        numbers = [told["radius"], *told["centre"].values(), *(each for pair in pairs for each in pair)]
+        if not all(isinstance(each, str) and DECIMAL.fullmatch(each) for each in numbers):
+            raise ValueError("radius, centre and enclosures are decimals, as text")
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        refuse((True, f"{name} is no proof file: {error}"))
+    return biped, slope, told
 
 
-def min_of(balls: list[Ball]) -> Ball:
-    """The lower end of the least number."""
-    return min((arb(each.lower()) for each in balls), key=float)
+def confirm(told: Mapping[str, Any], anew: Mapping[str, Any], name: str) -> None:
+    """Raise NotProven where the file `name` says what a proof made anew does not."""
+    for key in ("phases", "stable", "says"):
+        if told[key] != anew[key]:
+            raise NotProven(f"{name} is not confirmed: its {key} is {told[key]}, and a proof made anew has {anew[key]}")
+    if set(told["enclosures"]) != set(anew["enclosures"]):
+        raise NotProven(f"{name} is not confirmed: its enclosures are not those of a proof made anew")
+    for key, found in anew["enclosures"].items():
+        (low, high), (at_least, at_most) = map(Decimal, told["enclosures"][key]), map(Decimal, found)
+        if not low <= at_least <= at_most <= high:
+            raise NotProven(f"{name} is not confirmed: a proof made anew shows {key} in {' .. '.join(found)} alone")

@@ -1,218 +1,154 @@
-"""One step of the walk, enclosed: double stance, toe-off, single stance, heel strike, with all that the model asks.
-
-The theorem's conditions are tested on the tube of every step of time, cut into pieces until each holds:
-
-- the ground pushes on the stance foot, and in double stance on the other foot, whose force falls to zero only at the
-  end: where it cannot be told from zero there, it falls;
-- no heel strike before the last: with the swing foot ahead, its height has no zero through which it falls. The height
-  is zero as a phase begins, and may pass zero behind the stance foot, which the model's guard leaves out;
-- no leg is pressed down to its foot, and the hip is between the feet after heel strike.
-"""
+"""One step of the walk, enclosed, with the theorem's conditions (docs/proof.md) on the tube of every step of time."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 from flint import arb, arb_mat
+from scipy.optimize import brentq
 
-from stages.proof.equations import Machine, foot, full, motion, strike
-from stages.proof.flow import Ball, Matrix, NotProven, Polynomial, Step, column, expanded, quick_enough, step, upper
-from stages.proof.jets import gradient, jacobian
-from stages.proof.sets import Carried, Scalar
+from stages.proof import flow
+from stages.proof.equations import LENGTH, SWING_LENGTH, Machine, foot, motion, strike
+from stages.proof.flow import Ball, Carried, Matrix, NotProven, Step, column, jacobian
 
 DOUBLE_STANCE, SINGLE_STANCE = "double stance", "single stance"
-#: Most steps of time of a phase, and how often a piece of a step is cut in two.
-MOST_STEPS, CUTS = 3000, 12
-#: Pieces are cut until a force is known to this part of its size.
-FORCE_WIDTH = 0.02
-#: Bisections of an event's time.
-BISECTIONS = 120
+#: Lengths of the first and of the shortest step of time, by what one is made shorter if it is not enclosed, or longer,
+#: and how long no gait is.
+FIRST, SHORTEST, SHORTER, LONGER, LONGEST = 1.0, 1e-4, 0.7, 1.05, 1e5
+#: How often a step is cut in two, until a force is known to this part of its size.
+CUTS, FORCE_WIDTH = 12, 0.02
 
 
 @dataclass
 class Walk:
-    """What is gathered on the way: time (its `unit` in seconds), way, phases, and the stance foot's least forces."""
+    """What is gathered on the way: the set, time and way (in the machine's units; `unit` [s]), phases, and the stance
+    foot's least forces.
+    """
 
     machine: Machine
     carried: Carried
-    time: Scalar
-    length: Scalar
     unit: float
+    advance: Callable[[str], None]
+    time: Ball = field(default_factory=arb)
+    length: Ball = field(default_factory=arb)
     phases: list[str] = field(default_factory=list)
     least: dict[str, Ball] = field(default_factory=dict)
-    advance: Callable[[str], None] = lambda _: None
+    both: bool = False
 
     def step(self) -> None:
         """Walk to the next heel strike, legs renamed. Raises NotProven."""
-        if not self.machine.rigid:
-            Phase(self, True).run()
-        Phase(self, False).run()
-        machine, hull = self.machine, self.carried.hull
-        self.length = self.length.more(self.carried.scalar(lambda y: foot(machine, y)[2]))
-        slope = jacobian(lambda y: strike(machine, y), hull)
-        end = strike(machine, list(self.carried.x.entries()))
-        self.carried = self.carried.after(column(end), matrix(slope))
-        self.machine = machine.exchanged
-        angle = self.carried.hull[len(self.machine.free) // 2]
-        if not angle < 0:
+        for phase in (DOUBLE_STANCE, SINGLE_STANCE)[LENGTH not in self.machine.free :]:
+            self.phases.append(phase)
+            self.both = phase == DOUBLE_STANCE
+            self.phase()
+        hull = self.carried.hull
+        self.length += foot(self.machine, hull)[2]
+        _, slope = jacobian(lambda y: strike(self.machine, y), hull)
+        end = strike(self.machine, list(self.carried.x.entries()))
+        self.carried, self.machine = self.carried.after(column(end), arb_mat(slope)), self.machine.exchanged
+        if not self.carried.hull[len(self.machine.free) // 2] < 0:
             raise NotProven("at heel strike the hip is not between the feet")
 
+    def measured(self, steps: int) -> dict[str, Ball]:
+        """Period and length of the mean of all steps, and least forces, in SI units."""
+        forces = {f"least_force_{phase.replace(' ', '_')}_N": force / arb(self.unit) ** 2
+                  for phase, force in self.least.items()}  # fmt: skip
+        return {"period_s": self.time * arb(self.unit) / steps, "step_length_m": self.length / steps, **forces}
 
-def matrix(rows: Sequence[Sequence[Any]]) -> Matrix:
-    """Rows as a matrix."""
-    return arb_mat(len(rows), len(rows[0]), [each for row in rows for each in row])
+    def phase(self) -> None:
+        """Carry the set to the end of the phase. Raises NotProven."""
+        length = FIRST
+        while True:
+            polynomial = flow.expanded(self.rates, list(self.carried.x.entries()))
+            end = found = None
+            while found is None:
+                end = self.crossing(polynomial[0], length)
+                tried = arb(length if end is None else end)
+                with suppress(ValueError):  # a divisor may be zero
+                    found = flow.step(self.rates, polynomial, tried, flow.sizes(self.carried.spread))
+                length *= SHORTER if found is None else LONGER
+                self.require(length > SHORTEST, "the flow could not be enclosed")
+            self.require(self.time < LONGEST, "no end of the phase was found")
+            self.check(found, arb(0), found.length, end is not None, CUTS)
+            self.carried = self.carried.after(found.end, found.derivative)
+            self.time += found.length
+            if end is not None:
+                self.end()
+                return
+            self.advance(f"{self.phases[-1]}, {float(self.time) * self.unit:.3f} s")
 
-
-class Phase:
-    """A phase of a walk, in double stance (`both`) or single stance, with its guard."""
-
-    def __init__(self, walk: Walk, both: bool) -> None:
-        self.walk, self.machine, self.both = walk, walk.machine, both
-        self.name = DOUBLE_STANCE if both else SINGLE_STANCE
-        self.elapsed = arb(0)
-        #: Equal rigid legs have both feet at one place where they pass. Ahead, height has the sign of psi - theta.
-        self.by_angles = self.machine.rigid and self.machine.alike
-
-    def field(self, y: Sequence[Any]) -> list[Any]:
+    def rates(self, y: Sequence[Any]) -> list[Any]:
         """Rates at a state."""
-        return [*y[len(y) // 2 :], *motion(self.machine, y, self.both, forces=False).accelerations]
+        return [*y[len(y) // 2 :], *motion(self.machine, y, self.both)[0]]
 
     def guard(self, y: Sequence[Any]) -> Any:
         """What falls to zero at the phase's end: the trailing foot's normal force, or the swing foot's height."""
-        if self.both:
-            return motion(self.machine, y, True, forces=False).trailing_force
-        return y[1] - y[0] if self.by_angles else foot(self.machine, y)[0]
+        return motion(self.machine, y, True)[2] if self.both else foot(self.machine, y)[0]
 
-    def refuse(self, what: str, time: Ball) -> NotProven:
-        """What cannot be shown, with its place."""
-        return NotProven(f"{what}, in {self.name} of step {self.steps}, "
-                         f"{float(self.elapsed + time) * self.walk.unit:.6g} s into it")  # fmt: skip
+    def slope(self, y: Sequence[Ball]) -> tuple[Matrix, Matrix, Ball]:
+        """The guard's derivative by the state (1, n), the state's rates (n, 1), and how fast the guard changes."""
+        slope, rates = arb_mat(jacobian(lambda z: [self.guard(z)], y)[1]), column(self.rates(y))
+        return slope, rates, (slope * rates)[0, 0]
 
-    @property
-    def steps(self) -> int:
-        """Number of the step that is being walked."""
-        return self.walk.phases.count(SINGLE_STANCE) + 1
+    def require(self, shown: bool, what: str, time: Ball = 0) -> None:
+        """Raise  with the place, unless a condition is shown; `what` says how it fails."""
+        if not shown:
+            seconds = float(self.time + time) * self.unit
+            raise NotProven(f"{what}, in {self.phases[-1]}, {seconds:.6g} s after the start")
 
-    def run(self) -> None:
-        """Carry the walk's set to the end of the phase. Raises NotProven."""
-        walk, share = self.walk, 1.0
-        for _ in range(MOST_STEPS):
-            polynomial = expanded(self.field, list(walk.carried.x.entries()))
-            spread = [upper(each) for each in walk.carried.spread.entries()]
-            longest = quick_enough(polynomial)
-            try:
-                end = self.crossing(polynomial, arb(longest * share))
-                found = step(self.field, polynomial, longest * share if end is None else end, spread)
-            except NotProven as reason:
-                raise self.refuse(str(reason), arb(0)) from None
-            share = min(1.0, 1.2 * float(found.length) / longest)
-            ends = end is not None and found.length == end
-            self.check(found, arb(0), found.length, ends, CUTS)
-            walk.carried = walk.carried.after(found.end, found.derivative)
-            walk.time = walk.time.more(Scalar(found.length, arb_mat(1, found.end.nrows())))
-            self.elapsed += found.length
-            if ends:
-                self.end()
-                walk.phases.append(self.name)
-                return
-            walk.advance(self.name)
-        raise self.refuse("no end of the phase was found", arb(0))
-
-    def crossing(self, polynomial: Polynomial, length: Ball) -> Ball | None:
+    def crossing(self, table: Matrix, length: float) -> float | None:
         """The time at which the guard falls through zero along a thin polynomial, about; None if it does not."""
-        def value(time: Ball) -> Ball:
-            return self.guard([each.mid() for each in polynomial.at(time)]).mid()
-
-        low, high = arb(0), length
-        if not (value(low) > 0 and value(high) < 0):
+        first, last = flow.at(table, arb(0)), flow.at(table, arb(length))
+        if not self.guard(first) > 0 or not self.guard(last) < 0 or not (self.both or foot(self.machine, last)[1] > 0):
             return None
-        if not self.both and not foot(self.machine, [each.mid() for each in polynomial.at(high)])[1] > 0:
-            return None
-        for _ in range(BISECTIONS):
-            middle = ((low + high) / 2).mid()
-            low, high = (middle, high) if value(middle) > 0 else (low, middle)
-        return high
-
-    def rate(self, y: Sequence[Ball]) -> Ball:
-        """How fast the guard changes at a state."""
-        return sum((a * b for a, b in zip(gradient(self.guard, y), self.field(y))), arb(0))
+        return float(brentq(lambda time: float(self.guard(flow.at(table, arb(time)))), 0.0, length))
 
     def check(self, found: Step, low: Ball, high: Ball, last: bool, cuts: int) -> None:
         """Show the conditions from time `low` to `high` of a step, at whose end is the event if it is the `last`."""
         broken = self.broken(found.tube(low.union(high)), last)
-        if broken is None:
-            return
-        if cuts == 0:
-            raise self.refuse(broken, low)
-        middle = ((low + high) / 2).mid()
-        self.check(found, low, middle, last, cuts - 1)
-        self.check(found, middle, high, last, cuts - 1)
+        if broken is not None:
+            self.require(cuts > 0, broken, low)
+            middle = ((low + high) / 2).mid()
+            self.check(found, low, middle, last, cuts - 1)
+            self.check(found, middle, high, last, cuts - 1)
 
     def broken(self, y: Sequence[Ball], last: bool) -> str | None:
-        """The condition that cannot be shown at states in a box, in words."""
-        moves = motion(self.machine, y, self.both)
-        q = full(self.machine, y[: len(y) // 2], True)
-        legs = ((q[1], self.machine.stance), (q[3], self.machine.swing))
-        if not all(length > leg.r and length > leg.l for length, leg in legs):
+        """The condition that cannot be shown at states in a box, in words. At the `last` the guard may fall to zero."""
+        machine = self.machine
+        (_, force, guard), (height, ahead, _), (q, _) = motion(machine, y, self.both), foot(machine, y), machine.full(y)
+        legs = (LENGTH, machine.stance), (SWING_LENGTH, machine.swing)
+        if not all(q[place] > leg.foot_radius.max(leg.foot_com) for place, leg in legs):
             return "a leg may be pressed down to its foot"
-        force = moves.stance_force
-        if not force > 0:
+        if not force > 0 or force.rad() > FORCE_WIDTH * force:
             return "the ground may have to pull the stance foot"
-        if force.rad() > FORCE_WIDTH * force:
-            return "the stance foot's force is not known well"
-        if self.both:
-            if not moves.trailing_force > 0 and not (last and self.rate(y) < 0):
-                return "the ground may have to pull the trailing foot"
-        else:
-            value, ahead = self.guard(y), foot(self.machine, y)[1]
-            if self.by_angles and not (value > -3 and value < 3):
-                return "the legs may be too far apart"
-            if not (ahead < 0 or value > 0):
-                rising = not last and (value < 0 or self.rate(y) > 0)
-                if not rising and not (last and self.rate(y) < 0):
-                    return "the swing foot may strike before"
-        known = self.walk.least.get(self.name)
-        self.walk.least[self.name] = force if known is None else known.min(force)
+        if self.both and not (guard > 0 or (last and self.slope(y)[2] < 0)):
+            return "the ground may have to pull the trailing foot"
+        if not (self.both or ahead < 0 or height > 0):
+            rate = self.slope(y)[2]
+            if not (rate < 0 if last else height < 0 or rate > 0):
+                return "the swing foot may strike before"
+        self.least[self.phases[-1]] = force.min(self.least.get(self.phases[-1], force))
         return None
 
     def end(self) -> None:
-        """Cross the event, whose time lies within a little of where the set is (interval Newton method)."""
-        carried = self.walk.carried
-        hull = carried.hull
-        guess, middle = self.guard(hull), self.rate(hull)
-        reach = upper(guess / middle) * 4 if middle < 0 else arb(1)
-        around = arb(0, reach)
-        box = [a + around * b for a, b in zip(hull, self.field(hull))]
-        box = [a.union(a + 2 * (a - a.mid())) for a in box]
-        rates = self.field(box)
-        if not all(b.contains(a + around * c) for a, b, c in zip(hull, box, rates)):
-            raise self.refuse("the event could not be enclosed", arb(0))
-        slope = arb_mat(1, len(box), gradient(self.guard, box))
-        rate = (slope * column(rates))[0, 0]
-        if not rate < 0:
-            raise self.refuse("the event may be a touch and no crossing", arb(0))
-        at_centre = -self.guard(list(carried.x.entries())) / rate
-        delay = at_centre - (slope * carried.spread)[0, 0] / rate
-        if not reach > delay or not -reach < delay:
-            raise self.refuse("the event's time could not be enclosed", arb(0))
+        """Bring the set, which is near the event, to it along the flow (interval Newton method in time)."""
+        hull = self.carried.hull
+        reach = arb(0, (self.guard(hull) / self.slope(hull)[2]).abs_upper()) * 2
+        box = [a + 2 * reach * b for a, b in zip(hull, self.rates(hull))]
+        slope, rates, rate = self.slope(box)
+        self.require(rate < 0, "the event may be a touch and no crossing")
+        time = -self.guard(hull) / rate
+        stays = all(b.contains(a + reach * c) for a, b, c in zip(hull, box, rates.entries()))
+        self.require(stays and reach.contains(time), "the event's time could not be enclosed")
         broken = self.broken(box, True)
-        if not self.both and not foot(self.machine, box)[1] > 0:
-            broken = "the swing foot is not ahead where it lands"
-        if broken is not None:
-            raise self.refuse(broken, arb(0))
-        linear = matrix(jacobian(self.field, box))
-        size = len(box)
-        norm = max(sum((upper(linear[i, j]) for j in range(size)), arb(0)).upper() for i in range(size)) * reach
-        flown = matrix([[arb(int(i == j), (2 * norm).abs_upper()) for j in range(size)] for i in range(size)])
-        if not norm < 0.5:
-            raise self.refuse("the event's time is not known well", arb(0))
+        self.require(broken is None, str(broken))
+        self.require(self.both or foot(self.machine, box)[1] > 0, "the swing foot is not ahead where it lands")
+        one, linear = flow.identity(len(box)), flow.sizes(arb_mat(jacobian(self.rates, box)[1]))
+        flown = one + flow.around((linear * arb(reach.abs_upper())).exp() - one)  # the flow's derivative in this time
         delays = slope * flown * (-1 / rate)
-        end = carried.x + column(rates) * at_centre
-        derivative = flown + column(rates) * delays
-        walk = self.walk
-        walk.time = walk.time.more(Scalar(
-            at_centre + (delays * carried.frame * carried.s)[0, 0], delays * carried.frame * carried.by_start))
-        walk.carried = carried.after(end, derivative)
-
+        at_x = -self.guard(list(self.carried.x.entries())) / rate
+        self.time += time
+        self.carried = self.carried.after(self.carried.x + rates * at_x, flown + rates * delays)

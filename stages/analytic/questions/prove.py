@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,11 +15,10 @@ if TYPE_CHECKING:
     from stages.biped.design import Biped
     from stages.ground.slope import Slope
 
-#: The study's gait is integrated to this tolerance; and the proof is of that gait if periods differ by less than this
-#: part.
+#: Tolerance of the study's gait, and the part by which its period differs from the proven one's at most.
 TOLERANCE, SAME_GAIT = 1e-12, 1e-8
-#: About so many steps of time are made for a step of the walk.
-ABOUT = 70
+STABLE = {True: "stable: all multipliers lie inside the unit circle", None: "not decided",
+          False: "unstable: a multiplier lies outside the unit circle"}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -38,21 +36,26 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         import flint  # noqa: F401
     except ImportError:
         raise WrongOption("to prove, python-flint is needed: pip install 'bipedstudy[proof]'") from None
-    from stages.proof.flow import NotProven
-
+    biped, slope = of = parameters.biped, parameters.slope
     if options.check is not None:
-        return confirmed(options.check, asking)
-    biped, slope = parameters.biped, parameters.slope
-    refuse_rough(biped, parameters.limited_friction is not None)
-    guess, steps, period = study_gait(biped, slope, options.cycle)
-    found = proven(biped, slope, guess, steps, asking)
-    low, high = map(float, found["enclosures"]["period_s"])
-    if not math.isclose(period, low, rel_tol=SAME_GAIT) or not math.isclose(period, high, rel_tol=SAME_GAIT):
-        raise NotProven(f"what was proven is another gait: period {low:.9g} s, and the study's is {period:.9g} s")
+        of, content, found = confirmed(options.check, asking)
+    else:
+        refuse_rough(biped, parameters.limited_friction is not None)
+        guess, steps, period = study_gait(biped, slope, options.cycle)
+        found = proven(biped, slope, guess, steps, period, asking)
+        content = (json.dumps(found, indent=1) + "\n").encode()
     if options.file is not None:
         with asking.new_file(options.file) as path:
-            path.write_text(json.dumps(found, indent=1) + "\n")
-    return Answer(list(lines(found)), found)
+            path.write_bytes(content)
+    if of == (biped, slope) and found["says"]:
+        asking.keep(content)
+    many = f"{found['steps']} step{'s' if found['steps'] > 1 else ''}"
+    return Answer([
+        "proven" if options.check is None else f"{options.check} is confirmed",
+        f"a gait of {many} exists, the only one within {found['radius']} (m, rad, and per second) of the centre; "
+        f"{STABLE[found['stable']]}", f"phases: {', '.join(found['phases'])}",
+        *(f"{name}: {low} .. {high}" for name, (low, high) in found["enclosures"].items()),
+    ], found)  # fmt: skip
 
 
 def refuse_rough(biped: Biped, limited: bool) -> None:
@@ -80,26 +83,21 @@ def study_gait(biped: Biped, slope: Slope, cycle: bool) -> tuple[list[float], in
     return state.tolist(), len(point.steps), point.period * walker.time
 
 
-def proven(biped: Biped, slope: Slope, guess: list[float], steps: int, asking: Asking) -> dict[str, Any]:
-    """The content of the proof file of the gait near a guess. Raises NotProven."""
-    from stages.proof.file import record
-    from stages.proof.theorem import prove, refined
-
-    centre, radius = refined(biped, slope, guess, steps, shown(asking, 2 * steps, 0.0))
-    return record(biped, slope, steps, prove(biped, slope, centre, radius, steps, shown(asking, 2 * steps, 0.5)))
-
-
-def shown(asking: Asking, steps: int, first: float) -> Callable[[int, str], None]:
-    """What shows how far it has come, from the fraction `first`, by steps of time and phase."""
-    return lambda done, phase: asking.progress(min(first + done / (ABOUT * steps), 0.99), phase)
-
-
-def confirmed(path: Path, asking: Asking) -> Answer:
-    """A proof file, confirmed by a proof made anew. Raises NotProven where it is not."""
-    from stages.proof.file import read, record, unconfirmed, unlikely
+def proven(biped: Biped, slope: Slope, guess: list[float], steps: int, period: float, asking: Asking) -> dict[str, Any]:
+    """The content of the proof file of the gait near a guess, of this `period` [s]. Raises NotProven."""
     from stages.proof.flow import NotProven
-    from stages.proof.theorem import prove
-    from stages.proof.walk import DOUBLE_STANCE, SINGLE_STANCE
+    from stages.proof.theorem import CENTRES, RADIUS, prove
+
+    found = prove(biped, slope, [repr(each) for each in guess], RADIUS, steps, CENTRES, asking.progress)
+    for end in map(float, found["enclosures"]["period_s"]):
+        if not math.isclose(period, end, rel_tol=SAME_GAIT):
+            raise NotProven(f"what was proven is another gait: period {end:.9g} s, and the study's is {period:.9g} s")
+    return found
+
+
+def confirmed(path: Path, asking: Asking) -> tuple[tuple[Biped, Slope], bytes, dict[str, Any]]:
+    """Design and content of a proof file that a proof made anew confirms. Raises NotProven where it does not."""
+    from stages.proof.theorem import confirm, prove, read
 
     try:
         content = path.read_bytes()
@@ -107,32 +105,9 @@ def confirmed(path: Path, asking: Asking) -> Answer:
         raise WrongOption(f"--check {path}: {error.strerror}") from None
     biped, slope, told = read(content, str(path))
     refuse_rough(biped, False)
-    steps = told["steps"]
-    expected = ([SINGLE_STANCE] if biped.legs == "rigid" else [DOUBLE_STANCE, SINGLE_STANCE]) * steps
-    reason = unlikely(told, expected)
-    if reason is None:
-        try:
-            theorem = prove(
-                biped, slope, list(told["centre"].values()), told["radius"], steps, shown(asking, steps, 0.0))
-            reason = unconfirmed(told, record(biped, slope, steps, theorem))
-        except NotProven as failed:
-            reason = str(failed)
-    if reason is not None:
-        raise NotProven(f"{path} is not confirmed: {reason}")
-    return Answer([f"{path} is confirmed", *lines(told)], told)
-
-
-def lines(found: dict[str, Any]) -> list[str]:
-    """A proof file in words."""
-    enclosed, steps = found["enclosures"], found["steps"]
-    stable = {True: "stable: all multipliers lie inside the unit circle", None: "not decided",
-              False: "unstable: a multiplier lies outside the unit circle"}[found["stable"]]  # fmt: skip
-    said = [f"proven: a gait of {steps} step{'s' if steps > 1 else ''} exists, the only one within {found['radius']} "
-            f"(m, rad, and per second) of the centre; {stable}",
-            f"phases: {', '.join(found['phases'])}"]  # fmt: skip
-    for name, (low, high) in enclosed.items():
-        said.append(f"{name}: {low} .. {high}")
-    return said
+    centre = list(told["centre"].values())
+    confirm(told, prove(biped, slope, centre, told["radius"], told["steps"], 1, asking.progress), str(path))
+    return (biped, slope), content, told
 
 
 QUESTION = Question(
@@ -144,5 +119,5 @@ QUESTION = Question(
     Options,
     ask,
     key="proof",
-    examples=("bipedstudy prove --file proof.json", "bipedstudy prove --check proof.json",),
+    examples=("bipedstudy prove --file proof.json", "bipedstudy prove --check proof.json"),
 )
