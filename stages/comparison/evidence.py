@@ -22,6 +22,7 @@ from stages.contact_study.result import Result as ContactStudy
 from stages.error_budget.result import Result as ErrorBudget
 from stages.imu.result import Result as Ingested
 from stages.multibody.result import Result as Multibody
+from stages.rough_ground.result import Result as RoughGround
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.result import Result as Twin
 from stages.twin_ladder.result import Result as TwinLadder
@@ -41,6 +42,7 @@ class Inputs:
     twin: Twin
     twin_ladder: TwinLadder
     twin_pushes: TwinPushes
+    rough_ground: RoughGround
     tradeoff: Tradeoff
     campaign: Campaign
     calibrated_twin: CalibratedTwin

@@ -21,6 +21,7 @@ from stages.imu.parameters import Drawing
 from stages.imu.parameters import Limits as IngestLimits
 from stages.imu.parameters import Settings as IngestSettings
 from stages.multibody.parameters import Settings as PlanarSettings
+from stages.rough_ground.parameters import Settings as RoughSettings
 from stages.tradeoff.parameters import Settings as TradeoffSettings
 from stages.twin.parameters import Settings as TwinSettings
 from stages.twin_ladder.parameters import Settings as LadderSettings
@@ -62,6 +63,8 @@ class Settings(Limits):
     impact_share: float = parameter(
         "1", "largest part of a step that may count as impact", bound=Bound(above=0, maximum=1)
     )
+    passing_chance: float = parameter(
+        "1", "chance of a walk over the ramp from which its blocks are good enough", bound=Bound(above=0, below=1))
     skipped_steps: int = parameter(
         "1", "heel strikes of the twin left out where runs are compared with it", bound=Bound(minimum=0, maximum=100)
     )
@@ -81,6 +84,7 @@ class Parameters:
     budget: BudgetSettings
     twin: TwinSettings
     pushes: PushSettings
+    rough: RoughSettings
     tradeoff: TradeoffSettings
     runs: RunSettings
     sensor: SensorSettings

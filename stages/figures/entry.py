@@ -18,6 +18,7 @@ from stages.figures.parameters import Parameters
 from stages.imu.result import Result as Ingested
 from stages.model_error.result import Result as ModelError
 from stages.multibody.result import Result as Multibody
+from stages.rough_ground.result import Result as RoughGround
 from stages.stability.result import Result as Stability
 from stages.tradeoff.result import Result as Tradeoff
 from stages.twin.result import Result as Twin
@@ -31,6 +32,7 @@ class Inputs:
 
     analytic: Analytic
     stability: Stability
+    rough_ground: RoughGround
     multibody: Multibody
     contact_study: ContactStudy
     error_budget: ErrorBudget

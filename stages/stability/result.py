@@ -9,6 +9,22 @@ from stages.biped.quantity import quantity
 
 
 @dataclass(frozen=True)
+class Passage:
+    """Steps to a fall on blocks of drawn heights, with intervals of 95 %."""
+
+    steps_to_fall: float = quantity("1", "mean number of steps until the walker falls (mean first passage time)")
+    steps_low: float = quantity("1", "its interval's lower end")
+    steps_high: float = quantity("1", "its interval's upper end; infinite where no fall was seen")
+    method: str = quantity("-", "counted, or importance sampling where falls are rare")
+    falls: int = quantity("1", "falls that were counted, or as many as the weighed ones are worth")
+    walked: int = quantity("1", "steps that were walked")
+    ramp_steps: int = quantity("1", "steps of the ramp")
+    ramp_chance: float = quantity("1", "chance to walk that many steps without a fall")
+    ramp_low: float = quantity("1", "its interval's lower end")
+    ramp_high: float = quantity("1", "its interval's upper end")
+
+
+@dataclass(frozen=True)
 class Result:
     """The gait on other slopes, and from other starts."""
 

@@ -21,6 +21,8 @@ from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
 from stages.ground.blocks import Blocks
 from stages.model_error.result import Result as ModelError
+from stages.rough_ground.result import MODELS, DesignNorm, OnHeight
+from stages.rough_ground.result import Result as RoughGround
 from stages.studies.result import COMPLETED
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
@@ -126,6 +128,20 @@ def extreme_points():
     axis = ("ground.gravity",) * 4 + ("biped.damping",) * 4 + ("all together",) * 2
     value, number = np.array([1.0, 2.0, 3.0, 4.0, 0.0, 1.0, 10.0, 1e5, 0.0, 1.0]), np.full(count, 1e-6)
     return Extremes("full", ("tree",) * count, axis, value, none, status, number, number, none, none)
+
+
+def rough_ground():
+    """Walks that end sooner on higher blocks, none on the least; a norm that a larger foot lowers, and one unknown."""
+    rows = tuple(
+        OnHeight(mean, low, high, "counted", 30, 1000, 10, np.exp(-10 / mean), 0.5 * np.exp(-10 / mean), 1.0, model,
+                 height)
+        for model in MODELS for height, mean, low, high in (
+            (2.5e-4, np.inf, 270.0, np.inf), (5e-4, 60.0, 40.0, 100.0), (1e-3, 8.0, 6.0, 11.0))
+    )  # fmt: skip
+    norms = tuple(DesignNorm(name, share, np.nan if share * slope > 1.3 else 72.0 / share**slope)
+                  for name, slope in (("biped.foot_radius", 1.0), ("biped.hip_mass", 1.2))
+                  for share in (0.8, 1.0, 1.25))  # fmt: skip
+    return RoughGround(rows, norms, 72.0)
 
 
 def stability():
@@ -255,7 +271,7 @@ def usual():
         "analytic": analytic, "multibody": multibody, "contact_study": make_study, "error_budget": make_budget,
         "twin": twin, "twin_ladder": ladder, "twin_pushes": pushes, "tradeoff": ways, "extremes": extreme_points,
         "imu": imu, "comparison": comparison, "calibration": calibration, "calibrated_twin": calibrated_twin,
-        "stability": stability, "model_error": misses,
+        "stability": stability, "model_error": misses, "rough_ground": rough_ground,
     }  # fmt: skip
     return {name: make() for name, make in made_up.items()}
 

@@ -12,6 +12,7 @@ from stages.comparison.claims.statement import OF_ITS_ROW, Statement
 from stages.comparison.claims.verdict import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, percent, yes_or_no
 from stages.comparison.evidence import NAN, Evidence, largest
 from stages.comparison.parameters import Settings
+from stages.rough_ground.result import CONSTRAINT, PENALTY
 
 RESTS_ON = ("twin.inertia", "twin.parts", "twin.tolerance", "ground.contact_stiffness", "ground.stiction_velocity")
 PUSHES = ("sideways_speeds", "roll_rates", "yaw_rates", "yaw_angles")
@@ -213,6 +214,41 @@ def block_reach(walk: Walk, radius: float, step: float, sets: int) -> tuple[floa
     return (float(max(reaches)), float(np.mean(spans))) if enough else (float("nan"), float("nan"))
 
 
+def ramp_passed(e: Evidence) -> tuple[int, float, float, float, float, float, float, float, float]:
+    found, least = e.results.rough_ground, e.parameters.settings.passing_chance
+    rows = found.of(CONSTRAINT)
+    good = max((row for row in rows if row.ramp_chance >= least), key=lambda row: row.block_height_rms, default=rows[0])
+    other = next(row for row in found.of(PENALTY) if row.block_height_rms == good.block_height_rms)
+    lost = min((row.block_height_rms for row in rows if row.ramp_chance < 0.5), default=NAN)
+    return (good.ramp_steps + 1, good.block_height_rms, good.ramp_chance, good.ramp_low, good.ramp_high,
+            other.ramp_low, other.ramp_high, lost, rows[-1].block_height_rms)
+
+
+def judge_ramp_passed(
+    limits: Settings, sets: int, height: float, chance: float, low: float, high: float, other_low: float,
+    other_high: float, lost: float, highest: float,
+) -> Judgement:  # fmt: skip
+    """Chance to walk over all sets of blocks good to a height [m], with its interval, that of the penalty model, and
+    the least height on which half of the walks fall, NaN if none; the highest that was tried."""
+    passes, agree = chance >= limits.passing_chance, other_low <= high and low <= other_high
+    verdict = FAILS if not passes else HOLDS if height >= highest else HOLDS_IF
+    good = f"{1e3 * height:.2g} mm (rms)"
+    return Judgement(
+        f"{sets} sets are passed with a chance of {chance:.3f} ({low:.3f} to {high:.3f}) on blocks good to {good}; "
+        f"with penalty contact {other_low:.3f} to {other_high:.3f}",
+        verdict,
+        (
+            (verdict == HOLDS, "it is so on the highest blocks that were tried"),
+            (verdict == HOLDS_IF, "the paper does not print how even its blocks are"),
+            (not passes, "on the least height that was tried walks fall more often"),
+            (math.isfinite(lost), f"on blocks good to {1e3 * lost:.2g} mm half of the walks fall"),
+            (agree, "both models agree within their intervals"),
+            (not agree, "the models' intervals do not meet"),
+        ),
+        f"blocks are good to {good}" if verdict == HOLDS_IF else "",
+    )
+
+
 STATEMENTS = (
     Statement(
         "twin_settles",
@@ -236,6 +272,17 @@ STATEMENTS = (
         ("ground.block_length", "twin.expected_step", "twin.inertia"),
         units={"m": "step needed reach rolls block"},
         plain="A ramp of 2 m with 11 sets of blocks has room for the walk.",
+    ),
+    Statement(
+        "ramp_passed",
+        "7.1",
+        "The ramp has a length of 2 meters, and a total of 11 stepping block sets.",
+        "on blocks of independent normal heights the walker comes to the last set without a fall",
+        ramp_passed,
+        judge_ramp_passed,
+        ("ground.block_length", "rough_ground.height_from", "rough_ground.heights"),
+        units={"m": "height lost highest"},
+        plain="On uneven blocks the robot still reaches the end of the ramp.",
     ),
     Statement(
         "push_converges",

@@ -10,29 +10,13 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.result import ENDINGS, REACHES
-from stages.biped.quantity import quantity
 from stages.stability.blocks.rare import Weighed
 from stages.stability.blocks.walks import KEPT, Walk
+from stages.stability.result import Passage
 
 #: Falls from which the mean is counted, and that are enough; outside of an interval on either side, and its half width
 #: in standard errors.
 FEW, ENOUGH, TAIL, TWO_SIDED = 100, 600, 0.025, 1.96
-
-
-@dataclass(frozen=True)
-class Passage:
-    """Steps to a fall on blocks of drawn heights, with intervals of 95 %."""
-
-    steps_to_fall: float = quantity("1", "mean number of steps until the walker falls (mean first passage time)")
-    steps_low: float = quantity("1", "its interval's lower end")
-    steps_high: float = quantity("1", "its interval's upper end; infinite where no fall was seen")
-    method: str = quantity("-", "counted, or importance sampling where falls are rare")
-    falls: int = quantity("1", "falls that were counted, or as many as the weighed ones are worth")
-    walked: int = quantity("1", "steps that were walked")
-    ramp_steps: int = quantity("1", "steps of the ramp")
-    ramp_chance: float = quantity("1", "chance to walk that many steps without a fall")
-    ramp_low: float = quantity("1", "its interval's lower end")
-    ramp_high: float = quantity("1", "its interval's upper end")
 
 
 @dataclass

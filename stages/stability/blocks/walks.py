@@ -82,7 +82,7 @@ class Walk:
 
     steps: int
     ending: int
-    last: tuple[float, ...]
+    last: tuple[float, ...] = (0.0,) * KEPT
 
 
 def heights_of(seed: int, walk: int) -> Iterator[float]:

@@ -10,9 +10,10 @@ from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, as_plain, option, refuse
 
 if TYPE_CHECKING:
-    from stages.stability.blocks.passage import Counted, Passage
+    from stages.stability.blocks.passage import Counted
     from stages.stability.blocks.walks import Rough
     from stages.stability.parameters import Parameters
+    from stages.stability.result import Passage
 
 #: Steps that are walked at once; of these parts so many are counted at first, and weighed walks come in so many.
 PART, FIRST, WEIGHED = 2500, 8, 8

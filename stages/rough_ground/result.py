@@ -1,0 +1,46 @@
+"""What walks over blocks of drawn heights hand on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stages.biped.quantity import quantity
+from stages.stability.result import Passage
+
+CONSTRAINT, PENALTY, TWIN = MODELS = ("constraint model", "penalty contact", "twin")
+
+
+@dataclass(frozen=True)
+class OnHeight(Passage):
+    """One model on blocks of one rms height."""
+
+    model: str = quantity("-", "which model walks")
+    block_height_rms: float = quantity("m", "rms of the blocks' heights")
+
+
+@dataclass(frozen=True)
+class DesignNorm:
+    """A design with one parameter changed."""
+
+    parameter: str = quantity("-", "which parameter is changed, as file and key")
+    share: float = quantity("1", "factor on its value")
+    sensitivity_norm: float = quantity("s/m", "gait sensitivity norm; NaN where no stable gait is found")
+
+
+@dataclass(frozen=True)
+class Result:
+    """How long walks last on blocks, and what the design does to the spread of steps."""
+
+    passages: tuple[OnHeight, ...] = quantity("-", "steps to a fall by model and height")
+    norms: tuple[DesignNorm, ...] = quantity("-", "gait sensitivity norm of changed designs")
+    sensitivity_norm: float = quantity("s/m", "gait sensitivity norm of the design")
+
+    def of(self, model: str) -> tuple[OnHeight, ...]:
+        """A model's rows, from the least height."""
+        return tuple(row for row in self.passages if row.model == model)
+
+    def summary(self) -> str:
+        """What was found, in one line."""
+        row = self.of(CONSTRAINT)[0]
+        return (f"{row.steps_to_fall:.3g} steps to a fall on blocks of {1e3 * row.block_height_rms:.2g} mm; "
+                f"gait sensitivity norm {self.sensitivity_norm:.3g} s/m")

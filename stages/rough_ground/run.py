@@ -1,0 +1,147 @@
+"""Rough ground stage: how many steps each model makes on blocks of drawn heights until it falls.
+
+Inputs: the analytic gait. Settings: params/rough_ground.yaml. Output: `Result`: steps to a fall and the chance to pass
+the ramp by model and height, and the gait sensitivity norm of the design and of others near it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+
+from stages.analytic.derivatives.on_blocks import on_blocks, refusal
+from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.poincare import fixed_point
+from stages.analytic.model.walker import Vector
+from stages.analytic.result import OTHERWISE, REACHES
+from stages.analytic.result import Result as Analytic
+from stages.biped.accuracy.scales import scales_of
+from stages.biped.processes import Progress, ignore
+from stages.ground.blocks import Blocks
+from stages.penalty.settings import Settings as PenaltySettings
+from stages.penalty.walk import begin, numbers_of
+from stages.planar.run import COMPLETED, rolling_state
+from stages.rough_ground.parameters import Parameters, Settings
+from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN, DesignNorm, OnHeight, Result
+from stages.stability.blocks.passage import Counted
+from stages.stability.blocks.walks import Rough, Walk, heights_of, walk_on
+from stages.stability.run import section_of
+from stages.twin.machine.detailed import machine_of
+from stages.twin.machine.tree import SpatialTree
+from stages.twin.walking.simulate import rolling_start, simulate_twin
+
+#: What numbers leave open is how few walks are drawn, which their intervals say; a second run would draw the same.
+ONCE = "its intervals are those of what is drawn, beside which the solver's error is none"
+#: Parameters whose change of the gait sensitivity norm is told.
+CHANGED = ("biped.foot_radius", "biped.foot_com", "biped.hip_mass")
+#: Tolerance of the penalty walker's steps: a walk of another tolerance falls elsewhere, and as often.
+TOLERANCE = 1e-6
+#: Tolerance of the steps of which the norm is made.
+NORM_TOLERANCE = 1e-10
+#: First number of walks over a ramp, beyond those that are walked until they fall, and how many fewer are dear ones.
+OF_RAMPS, FEWER = 1_000_000, 5
+
+#: A walk by its number over blocks, for at most so many steps.
+Walks = Callable[[Blocks, int, int], Walk]
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What the stage reads."""
+
+    analytic: Analytic
+
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Walk every model on every height. Raises NoGait where the design has no answer on blocks."""
+    settings, analytic = parameters.settings, inputs.analytic
+    design = DesignPoint(parameters.biped, parameters.slope, parameters.analytic.limited(parameters.friction))
+    reason = refusal(design.walker())
+    if reason or not analytic.gait.stable:
+        raise NoGait(reason or "the gait is unstable: it ends on even ground too")
+    z = section_of(design.walker(), analytic.gait.fixed_point)
+    made, apart = walkers(parameters, analytic, z), analytic.gait.fixed_point.feet_apart(parameters.biped.foot_radii)
+    ramp, length = parameters.blocks.block_sets - 1, min(parameters.blocks.block_length, apart)
+    rows: list[OnHeight] = []
+    shares = np.geomspace(settings.height_from, settings.height_to, settings.heights)
+    for number, rms in enumerate((shares * parameters.biped.leg_length).tolist()):
+        blocks = replace(parameters.blocks, block_height_rms=rms, block_length=length)
+        progress(0.9 * number / len(shares), f"walks over blocks of {1e3 * rms:.2g} mm")
+        for model, (walk, steps, ramps) in made.items():
+            if model != TWIN or number >= len(shares) - 2:
+                counted = counting(walk, blocks, ramp, steps, ramps)
+                rows.append(OnHeight(**vars(counted.passage()), model=model, block_height_rms=rms))
+    progress(0.9, "gait sensitivity norm of other designs")
+    return Result(tuple(rows), tuple(norms(design, z, settings)), norm_of(design, z)[0])
+
+
+def counting(walk: Walks, blocks: Blocks, ramp: int, steps: int, ramps: int) -> Counted:
+    """Walks that make so many steps together, the last cut short, and others over the ramp alone."""
+    counted, number = Counted(ramp), 0
+    while counted.steps < steps:
+        counted.add([walk(blocks, number, steps - counted.steps)])
+        number += 1
+    for number in range(OF_RAMPS, OF_RAMPS + ramps):
+        over = walk(blocks, number, ramp)
+        counted.passed += over.ending == REACHES
+        counted.stopped += over.ending != REACHES
+    return counted
+
+
+def walkers(parameters: Parameters, analytic: Analytic, z: Vector) -> dict[str, tuple[Walks, int, int]]:
+    """Of each model how it walks, its steps on each height, and its walks over the ramp."""
+    biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
+    walker, force = DesignPoint(biped, slope).walker(), analytic.walk.standing_force
+    apart = analytic.gait.fixed_point.feet_apart(biped.foot_radii)
+    start = rolling_state(biped, contact, analytic.mid_stance, force)
+    numbers, scales = numbers_of(biped, slope, contact), scales_of(biped, slope.gravity)
+    machine = machine_of(biped, parameters.twin)
+    tree, on_it = SpatialTree(machine, slope, contact), rolling_start(machine, contact, analytic.mid_stance, force)
+    loose = parameters.twin.with_tolerance(None)
+
+    def constraint(blocks: Blocks, number: int, most: int) -> Walk:
+        rough = Rough(walker, z, blocks.block_height_rms / walker.length, blocks.block_length / walker.length)
+        return walk_on(rough, islice(heights_of(blocks.block_seed, number), most))
+
+    def penalty(blocks: Blocks, number: int, most: int) -> Walk:
+        walk = begin(numbers, scales, start, PenaltySettings(TOLERANCE), most, blocks.under(number, apart))
+        walk.go_on()
+        return Walk(walk.heel_strikes, REACHES if walk.outcome == COMPLETED else OTHERWISE)
+
+    def twin(blocks: Blocks, number: int, most: int) -> Walk:
+        record = simulate_twin(machine, slope, contact, on_it, loose, steps=most, tree=tree,
+                               blocks=blocks.under(number, apart))  # fmt: skip
+        return Walk(record.heel_strikes, REACHES if record.completed else OTHERWISE)
+
+    return {CONSTRAINT: (constraint, settings.steps, settings.ramps),
+            PENALTY: (penalty, settings.penalty_steps, settings.ramps // FEWER), TWIN: (twin, settings.twin_steps, 0)}
+
+
+def norms(design: DesignPoint, z: Vector, settings: Settings) -> Iterator[DesignNorm]:
+    """The norm over factors on single parameters, each gait searched from its neighbour's, from the design on."""
+    count = settings.designs // 2
+    for name in CHANGED:
+        rows = {}
+        for way in (-1, 1):
+            there = z
+            for number in range(count + 1):
+                share = settings.share_to ** (way * number / count)
+                rows[share], there = norm_of(design.with_value(name, share * design.value(name)), there)
+        yield from (DesignNorm(name, share, rows[share]) for share in sorted(rows))
+
+
+def norm_of(design: DesignPoint, z: Vector) -> tuple[float, Vector]:
+    """The gait sensitivity norm [s/m] of the gait near section coordinates `z`, and the gait's own; NaN without one
+    that is stable.
+    """
+    walker = design.walker()
+    point = fixed_point(walker, z, NORM_TOLERANCE)
+    try:
+        found = on_blocks(walker, point, NORM_TOLERANCE) if point is not None else None
+    except StepFailed:
+        found = None
+    return (found.sensitivity_norm if found else float("nan")), z if point is None else point.z

@@ -1,0 +1,47 @@
+"""The stage of rough ground: every model is counted alike, and its intervals are those of its draws."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipeline.parameters.loading import load
+from stages.analytic.parameters import Parameters as Analytic
+from stages.analytic.result import OTHERWISE, REACHES
+from stages.analytic.run import run as analytic
+from stages.ground.blocks import Blocks
+from stages.rough_ground.parameters import Parameters
+from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN
+from stages.rough_ground.run import Inputs, counting, run
+from stages.stability.blocks.walks import Walk
+
+
+def test_walks_are_counted_to_the_last_step_and_over_the_ramp():
+    """A walker that falls in every fifth step: the last walk is cut short, and no walk passes ten steps."""
+    made = []
+
+    def walk(blocks, number, most):
+        made.append((number, most))
+        return Walk(min(4, most), OTHERWISE if most > 4 else REACHES)
+
+    counted = counting(walk, Blocks(1e-3), 10, 23, 3)
+    assert [most for _, most in made] == [23, 18, 13, 8, 3, 10, 10, 10] and len({number for number, _ in made}) == 8
+    assert (counted.steps, counted.falls, counted.passed, counted.stopped) == (23, 4, 0, 7)
+    assert counted.passage().steps_to_fall == 23 / 4
+
+
+@pytest.mark.slow
+def test_models_agree_on_high_blocks(repository):
+    known = [Parameters, Analytic]
+    given = load(repository / "params", [], {"rough_ground": Parameters, "analytic": Analytic}, known)
+    own = replace(given["rough_ground"].settings, height_from=1.8e-3, height_to=3e-3, heights=2, steps=1500,
+                  penalty_steps=300, twin_steps=4, ramps=100, designs=3)  # fmt: skip
+    found = run(replace(given["rough_ground"], settings=own), Inputs(analytic(given["analytic"])))
+    for one, other in zip(found.of(CONSTRAINT), found.of(PENALTY), strict=True):
+        assert one.steps_low < other.steps_high and other.steps_low < one.steps_high
+        assert one.ramp_low < other.ramp_high and other.ramp_low < one.ramp_high
+    assert len(found.of(TWIN)) == 2 and found.of(CONSTRAINT)[0].steps_to_fall > found.of(CONSTRAINT)[1].steps_to_fall
+    norms = {(row.parameter, row.share): row.sensitivity_norm for row in found.norms}
+    assert norms["biped.foot_radius", 1.25] < found.sensitivity_norm < norms["biped.foot_radius", 0.8]
+    assert norms["biped.foot_radius", 1.0] == pytest.approx(found.sensitivity_norm, rel=1e-9)
+    assert np.isnan(norms["biped.hip_mass", 1.25])
