@@ -281,11 +281,14 @@ class _Run:
         self.outcomes[name] = Outcome(name, FAILING, reason, 0.0, (), "")
 
     def _keep(self, name: str, running: _Running, done: Message, seconds: float, used: float) -> None:
+        from pipeline.execution.job import TEMPORARY
+
         folder, assessment = running.folder, running.assessment
         assert assessment.ingredients is not None
         outs = {path: Out(**out) for path, out in done["outs"].items()}
         entry = Entry(name, assessment.ingredients, outs, done["summary"], round(seconds, 3))
         (folder / _LOG).unlink(missing_ok=True)
+        shutil.rmtree(folder / TEMPORARY, ignore_errors=True)
         store = self.study.store
         if store.keep(folder, entry):
             self.display.note(

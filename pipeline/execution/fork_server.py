@@ -32,6 +32,7 @@ from pipeline.errors import StudyError
 from pipeline.execution import worker
 from pipeline.execution.job import Job
 from pipeline.execution.worker import code_of
+from pipeline.room.confine import when_parent_ends
 from pipeline.stage_modules import home_of
 
 _THREADS = Path("/proc/self/task")
@@ -39,7 +40,7 @@ _THREADS = Path("/proc/self/task")
 
 def main() -> NoReturn:
     """Entry of `python -m pipeline.execution.fork_server`."""
-    worker.when_parent_ends(signal.SIGCONT)
+    when_parent_ends(signal.SIGCONT)
     gc.set_threshold(worker.OBJECTS)
     os.register_at_fork(after_in_child=np.random.seed)  # or numbers drawn without a seed would be the same in all
     line = socket.socket(fileno=os.dup(0))
@@ -115,7 +116,7 @@ def foreign(
 
 def _keep(stdin: int, stdout: int, alone: bool) -> NoReturn:
     """Be the process above a worker: start it, and tell how it ended."""
-    worker.when_parent_ends(signal.SIGKILL)
+    when_parent_ends(signal.SIGKILL)
     code = 1
     try:
         pid = os.fork()

@@ -25,12 +25,20 @@ if TYPE_CHECKING:
     from pipeline.cache.fingerprint import Ingredients
     from pipeline.study import Study
 
+#: In a worker's folder, what stages mean to throw away.
+TEMPORARY = "tmp"
 #: A file and the SHA-256 it must have; in place of one that is not there "", and why it is not.
 File = tuple[str, str]
 #: Of each stage its parameters, file -> key -> plain value, and the files that they name, by key.
 Point = Mapping[str, tuple[Mapping[str, Mapping[str, Any]], Mapping[str, File]]]
 #: A point's number and the point, or the argument of a function.
 Task = tuple[int, Any]
+
+
+def named_files(tasks: Iterable[Task]) -> set[str]:
+    """The files that parameters name at these points."""
+    return {place for _, point in tasks if isinstance(point, dict) for _, chosen in point.values()
+            for place, _ in chosen.values() if place}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -36,11 +36,13 @@ from pipeline.cache.fingerprint import versions
 from pipeline.cache.sources import Sources, beside
 from pipeline.errors import Lacking, StudyError, is_answer
 from pipeline.execution.columns import columns
+from pipeline.execution.confined import enter
 from pipeline.execution.inputs import check_unchanged, given
 from pipeline.execution.job import File, Job, Point, engine_code
 from pipeline.graph import Stage, beneath, is_inside
 from pipeline.parameters import loading
 from pipeline.parameters.looser import looser
+from pipeline.room.confine import when_parent_ends
 from pipeline.room.watch import watched
 from pipeline.stage_modules import home_of, importable, named, stage_module
 
@@ -95,7 +97,6 @@ class _Loader(importlib.machinery.SourceFileLoader):
 #: through it takes time.
 OBJECTS = 50_000
 _REPORT_EVERY_S = 0.1
-_PR_SET_PDEATHSIG = 1
 
 
 class Unfit(StudyError):
@@ -134,18 +135,21 @@ def main() -> NoReturn:
     when_parent_ends(signal.SIGCONT)  # should somebody have stopped it, it then finds its input closed
     gc.set_threshold(OBJECTS)
     messages = Messages()
-    lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(lines,), daemon=True).start()
+    heard, lines = _heard(), queue.SimpleQueue[bytes]()
     package = ""
     try:
-        folder, text = json.loads(lines.get())
+        folder, text = json.loads(next(heard))
         job = Job.of(text)
         package = job.package
+        tasks = json.loads(next(heard))
+        enter(job, Path(folder), tasks)  # before there is another thread, which would not be confined
+        threading.Thread(target=_listen, args=(heard, lines), daemon=True).start()
         computing = Computing(job, Path(folder), messages)
         while True:
-            for index, point in json.loads(lines.get()):
+            for index, point in tasks:
                 messages.send(began=index)
                 messages.send(index=index, **computing.answer(point))
+            tasks = json.loads(lines.get())
     except BaseException as error:
         messages.send(failed=failure(error, package))
     os._exit(1)  # no library's exit handler may come between
@@ -318,27 +322,20 @@ def _files(stage: Stage, result: Any, encoded: bytes) -> dict[str, bytes]:
     return {**files, stage.artefact: encoded}
 
 
-def _listen(lines: queue.SimpleQueue[bytes]) -> None:
+def _heard() -> Iterator[bytes]:
+    """The lines of standard input; at its end this process ends."""
     begun = b""
     while part := os.read(0, 1 << 16):  # sys.stdin would be locked meanwhile, and a forked process closes its own
         *whole, begun = (begun + part).split(b"\n")
-        for line in whole:
-            lines.put(line)
+        yield from whole
     if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)  # this process, and whatever it started itself
     os._exit(1)
 
 
-def when_parent_ends(number: int) -> None:
-    """Let this process be sent a signal when its parent ends, should somebody have stopped one of them.
-
-    On Linux only; elsewhere a stopped process waits until it is told to go on.
-    """
-    if sys.platform == "linux":
-        import ctypes
-
-        with contextlib.suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number, 0, 0, 0)
+def _listen(heard: Iterator[bytes], lines: queue.SimpleQueue[bytes]) -> None:
+    for line in heard:
+        lines.put(line)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import mimetypes
 import os
 import platform
 import struct
@@ -19,6 +18,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from pipeline.room.needed import SYSTEM, of_python
+
 _CREATE, _ADD, _RESTRICT = 444, 445, 446  # Landlock's system calls, the same on every processor
 _EXECUTE, _WRITE, _READ, _LIST = 1, 2, 4, 8
 _TRUNCATE = 1 << 14
@@ -27,19 +28,19 @@ _CHANGES = sum(1 << bit for bit in (1, 4, 5, 7, 8, 12, 13, 14))  # write, remove
 #: By version: kinds of access to files, to TCP ports, and of signals and sockets outside that are handled.
 _KINDS = {1: (13, 0, 0), 2: (14, 0, 0), 3: (15, 0, 0), 4: (15, 2, 0), 5: (16, 2, 0), 6: (16, 2, 2)}
 _SET_DEATH_SIGNAL, _SET_SECCOMP, _SET_NO_NEW_PRIVILEGES = 1, 22, 38
-_FILTER, _ALLOW, _KILLED_BY = 2, 0x7FFF0000, 9
-_REFUSE = 0x00050000 | 13  # EACCES
-#: Of each kind of processor its number in filters, and what opens sockets or reaches into another process: socket,
-#: io_uring_setup, ptrace, process_vm_readv, process_vm_writev.
-_CALLS = {"x86_64": (0xC000003E, (41, 425, 101, 310, 311)), "aarch64": (0xC00000B7, (198, 425, 117, 270, 271))}
+_FILTER, _ALLOW = 2, 0x7FFF0000
+_IGNORE = 0x00050000  # the call says that it has been done
+_REFUSE = _IGNORE | 13  # EACCES
+#: Of each kind of processor its number in filters, then what opens sockets or reaches into another process: socket,
+#: io_uring_setup, ptrace, process_vm_readv, process_vm_writev; then what changes owners, rights and attributes of any
+#: file, of which Landlock knows nothing: programs that copy a file do it too, and are none the worse without.
+_CALLS = {
+    "x86_64": (0xC000003E, (41, 425, 101, 310, 311), (*range(90, 95), *range(188, 191), *range(197, 200), 260, 268, 452,
+                                                      463, 466)),
+    "aarch64": (0xC00000B7, (198, 425, 117, 270, 271), (*range(5, 8), *range(14, 17), *range(52, 56), 452, 463, 466)),
+}  # fmt: skip
 _X32 = 0x40000000
 
-#: What every program needs: system libraries, time zones, what tells the processor, and devices that hold nothing.
-SYSTEM = (
-    "/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib", "/nix/store", "/etc/ld.so.cache", "/etc/localtime",
-    "/usr/share/zoneinfo", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/proc/self", "/sys/devices/system",
-    "/dev/null", "/dev/zero", "/dev/urandom", "/dev/random", *mimetypes.knownfiles,
-)  # fmt: skip
 #: What is confined.
 FILES, SOCKETS, MEMORY, TIME = "files", "sockets", "memory", "time"
 _LIMIT = "limit of the system"
@@ -52,26 +53,20 @@ def landlock() -> int:
     return max(0, _call(_CREATE, None, 0, 1)) if sys.platform == "linux" else 0
 
 
-def of_python() -> set[Path]:
-    """Folders with Python and its packages."""
-    path = {Path(part) for part in sys.path if part.endswith("-packages") or Path(part, "numpy").is_dir()}
-    return {Path(sys.prefix), Path(sys.base_prefix), *path}
-
-
 def confine(
-    reads: Iterable[Path | str], writes: Iterable[Path | str] = (), *, memory: int = 0, seconds: float = 0,
-    written: int | None = None,
+    reads: Iterable[Path | str], writes: Iterable[Path | str] = (), lists: Iterable[Path | str] = (), *,
+    memory: int = 0, seconds: float = 0, written: int | None = None,
 ) -> None:  # fmt: skip
-    """Let this process read and write beneath these paths alone, and open no socket; `held` tells how far it is kept.
+    """Let this process read and write beneath these paths alone, and see names of files beneath `lists`; it opens no
+    socket. `held` tells how far it is kept.
 
     `memory` [bytes] comes on top of what it has, `written` is the largest file; 0 or None sets no limit.
     """
     held.clear()
     if sys.platform == "linux":
-        _prctl(_SET_DEATH_SIGNAL, _KILLED_BY)
         _prctl(_SET_NO_NEW_PRIVILEGES, 1)
         version = landlock()
-        if version and _restricted(version, reads, writes):
+        if version and _restricted(version, reads, writes, lists):
             held[FILES] = f"Landlock {version}"
         if _without_sockets():
             held[SOCKETS] = "seccomp"
@@ -81,18 +76,19 @@ def confine(
         _limit(memory, seconds, written)
 
 
-def _restricted(version: int, reads: Iterable[Path | str], writes: Iterable[Path | str]) -> bool:
+def _restricted(version: int, *allowed: Iterable[Path | str]) -> bool:
+    reads, writes, lists = allowed
     files, ports, outside = ((1 << bits) - 1 for bits in _KINDS[min(version, max(_KINDS))])
     rules = struct.pack("QQQ", files, ports, outside)[: 8 if version < 4 else 16 if version < 6 else 24]
     ruleset = _call(_CREATE, rules, len(rules), 0)
     if ruleset < 0:
         return False
     read, change = _EXECUTE | _READ | _LIST, _CHANGES | _READ | _LIST
-    for allowed, paths in ((read, (*SYSTEM, *of_python(), *reads)), (change, (*writes, os.devnull))):
+    for may, paths in ((read, (*SYSTEM, *of_python(), *reads)), (change, (*writes, os.devnull)), (_LIST, lists)):
         for path in {Path(each) for each in paths}:
             with contextlib.suppress(OSError):  # what is not there cannot be read either
                 place = os.open(path, os.O_PATH | os.O_CLOEXEC)
-                kinds = allowed if path.is_dir() else allowed & _OF_FILES
+                kinds = may if path.is_dir() else may & _OF_FILES
                 _call(_ADD, ruleset, 1, struct.pack("=Qi", kinds & files, place), 0)
                 os.close(place)
     done = _call(_RESTRICT, ruleset, 0)
@@ -101,14 +97,15 @@ def _restricted(version: int, reads: Iterable[Path | str], writes: Iterable[Path
 
 
 def _without_sockets() -> bool:
-    number, calls = _CALLS.get(platform.machine(), (0, ()))
-    if not calls or sys.maxsize < 2**32:
+    number, refused, ignored = _CALLS.get(platform.machine(), (0, (), ()))
+    if not number or sys.maxsize < 2**32:
         return False
     # Each step: code, how many steps to leap where it holds and where it does not, value.
-    steps = [(0x20, 0, 0, 4), (0x15, 1, 0, number), (0x06, 0, 0, _REFUSE), (0x20, 0, 0, 0),
-             (0x35, len(calls) + 1, 0, _X32)]  # fmt: skip
-    steps += [(0x15, len(calls) - place, 0, call) for place, call in enumerate(calls)]
-    steps += [(0x06, 0, 0, _ALLOW), (0x06, 0, 0, _REFUSE)]
+    steps = [(0x20, 0, 0, 4), (0x15, 1, 0, number), (0x06, 0, 0, _REFUSE), (0x20, 0, 0, 0), (0x35, 0, 1, _X32),
+             (0x06, 0, 0, _REFUSE)]  # fmt: skip
+    steps += [step for calls, how in ((refused, _REFUSE), (ignored, _IGNORE)) for call in calls
+              for step in ((0x15, 0, 1, call), (0x06, 0, 0, how))]  # fmt: skip
+    steps += [(0x06, 0, 0, _ALLOW)]
     code = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *step) for step in steps))
     program = struct.pack("HxxxxxxP", len(steps), ctypes.addressof(code))
     return _prctl(_SET_SECCOMP, _FILTER, program) == 0
@@ -160,6 +157,16 @@ def tried(source: Path) -> Iterator[dict[str, str]]:
 
 def _call(*arguments: Any) -> int:
     return int(_libc().syscall(*arguments))
+
+
+def when_parent_ends(number: int) -> None:
+    """Let this process be sent a signal when its parent ends, should somebody have stopped one of them.
+
+    On Linux only; elsewhere a stopped process waits until it is told to go on.
+    """
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError, AttributeError):
+            _prctl(_SET_DEATH_SIGNAL, number)
 
 
 def _prctl(*arguments: Any) -> int:

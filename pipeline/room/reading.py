@@ -30,7 +30,7 @@ from pipeline.errors import StudyError, is_answer
 from pipeline.execution.process import FORKED
 from pipeline.home import engine
 from pipeline.room import hdf5_file
-from pipeline.room.confine import confine
+from pipeline.room.confine import confine, when_parent_ends
 from pipeline.stage_modules import named
 
 Reader = Callable[..., Iterable[Any]]
@@ -148,6 +148,11 @@ def _size(source: Path, name: str) -> int:
     return sum(min(each.st_size, 512 * getattr(each, "st_blocks", each.st_size)) for each in found)
 
 
+def beside(source: Path) -> list[Path]:
+    """What may lie beside a file, should it be a database."""
+    return [each.with_name(each.name + ending) for each in (source, source.resolve()) for ending in _OF_SQLITE]
+
+
 class _Process:
     """The process of one reading."""
 
@@ -226,10 +231,9 @@ def _begun_afresh(path: list[str], module: str, name: str, source: str, given: l
 
 def _answer(send: int, reader: Reader, source: Path, given: Any, writes: Path | None, limits: Limits) -> None:
     """Confine this process, read, and send what is yielded."""
-    real = source.resolve()
-    beside = [each.with_name(each.name + ending) for each in (source, real) for ending in _OF_SQLITE]
+    when_parent_ends(getattr(signal, "SIGKILL", 0))
     code = [Path(sys.modules[reader.__module__.partition(".")[0]].__path__[0]), Path(__file__).parents[1]]
-    confine([source, *beside, *code], [writes] if writes else [], memory=limits.memory, seconds=limits.seconds,
+    confine([source, *beside(source), *code], [writes] if writes else [], memory=limits.memory, seconds=limits.seconds,
             written=limits.memory if writes else 0)  # fmt: skip
     with os.fdopen(send, "wb") as out:
         try:

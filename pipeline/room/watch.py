@@ -1,15 +1,16 @@
 """Which files a stage reads while it runs, held against what it may: an input that dvc.yaml does not list is told.
 
 Python tells what `open` and `sqlite3` open, in this process and in those that it forks, and `h5py.File` is made to.
-What a library opens by itself, and what a program or process begun afresh opens, is not seen.
+What a library opens by itself, and what a program or process begun afresh opens, is not seen. A stage that asks the
+network is told as well.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import socket
 import sys
-import sysconfig
 import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -18,18 +19,11 @@ from typing import Any
 import h5py
 
 from pipeline.errors import StudyError
-from pipeline.home import engine
-from pipeline.room.confine import of_python
+from pipeline.room.needed import STAGES, of_stages
 
-#: What every program may read, unless it lies in the study: the system's own, fonts, and what programs keep for users.
-_OF_ALL = (
-    "/bin", "/dev", "/etc", "/lib", "/lib64", "/nix", "/opt", "/proc", "/run", "/sbin", "/sys", "/usr", "/var",
-    "/System", "/Library", "~/Library", "~/.cache", "~/.config", "~/.fonts", "~/.local/share", "~/.matplotlib",
-    "~/AppData", os.environ.get("SYSTEMROOT", "/usr"), tempfile.gettempdir(),
-)  # fmt: skip
-#: Variables that name folders of libraries, wherever these lie.
-_NAMED = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "MPLCONFIGDIR", "PYTHONPYCACHEPREFIX", "LOCALAPPDATA")
 _SHOWN = 3
+_NETWORK = b"network:"  # no path
+_ASKING = ("socket.getaddrinfo", "socket.gethostbyname", "socket.connect", "socket.sendto")
 _watched: Watch | None = None
 
 
@@ -37,12 +31,11 @@ class Watch:
     """What a stage reads, beneath `root` or elsewhere, that is not beneath `allowed`."""
 
     def __init__(self, root: str, allowed: Iterable[Path | str]) -> None:
-        own = (*of_python(), *map(Path, sysconfig.get_paths().values()), engine() / "pipeline",
-               *(Path(os.environ[name]) for name in _NAMED if os.environ.get(name)))  # fmt: skip
-        self._allowed = _places((*own, *allowed))
-        self._root, self._of_all = _places([root])[0], _places(_OF_ALL)
+        self._allowed = _places([*of_stages(root), *(Path(each) for each in allowed)])
+        self._root, self._of_all = _places([root])[0], _places([*STAGES, "/proc"])
         self._told = tempfile.TemporaryFile("a+b")  # noqa: SIM115 - `seen` closes it; forked processes write to it too
         self._known = set[str]()
+        self.wished = False  # a socket for the network, which may have been refused
 
     def see(self, opened: Any) -> None:
         """Keep the path of a file that is opened, unless it may be, or is not there."""
@@ -56,6 +49,10 @@ class Watch:
             if Path(path).is_file():
                 os.write(self._told.fileno(), path.encode(errors="surrogateescape") + b"\0")
 
+    def ask(self) -> None:
+        """Keep that the network was asked."""
+        os.write(self._told.fileno(), _NETWORK + b"\0")
+
     def seen(self) -> list[str]:
         """The files, from the study's folder where they lie in it."""
         with self._told as told:
@@ -66,15 +63,24 @@ class Watch:
 
 @contextlib.contextmanager
 def watched(root: str, *allowed: Path | str) -> Iterator[None]:
-    """Within it a stage runs. Raises `StudyError` if it read a file that it may not, however it ended."""
+    """Within it a stage runs. Raises `StudyError` if it read a file that it may not or asked the network, however it
+    ended.
+    """
     global _watched
     _hear()
     _watched = watch = Watch(root, allowed)
     try:
         yield
+    except PermissionError:
+        if watch.wished:
+            watch.ask()
+        raise
     finally:
         _watched = None
-        if seen := watch.seen():
+        seen = watch.seen()
+        if _NETWORK.decode() in seen:
+            raise StudyError("it asked the network, which no stage may: dvc.yaml lists nothing that comes from there")
+        if seen:
             more = f" and {len(seen) - _SHOWN} more" if len(seen) > _SHOWN else ""
             raise StudyError(f"it read {', '.join(seen[:_SHOWN])}{more}, which dvc.yaml does not list among "
                              "its deps, so that after an edit of it the result would stay as it is")  # fmt: skip
@@ -102,7 +108,14 @@ def _hear() -> None:
 
 
 def _audited(event: str, arguments: tuple[Any, ...]) -> None:
-    if _watched is None or event not in ("open", "sqlite3.connect"):
+    if _watched is None or event not in ("open", "sqlite3.connect", "socket.__new__", *_ASKING):
+        return
+    if event == "socket.__new__":
+        _watched.wished |= arguments[1] in (socket.AF_INET, socket.AF_INET6)
+        return
+    if event in _ASKING:
+        if not isinstance(arguments[-1], (str, bytes)) or event == "socket.gethostbyname":  # else a local one's path
+            _watched.ask()
         return
     name, written = arguments[0], event == "open" and arguments[2] & os.O_ACCMODE == os.O_WRONLY
     if isinstance(name, str) and name.startswith("file:"):

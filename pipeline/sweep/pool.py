@@ -19,7 +19,7 @@ from typing import IO, Any
 
 from pipeline.cache import disk
 from pipeline.errors import StageFailed, StudyError
-from pipeline.execution.job import Job, Task
+from pipeline.execution.job import Job, Task, named_files
 from pipeline.execution.process import Message, Worker
 from pipeline.sweep.journal import COMPUTED, CRASH, ERROR, NO_ANSWER, TIME_LIMIT, Row
 
@@ -60,6 +60,7 @@ class Bench:
         self._held: IO[bytes] | None = None
         self._fresh = True
         self._closed = False
+        self._named = set[str]()
 
     def work(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Row]]:
         """Yield the row of every point, as it comes. A point that takes its worker down twice is a row that says so.
@@ -90,6 +91,9 @@ class Bench:
 
         The point is `_NOWHERE` before it begins one.
         """
+        if self.job.function is None and not (named := named_files(waiting.items())) <= self._named:
+            self._end()  # a worker may read what its first points name
+            self._named = named
         self._start().compute([*waiting.items()])
         began, at = time.monotonic(), _NOWHERE
         while waiting:

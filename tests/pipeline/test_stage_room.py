@@ -1,0 +1,119 @@
+"""The process that computes a stage: what it cannot do, whatever its code tries, and what it still can."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipeline.errors import StageFailed
+from pipeline.room import needed
+from stages.biped import machine_code
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="Landlock and seccomp are Linux's")
+
+#: What a stage tries behind Python's back, which tells what it opens itself; each is one that must fail.
+FORBIDDEN = """
+    "neighbour": lambda: opened(ROOT / "secret.txt"),
+    "another stage's result": lambda: opened(ROOT / "results/fall.h5"),
+    "parameters": lambda: opened(ROOT / "params/fall.yaml"),
+    "home": lambda: opened(Path.home(), os.O_DIRECTORY),
+    "keys": lambda: opened(Path("/etc/shadow")),
+    "parent's environment": lambda: opened(Path(f"/proc/{os.getppid()}/environ")),
+    "by a process begun afresh": lambda: subprocess.run(["cat", ROOT / "secret.txt"], check=True),
+    "write": lambda: (ROOT / "new").write_text("x"),
+    "write code": lambda: (ROOT / "PACKAGE/side/new.py").write_text("x"),
+    "write what it reads": lambda: inputs.table.write_text("x"),
+    "write into the home": lambda: (Path.home() / "bipedstudy-new").write_text("x"),
+    "write where others do": lambda: Path("/tmp/bipedstudy-new").write_text("x"),
+    "remove": lambda: (ROOT / "secret.txt").unlink(),
+    "rename": lambda: (ROOT / "secret.txt").rename(Path("mine")),
+    "link": lambda: os.link(ROOT / "secret.txt", tempfile.mkdtemp() + "/x"),
+    "end the parent": lambda: os.kill(os.getppid(), 0),
+    "tcp": lambda: socket.socket(), "udp": lambda: socket.socket(type=socket.SOCK_DGRAM),
+    "local": lambda: socket.socket(socket.AF_UNIX),
+"""
+ALLOWED = """
+    "declared": lambda: opened(inputs.table), "code": lambda: opened(Path(__file__)),
+    "temporary": lambda: tempfile.NamedTemporaryFile().write(b"x"),
+    "temporary folder": lambda: tempfile.TemporaryDirectory().cleanup(),
+    "copy": lambda: shutil.copy(inputs.table, tempfile.mkdtemp()),
+    "program": lambda: subprocess.run(["true"], check=True),
+    "time zone": lambda: time.localtime(), "users": lambda: pwd.getpwuid(os.getuid()),
+    "locks": lambda: multiprocessing.get_context("fork").Queue(),
+    "numbers": lambda: os.urandom(1), "processor": lambda: Path("/proc/cpuinfo").read_text(),
+"""
+CODE = """
+import ctypes, json, multiprocessing, os, pwd, shutil, socket, subprocess, tempfile
+ROOT = Path("FOLDER")
+
+def opened(path, how=0):
+    number = ctypes.CDLL(None, use_errno=True).open(os.fsencode(path), how)
+    if number < 0:
+        raise OSError
+    os.close(number)
+
+def tried(inputs):
+    os.chmod(ROOT / "secret.txt", 0o777)  # is done, it says
+    done = []
+    for name, attempt in {TRIES}.items():
+        try:
+            attempt()
+            done.append(name)
+        except (OSError, subprocess.CalledProcessError):
+            pass
+    return json.dumps(done).encode()
+
+def run("""
+
+
+def trying(toy, tries):
+    """Let stage `side` try these; what it answers is the names of those that succeeded."""
+    for path in ("lab.txt", "secret.txt"):
+        (toy.root / path).write_text("41")
+        (toy.root / path).chmod(0o600)
+    code = CODE.replace("TRIES", tries).replace("FOLDER", str(toy.root)).replace("PACKAGE", toy.package)
+    toy.edit("PACKAGE/side/run.py", "\ndef run(", code)
+    toy.edit("PACKAGE/side/run.py", "bytes([number % 256])", "tried(inputs)")
+    toy.run(names=("fall",))
+    toy.run("side.table=lab.txt", names=("side",))
+    return json.loads((toy.root / "results/side.bin").read_bytes())
+
+
+@linux
+def test_a_stages_process_is_confined(toy):
+    """It reaches nothing that dvc.yaml does not list: so a room that is none fails here."""
+    assert trying(toy, FORBIDDEN) == []
+    secret = toy.root / "secret.txt"
+    assert secret.read_text() == "41" and secret.stat().st_mode & 0o777 == 0o600
+    assert not (toy.root / "new").exists() and not Path("/tmp/bipedstudy-new").exists()
+
+
+@linux
+def test_a_stage_can_do_what_programs_do(toy):
+    assert trying(toy, ALLOWED) == re.findall(r'"([a-z ]+)": lambda', ALLOWED)
+
+
+@pytest.mark.parametrize("way", [
+    "socket.create_connection(('127.0.0.1', 9), 1)", "socket.getaddrinfo('localhost', 80)",
+    "socket.socket(type=socket.SOCK_DGRAM).sendto(b'x', ('127.0.0.1', 9))",
+    "with contextlib.suppress(OSError): socket.getaddrinfo('localhost', 80)",
+])  # fmt: skip
+def test_a_stage_that_asks_the_network_is_told(toy, way):
+    toy.edit("PACKAGE/side/run.py", "import random\n", "import contextlib\nimport random\nimport socket\n")
+    toy.edit("PACKAGE/side/run.py", "    time.sleep(", f"    {way}\n    time.sleep(")
+    with pytest.raises(StageFailed, match=r"stage side: it asked the network, which no stage may"):
+        toy.run(names=("side",))
+
+
+
+def test_machine_code_lies_where_stages_leave_it(monkeypatch, tmp_path):
+    """The engine knows nothing of stages, and yet lets them write there."""
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        for value in (str(tmp_path), "", "relative"):
+            monkeypatch.setenv(name, value)
+            assert machine_code.home() == needed.machine_code() or sys.platform != "linux"
+            monkeypatch.delenv(name)
