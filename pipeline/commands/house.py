@@ -146,14 +146,14 @@ def examine(study: Study) -> Iterator[Finding]:
     yield writable("temporary folder", Path(tempfile.gettempdir()))
     yield from compiled(study)
     yield free_space(Path.cwd() if study.borrowed else study.results)
-    yield confined()
+    yield from confined()
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     yield Finding("cores", GOOD, f"{count}")
     yield Finding("processor", GOOD, processor.words())
 
 
-def confined() -> Finding:
-    """What keeps a file from outside to itself while it is read: seen in a process that tries a file and a socket."""
+def confined() -> Iterator[Finding]:
+    """What keeps a file from outside to itself while it is read, and a stage to its inputs: a process tries it."""
     from pipeline.room import confine, reading
 
     with tempfile.TemporaryDirectory() as folder:
@@ -162,8 +162,9 @@ def confined() -> Finding:
         (held,) = reading.read(confine.tried, Path(folder, "read"))
     lacking = {confine.FILES: "not confined", confine.SOCKETS: "not confined",
                confine.MEMORY: "bounded by the size of the answer alone", confine.TIME: "ended by the clock"}
-    state = GOOD if held.keys() >= lacking.keys() else WARNING
-    return Finding("reading room", state, "; ".join(f"{what}: {held.get(what, how)}" for what, how in lacking.items()))
+    for room, parts in (("reading room", [*lacking]), ("stages", [confine.FILES, confine.SOCKETS])):
+        state = GOOD if held.keys() >= {*parts} else WARNING
+        yield Finding(room, state, "; ".join(f"{what}: {held.get(what, lacking[what])}" for what in parts))
 
 
 def exudyn() -> Finding:

@@ -50,7 +50,7 @@ def of_stages(*homes: Path | str) -> list[Path]:
 
 
 def machine_code() -> Path:
-    """The folder in which stages leave machine code, as `stages.biped.machine_code` says."""
+    """The folder in which stages leave machine code: they say the same."""
     if os.environ.get("NUMBA_CACHE_DIR"):
         return Path(os.environ["NUMBA_CACHE_DIR"]).absolute() / DISTRIBUTION
     wished = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")

@@ -19,6 +19,7 @@ from urllib.parse import urlsplit
 
 from pipeline.errors import StageFailed, StudyError
 from pipeline.execution.job import Job, Task
+from pipeline.room.confine import landlock
 from pipeline.sweep.journal import CRASH, Row
 from pipeline.sweep.pool import Bench, Chunks
 
@@ -70,6 +71,12 @@ def connected(address: str, certificates: Mapping[str, str]) -> Any:
 def is_open(address: str) -> bool:
     """Whether whoever reaches `address` can run programs there: on this machine that is each of its users."""
     return urlsplit(address if "://" in address else f"tcp://{address}").scheme not in ("tls", "inproc")
+
+
+def unconfined(client: Any) -> list[str]:
+    """The machines of the cluster that cannot keep what they compute from other files."""
+    told = client.run(landlock, on_error="ignore")
+    return sorted({str(urlsplit(worker).hostname) for worker, version in told.items() if not version})
 
 
 def threads(client: Any) -> int:

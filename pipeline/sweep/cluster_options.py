@@ -34,6 +34,9 @@ class Cluster:
             note(f"the way to {self.address} is not encrypted, and whoever reaches that port, on your own computer "
                  "each of its users, can run programs there; docs/sweeps.md has the way with certificates")  # fmt: skip
         client = cluster.connected(self.address, self.certificates)
+        if machines := cluster.unconfined(client):
+            note(f"what is computed on {', '.join(machines)} is not confined there, as Landlock is missing: it can "
+                 "read and write whatever the worker's user can")  # fmt: skip
         try:
             yield client, cluster.threads(client)
         finally:

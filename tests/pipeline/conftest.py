@@ -6,12 +6,14 @@ import itertools
 import os
 import shutil
 import sys
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from pipeline.execution import process
+from pipeline.room import needed
 from tests.pipeline.toy import Toy, agreed, with_commands, written
 
 _serial = itertools.count()
@@ -64,6 +66,13 @@ def done(finished: Toy, tmp_path: Path) -> Toy:
     before = list(sys.path)
     yield replace(finished, root=root)
     sys.path[:] = before
+
+
+@pytest.fixture
+def told() -> Path:
+    """A folder outside of the study in which stages can leave a file, although they are confined."""
+    with tempfile.TemporaryDirectory(dir=needed.SHARED if Path(needed.SHARED).is_dir() else None) as folder:
+        yield Path(folder)
 
 
 @pytest.fixture

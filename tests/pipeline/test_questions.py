@@ -18,8 +18,8 @@ NUMBERS = [random.Random(seed).randrange(1000) for seed in (3, 4, 5, 6)]
 
 
 @pytest.fixture
-def toy(toy_with_commands):
-    (toy_with_commands.root / "marks").mkdir()
+def toy(toy_with_commands, told):
+    (toy_with_commands.root / "marks").symlink_to(told)
     return toy_with_commands
 
 

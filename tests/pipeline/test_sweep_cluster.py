@@ -11,6 +11,7 @@ import pytest
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.questions.asking import Asked
+from pipeline.room.confine import landlock
 from pipeline.sweep import spec as specs
 from pipeline.sweep.sweep import Sweep
 
@@ -84,6 +85,15 @@ def test_a_question_is_answered_by_a_cluster_as_here_with_a_worker_killed_half_w
 
     there = asked(study, client)
     assert there == asked(dataclasses.replace(study, results=toy.root / "elsewhere"), None) and len(there) == 60
+
+
+@pytest.mark.slow
+def test_machines_that_cannot_confine_are_named(client, monkeypatch):
+    from pipeline.sweep import cluster
+
+    assert cluster.unconfined(client) == [] or landlock() == 0
+    monkeypatch.setattr(cluster, "landlock", int)
+    assert cluster.unconfined(client) == ["127.0.0.1"]
 
 
 def test_a_scheduler_that_is_not_there_is_one_sentence(monkeypatch):

@@ -44,12 +44,13 @@ def each(folder: Path, *words: str, **environment: str) -> dict[str, tuple[int, 
 
 
 @pytest.fixture
-def trapped(toy_with_commands, monkeypatch, tmp_path):
+def trapped(toy_with_commands, monkeypatch, tmp_path, told):
     """A study whose code leaves a file wherever it is run, and a user who agreed to nothing."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "settings"))
     toy = toy_with_commands
     for source in toy.path("stages").rglob("*.py"):
-        source.write_text(f"{source.read_text()}\nopen({str(tmp_path / 'sprung')!r}, 'a').close()\n")
+        source.write_text(f"{source.read_text()}\nopen({str(told / 'sprung')!r}, 'a').close()\n")
+    (toy.root / "sprung").symlink_to(told / "sprung")
     (toy.root / "below/deeper").mkdir(parents=True)
     for place in (".", "below", "below/deeper"):
         (toy.root / place / "grid.yaml").write_text("stage: side\nkind: grid\nvary: {side.seed: [1, 2]}\n")
@@ -61,7 +62,7 @@ def trapped(toy_with_commands, monkeypatch, tmp_path):
 def test_no_command_runs_anything_of_a_study_that_was_not_agreed_to(trapped, place, whose):
     if whose == "another's":
         for path in (trapped.root, *trapped.root.rglob("*")):
-            os.chown(path, NOBODY, NOBODY)
+            os.chown(path, NOBODY, NOBODY, follow_symlinks=False)
     found = each(trapped.root / place, *COMMANDS)
     assert found.keys() == {*COMMANDS} and not (trapped.root / "sprung").exists()
     refused = {words for words, (code, said) in found.items() if code == 2 and "would run as you" in said}
