@@ -98,7 +98,7 @@ def _version(ctx: click.Context, parameter: click.Parameter, asked: bool) -> Non
 
 def _trust(ctx: click.Context, parameter: click.Parameter, asked: bool) -> None:
     """Note whether this command agrees to the study's code."""
-    trust.agree(asked and not ctx.resilient_parsing)
+    trust.agree(asked and not ctx.resilient_parsing, True)
 
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

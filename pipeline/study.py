@@ -63,8 +63,10 @@ class Study:
         """
         listed = {PurePath(path).parts[0] for stage in self.graph.stages.values() for path in stage.code}
         home = home_of(self.package, self.root if self.package in listed else None)
-        if self.found:
-            trust.check(self.root, self.package, home == self.root)
+        if self.found and trust.check(self.root, self.package, home == self.root):
+            from pipeline.execution import confined
+
+            confined.enter_alone(self.root, self.results, self.package)
         return home
 
     @cached_property

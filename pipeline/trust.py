@@ -26,35 +26,39 @@ _HAS_OWNERS = os.name == "posix"
 #: Between the time of a file's text and of its last change [s], beyond which it was brought and not written here.
 _BROUGHT_S = 60.0
 _OTHERS = 0o022
-_agrees = False
+_agrees = _is_command = False
 
 
-def agree(asked: bool) -> None:
-    """Say whether this command agrees to the study it meets (`--trust`)."""
-    global _agrees
-    _agrees = asked
+def agree(asked: bool, is_command: bool = False) -> None:
+    """Say whether this process, perhaps that of a command, agrees to the study it meets (`--trust`)."""
+    global _agrees, _is_command
+    _agrees, _is_command = asked, is_command
 
 
-def check(root: Path, package: str, has_code: bool) -> None:
-    """Raise `StudyError` unless the study in `root` is the user's and, where it `has_code` in `package`, agreed to."""
+def check(root: Path, package: str, has_code: bool) -> bool:
+    """Raise `StudyError` unless the study in `root` is the user's and, where it `has_code` in `package`, agreed to.
+
+    Whether some of that code is somebody else's, and this is a command.
+    """
     theirs = _others([root, root / _GRAPH])
     if root == engine() or not (theirs or has_code):
-        return
+        return False
     files = sorted(_code(root, package))
     folders = (path.parent for path in files)
     own = _HAS_OWNERS and not theirs and not _others([*files, *folders]) and not any(map(_was_brought, files))
     rows, folder = _rows(), {"folder": str(root), "content": ""}
     if own and folder in rows:
-        return
+        return False
     as_it_is = {"folder": str(root), "content": content(root, files)}
     if as_it_is in rows or as_it_is["content"] in os.environ.get(VARIABLE, "").split():
-        return
+        return not own and _is_command
     if not _agrees:
         why = f"belongs to {theirs}, not to you" if theirs else "has code of its own"
         raise StudyError(f"{root} {why}, and what lies there would run as you: look at it, then agree once with "
                          f"{DISTRIBUTION} --trust before your command, or by {VARIABLE}={as_it_is['content']}")
     _keep([*rows, folder if own else as_it_is])
     print(f"note: agreed to {root}{'' if own else ' as it is now'}", file=sys.stderr)
+    return not own and _is_command
 
 
 def vouch(root: Path, digest: str) -> None:
@@ -118,7 +122,7 @@ def _was_brought(path: Path) -> bool:
     return found.st_ctime - found.st_mtime > _BROUGHT_S
 
 
-def _place() -> Path:
+def place() -> Path:
     """The file of what the user agreed to, in his folder of settings."""
     known = {"win32": "~/AppData/Roaming", "darwin": "~/Library/Application Support"}.get(sys.platform, "~/.config")
     wished = os.environ.get("APPDATA" if sys.platform == "win32" else "XDG_CONFIG_HOME") or known
@@ -129,10 +133,10 @@ def _place() -> Path:
 def _rows() -> list[dict[str, str]]:
     """What was agreed to: folder and content, or "" for the folder whatever it holds; none where others may write."""
     try:
-        found = _place().stat()
+        found = place().stat()
         if _HAS_OWNERS and (found.st_uid != os.geteuid() or found.st_mode & _OTHERS):
             return []
-        return [json.loads(line) for line in (disk.read(_place(), disk.TEXT) or b"").splitlines()]
+        return [json.loads(line) for line in (disk.read(place(), disk.TEXT) or b"").splitlines()]
     except (OSError, ValueError):
         return []
 
@@ -140,6 +144,6 @@ def _rows() -> list[dict[str, str]]:
 def _keep(rows: list[dict[str, str]]) -> None:
     """Write what was agreed to; where that cannot be, it holds for this command."""
     try:
-        disk.write(_place(), [json.dumps(row).encode() + b"\n" for row in rows])
+        disk.write(place(), [json.dumps(row).encode() + b"\n" for row in rows])
     except OSError as error:
-        print(f"note: {_place()}: cannot be written ({error.strerror}), so this will be asked again", file=sys.stderr)
+        print(f"note: {place()}: cannot be written ({error.strerror}), so this will be asked again", file=sys.stderr)

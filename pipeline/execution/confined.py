@@ -1,16 +1,22 @@
-"""What a process that computes a stage can still read and write, where the system has Landlock."""
+"""What a process that computes a stage can still read and write, where the system has Landlock; and a command in a
+stranger's study, which loads the stages' parameters and results itself.
+"""
 
 from __future__ import annotations
 
 import os
+import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 
+from pipeline import trust
 from pipeline.cache import disk
 from pipeline.execution.job import TEMPORARY, Job, Task, named_files
+from pipeline.execution.process import get_ready
 from pipeline.graph import beneath
-from pipeline.home import engine
+from pipeline.home import DISTRIBUTION, engine, face, home
 from pipeline.room import needed
 from pipeline.room.confine import confine
 from pipeline.room.reading import beside
@@ -23,24 +29,46 @@ def enter(job: Job, folder: Path, tasks: Sequence[Task]) -> None:
 
     Code that is not this program's own keeps its machine code apart, as loading that runs it.
     """
-    home = home_of(job.package, Path(job.code_root))
-    temporary = folder / TEMPORARY
+    place = home_of(job.package, Path(job.code_root))
+    own = _own(place, folder / TEMPORARY, any("/machine_code/" in file for file in job.code))
+    branch = place / ".git" / "HEAD"  # which tells who uses machine code
+    reads = [place / job.package, branch, *_needed(place, job.root), *_inputs(job, tasks)]
+    confine(reads, [folder, *own], [place, engine()])
+
+
+def enter_alone(root: Path, results: Path, package: str) -> None:
+    """Keep this command, and what it starts from now on, to a stranger's study, its results and what was typed."""
+    words = [word.partition("=")[2] if word.startswith("--") and "=" in word else word for word in sys.argv[1:]]
+    writes = [root, results, *(Path(into) for word, into in pairwise(sys.argv) if word == "--results")]
+    for folder in writes:
+        folder.mkdir(parents=True, exist_ok=True)
+    own = _own(root, results / ".cache" / TEMPORARY, True)
+    get_ready()  # a process that runs none of the study's code
+    program = [trust.place(), engine() / package, face(),
+               *(home() / part for part in ("dvc.yaml", "params", "requirements")),
+               *(engine() / ".git" / part for part in ("HEAD", "refs", "packed-refs"))]  # fmt: skip
+    confine([*map(Path, words), *program, *_needed(root)], [*writes, *own], [engine()], signals=True)
+
+
+def _own(place: Path, temporary: Path, compiles: bool) -> list[Path]:
+    """Folders of this program that code in `place` may write, the temporary one and that of machine code."""
     temporary.mkdir(parents=True, exist_ok=True)
     os.environ["TMPDIR"], tempfile.tempdir = str(temporary), None
-    writes = [folder, Path(needed.SHARED)]
-    if any("/machine_code/" in file for file in job.code):
-        kept = needed.machine_code()
-        if home != engine():
-            kept /= f"of-{disk.digest(str(home).encode())[:24]}"
-            os.environ["NUMBA_CACHE_DIR"] = str(kept)
-        for place in (*reversed(kept.parents), kept):
-            if not place.exists():
-                place.mkdir(mode=0o700, exist_ok=True)
-        writes.append(kept)
-    branch = home / ".git" / "HEAD"  # which tells who uses machine code
-    system = [Path(each).expanduser() for each in needed.STAGES]
-    reads = [home / job.package, branch, *needed.of_stages(home, job.root), *system, *_inputs(job, tasks)]
-    confine(reads, writes, [home, engine()])
+    if not compiles:
+        return [temporary, Path(needed.SHARED)]
+    kept = needed.machine_code()
+    if place != engine() and not kept.parent.name.startswith("of-"):
+        kept /= f"of-{disk.digest(str(place).encode())[:24]}"
+        os.environ["NUMBA_CACHE_DIR"] = str(kept)
+        kept /= DISTRIBUTION
+    for folder in (*reversed(kept.parents), kept):
+        if not folder.exists():
+            folder.mkdir(mode=0o700, exist_ok=True)
+    return [temporary, Path(needed.SHARED), kept]
+
+
+def _needed(*homes: Path | str) -> list[Path]:
+    return [*needed.of_stages(*homes), *(Path(each).expanduser() for each in needed.STAGES)]
 
 
 def _inputs(job: Job, tasks: Sequence[Task]) -> Iterator[Path]:

@@ -53,7 +53,9 @@ def main() -> NoReturn:
             text.seek(0)
             load(Job.of(text.read().decode()))
         gc.freeze()  # what is loaded here is never looked through for garbage again, and so stays shared
-        alone = len([*_THREADS.iterdir()]) == 1
+        alone = False
+        with contextlib.suppress(PermissionError):  # where a stranger's study confines all of its command
+            alone = len([*_THREADS.iterdir()]) == 1
         try:
             if not os.fork():
                 line.close()

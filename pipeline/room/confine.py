@@ -27,6 +27,7 @@ _OF_FILES = _EXECUTE | _WRITE | _READ | _TRUNCATE
 _CHANGES = sum(1 << bit for bit in (1, 4, 5, 7, 8, 12, 13, 14))  # write, remove, folders, files, links, move, truncate
 #: By version: kinds of access to files, to TCP ports, and of signals and sockets outside that are handled.
 _KINDS = {1: (13, 0, 0), 2: (14, 0, 0), 3: (15, 0, 0), 4: (15, 2, 0), 5: (16, 2, 0), 6: (16, 2, 2)}
+_SIGNALS = 2
 _SET_DEATH_SIGNAL, _SET_SECCOMP, _SET_NO_NEW_PRIVILEGES = 1, 22, 38
 _FILTER, _ALLOW = 2, 0x7FFF0000
 _IGNORE = 0x00050000  # the call says that it has been done
@@ -55,10 +56,10 @@ def landlock() -> int:
 
 def confine(
     reads: Iterable[Path | str], writes: Iterable[Path | str] = (), lists: Iterable[Path | str] = (), *,
-    memory: int = 0, seconds: float = 0, written: int | None = None,
+    memory: int = 0, seconds: float = 0, written: int | None = None, signals: bool = False,
 ) -> None:  # fmt: skip
     """Let this process read and write beneath these paths alone, and see names of files beneath `lists`; it opens no
-    socket. `held` tells how far it is kept.
+    socket, and sends `signals` to what it starts alone. `held` tells how far it is kept.
 
     `memory` [bytes] comes on top of what it has, `written` is the largest file; 0 or None sets no limit.
     """
@@ -66,7 +67,7 @@ def confine(
     if sys.platform == "linux":
         _prctl(_SET_NO_NEW_PRIVILEGES, 1)
         version = landlock()
-        if version and _restricted(version, reads, writes, lists):
+        if version and _restricted(version, signals, reads, writes, lists):
             held[FILES] = f"Landlock {version}"
         if _without_sockets():
             held[SOCKETS] = "seccomp"
@@ -76,9 +77,10 @@ def confine(
         _limit(memory, seconds, written)
 
 
-def _restricted(version: int, *allowed: Iterable[Path | str]) -> bool:
+def _restricted(version: int, signals: bool, *allowed: Iterable[Path | str]) -> bool:
     reads, writes, lists = allowed
     files, ports, outside = ((1 << bits) - 1 for bits in _KINDS[min(version, max(_KINDS))])
+    outside &= ~_SIGNALS if signals else outside
     rules = struct.pack("QQQ", files, ports, outside)[: 8 if version < 4 else 16 if version < 6 else 24]
     ruleset = _call(_CREATE, rules, len(rules), 0)
     if ruleset < 0:
@@ -134,9 +136,12 @@ def _limit(memory: int, seconds: float, written: int | None) -> None:
 
 
 def _data() -> int:
-    """Bytes of this process's own memory."""
-    with open("/proc/self/statm", "rb") as file:
+    """Bytes of this process's own memory, or that it has had, where it is confined already."""
+    import resource
+
+    with contextlib.suppress(PermissionError), open("/proc/self/statm", "rb") as file:
         return int(file.read().split()[5]) * os.sysconf("SC_PAGE_SIZE")
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def tried(source: Path) -> Iterator[dict[str, str]]:

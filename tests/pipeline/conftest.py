@@ -60,7 +60,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Toy:
 def done(finished: Toy, tmp_path: Path) -> Toy:
     """A toy study that has been run once, free to be spoilt."""
     root = tmp_path / "study"
-    shutil.copytree(finished.root, root)
+    shutil.copytree(finished.root, root, copy_function=shutil.copy)
     for name in [name for name in sys.modules if name.partition(".")[0] == finished.package]:
         del sys.modules[name]  # of the copy before: a process takes the stages from one place
     before = list(sys.path)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import sys
 from pathlib import Path
 
 import pytest
 
+from pipeline import trust
 from pipeline.errors import StageFailed
 from pipeline.room import needed
 from stages.biped import machine_code
@@ -69,6 +71,20 @@ def tried(inputs):
 
 def run("""
 
+#: What any module of a stranger's study tries when it is loaded; what succeeds is printed.
+TRAP = """
+import os, socket
+for name, attempt in {
+    "read": lambda: open("FOLDER/secret").close(), "write": lambda: open("FOLDER/new", "w").close(),
+    "remove": lambda: os.unlink("FOLDER/secret"), "ask": lambda: socket.socket().close(),
+}.items():
+    try:
+        attempt()
+        print("done", __name__, name, flush=True)
+    except OSError:
+        pass
+"""
+
 
 def trying(toy, tries):
     """Let stage `side` try these; what it answers is the names of those that succeeded."""
@@ -108,6 +124,26 @@ def test_a_stage_that_asks_the_network_is_told(toy, way):
     with pytest.raises(StageFailed, match=r"stage side: it asked the network, which no stage may"):
         toy.run(names=("side",))
 
+
+
+@linux
+@pytest.mark.skipif(os.geteuid() != 0, reason="gives files to another user")
+def test_run_all_in_a_strangers_study_touches_nothing_of_yours(toy_with_commands, tmp_path_factory):
+    """Not even by code that the command itself loads: parameters and results."""
+    toy, mine = toy_with_commands, tmp_path_factory.mktemp("mine")
+    (mine / "secret").write_text("41")
+    trap = TRAP.replace("FOLDER", str(mine))
+    for source in toy.path("stages").rglob("*.py"):
+        if source.name in ("run.py", "result.py", "parameters.py"):
+            source.write_text(f"{source.read_text()}\n{trap}")
+    for path in (toy.root, *toy.root.rglob("*")):
+        os.chown(path, 65534, 65534)
+    (mine / "settings").mkdir()
+    own = {"HOME": str(mine), "XDG_CACHE_HOME": "", "XDG_CONFIG_HOME": str(mine / "settings"), trust.VARIABLE: ""}
+    code, out, errors = toy.command("--trust", "run-all", environment=own)
+    assert (code, "done" in out + errors) == (0, False), out + errors
+    assert (mine / "secret").read_text() == "41" and not (mine / "new").exists()
+    assert len([*(toy.root / "results").glob("*.h5")]) == 4
 
 
 def test_machine_code_lies_where_stages_leave_it(monkeypatch, tmp_path):
