@@ -127,10 +127,10 @@ QUESTION = Question(
     "ingest",
     """Read the measurements in SOURCE, print the quality of each run and sensor, and change nothing in SOURCE.
 
-    SOURCE is an SQLite file, a folder (with --map), or env:NAME, an environment variable that holds a connection
-    string such as postgresql://user:password@host/database, which alone needs the network. docs/measurements.md has the schema. Ends with 3 if no run
-    can be used. --propose writes a first map of unknown files, --figure draws the first run. To use a file made by
-    --store in the study, set imu.database.
+    SOURCE is an SQLite file, a folder (with --map), or env:NAME, an environment variable that holds a
+    connection string such as postgresql://user:password@host/database, which alone needs the network.
+    docs/measurements.md has the schema. Ends with 3 if no run can be used. --propose writes a first map of
+    unknown files, --figure draws the first run. To use a file made by --store in the study, set imu.database.
     """,
     Options,
     ask,
