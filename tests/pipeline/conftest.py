@@ -97,5 +97,5 @@ def finished_with_commands(tmp_path_factory: pytest.TempPathFactory) -> Toy:
 @pytest.fixture
 def ran(finished_with_commands: Toy, tmp_path: Path) -> Toy:
     """A toy study for the command line that has been run once, free to be spoilt."""
-    shutil.copytree(finished_with_commands.root, tmp_path, dirs_exist_ok=True)
+    shutil.copytree(finished_with_commands.root, tmp_path, copy_function=shutil.copy, dirs_exist_ok=True)
     return agreed(replace(finished_with_commands, root=tmp_path))
