@@ -18,6 +18,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -171,17 +172,16 @@ class _Process:
                                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)  # fmt: skip
             assert self._popen.stdout is not None
             self._answer = self._popen.stdout
+        self._asked, self._over = math.inf, threading.Event()
+        threading.Thread(target=self._watch, daemon=True).start()
 
     def take(self, count: int) -> bytearray:
         """The next bytes of the answer, fewer at its end. Whoever lets this wait for too long is ended."""
-        patience = threading.Timer(_PATIENCE * self._limits.seconds, self._end_late)
-        patience.daemon = True
-        patience.start()
-        found = bytearray(count)
+        found, self._asked = bytearray(count), time.monotonic()
         try:
             got = self._answer.readinto(found)  # type: ignore[attr-defined]
         finally:
-            patience.cancel()
+            self._asked = math.inf
         return found[:got] if got < count else found
 
     def ended(self) -> tuple[int, bool]:
@@ -192,6 +192,7 @@ class _Process:
 
     def kill(self) -> None:
         """End it, where that has not been done."""
+        self._over.set()
         self._answer.close()
         if self._popen:
             self._popen.kill()
@@ -200,10 +201,14 @@ class _Process:
         if self._popen or self._child:
             self.ended()
 
-    def _end_late(self) -> None:
-        self._late = True
-        with contextlib.suppress(OSError):
-            self._popen.kill() if self._popen else os.kill(self._child, signal.SIGKILL)
+    def _watch(self) -> None:
+        patience = _PATIENCE * self._limits.seconds
+        while not self._over.wait(patience / 50):
+            if time.monotonic() - self._asked > patience:
+                self._late = True
+                with contextlib.suppress(OSError):
+                    self._popen.kill() if self._popen else os.kill(self._child, signal.SIGKILL)
+                return
 
 
 def _begin(send: int, *asked: Any) -> NoReturn:
