@@ -14,7 +14,7 @@ from stages.analytic.integration.readable import advance, clearance, double_stan
 from stages.analytic.parameters import Settings
 from stages.analytic.result import REACHES
 from stages.biped.question import WrongOption
-from stages.ground.blocks import Blocks, drawn_heights
+from stages.ground.blocks import Blocks, BlocksDoNotFit, drawn_heights
 from stages.stability.blocks.passage import Counted, from_weighed
 from stages.stability.blocks.rare import BLOCKS, PATTERN, Patterns, generator_of, learnt_patterns, weighed
 from stages.stability.blocks.walks import KEPT, Rough, heights_of, some_walks, walk_on
@@ -126,3 +126,11 @@ def test_what_has_no_answer_is_refused():
     asking = SimpleNamespace(biped=TABLE_1, slope=SLOPE, friction=FRICTION, blocks=Blocks(1e-3, 0), analytic=settings)
     with pytest.raises(NoGait, match="limited friction"):
         question.ask(asking, question.Options(), Asking())
+
+
+def test_blocks_that_reach_the_foot_that_stands_are_refused():
+    parameters = SimpleNamespace(
+        blocks=Blocks(1e-3, block_length=0.3), biped=TABLE_1, slope=SLOPE, friction=FRICTION,
+        analytic=SimpleNamespace(tolerance=1e-9, limited={}.get))  # fmt: skip
+    with pytest.raises(BlocksDoNotFit, match=r"ground.block_length = 0.3 m .* allowed: < 0.2414 m"):
+        question.ask(parameters, question.Options(), Listener())

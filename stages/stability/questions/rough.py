@@ -33,7 +33,7 @@ class Options:
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
-    """Walk over blocks. Raises NoGait, WrongOption."""
+    """Walk over blocks. Raises NoGait, WrongOption, BlocksDoNotFit."""
     import numpy as np
 
     from stages.analytic.derivatives.on_blocks import on_blocks, refusal
@@ -50,6 +50,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     if linear is None:
         raise NoGait(refusal(walker) or "the gait is unstable: it ends on even ground too")
     z, counted = point.z.tolist(), Counted(options.ramp)
+    parameters.blocks.under(0, rough_of(parameters, z).middle * walker.length)  # refuses blocks that reach too far
     parts = options.effort // PART
     walk_on(asking, z, range(FIRST), counted)
     if counted.falls * parts >= FEW * FIRST:
