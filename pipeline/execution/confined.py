@@ -39,10 +39,11 @@ def enter(job: Job, folder: Path, tasks: Sequence[Task]) -> None:
 def enter_alone(root: Path, results: Path, package: str) -> None:
     """Keep this command, and what it starts from now on, to a stranger's study, its results and what was typed."""
     words = [word.partition("=")[2] if word.startswith("--") and "=" in word else word for word in sys.argv[1:]]
-    writes = [root, results, *(Path(into) for word, into in pairwise(sys.argv) if word == "--results")]
+    kept = results / ".cache"
+    writes = [root, results, kept, *(Path(into) for word, into in pairwise(sys.argv) if word == "--results")]
     for folder in writes:
         folder.mkdir(parents=True, exist_ok=True)
-    own = _own(root, results / ".cache" / TEMPORARY, True)
+    own = _own(root, kept / TEMPORARY, True)
     get_ready()  # a process that runs none of the study's code
     program = [trust.place(), engine() / package, face(),
                *(home() / part for part in ("dvc.yaml", "params", "requirements")),
@@ -52,7 +53,7 @@ def enter_alone(root: Path, results: Path, package: str) -> None:
 
 def _own(place: Path, temporary: Path, compiles: bool) -> list[Path]:
     """Folders of this program that code in `place` may write, the temporary one and that of machine code."""
-    temporary.mkdir(parents=True, exist_ok=True)
+    temporary.mkdir(exist_ok=True)  # a killed run's folder may be swept away by now, and is not made again
     os.environ["TMPDIR"], tempfile.tempdir = str(temporary), None
     if not compiles:
         return [temporary, Path(needed.SHARED)]
