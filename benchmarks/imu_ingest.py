@@ -18,7 +18,6 @@ import tempfile
 import time
 from pathlib import Path
 
-from stages.imu.parameters import Parameters
 from stages.imu.run import trials
 from stages.imu.sources.databases import SqliteSource
 from tests.imu.stand_in import PARAMETERS, make_database, make_run
@@ -43,11 +42,11 @@ def copies(path: Path, base: bytes, times: int) -> int:
     return int(rows)
 
 
-def measure(path: Path, parameters: Parameters) -> tuple[int, float, float]:
+def measure(path: Path) -> tuple[int, float, float]:
     """Runs accepted, processor time [s] and peak memory [MB]."""
     start = time.process_time()
     with SqliteSource(path) as source:
-        accepted = sum(trial.accepted for trial in trials(source.runs(), parameters.read))
+        accepted = sum(trial.accepted for trial in trials(source.runs(), PARAMETERS))
     return accepted, time.process_time() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
@@ -60,7 +59,7 @@ def main() -> None:
             path = Path(folder) / "log.sqlite"
             rows = copies(path, base, times)
             with multiprocessing.get_context("spawn").Pool(1) as pool:
-                accepted, seconds, memory = pool.apply(measure, (path, PARAMETERS))
+                accepted, seconds, memory = pool.apply(measure, (path,))
             print(f"{rows:10}{accepted:8}{seconds:10.2f}{1e6 * seconds / rows:10.1f}{memory:10.0f}")
             path.unlink()
 
