@@ -15,7 +15,8 @@ from tests.changed import changed
 
 @pytest.fixture(scope="module")
 def analytic(rough):
-    return SimpleNamespace(mid_stance=rough, walk=SimpleNamespace(standing_force=9.4))
+    return SimpleNamespace(mid_stance=rough, walk=SimpleNamespace(standing_force=9.4),
+                           gait=SimpleNamespace(fixed_point=rough))  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +111,7 @@ def test_tables_name_every_part_and_every_sum(result, parameters):
 
 def test_a_fall_is_a_result(parameters, rough, analytic):
     slow = dataclasses.replace(rough, stance_rate=-0.4, swing_rate=0.0)
-    result = run(parameters, Inputs(SimpleNamespace(mid_stance=slow, walk=analytic.walk)))
+    result = run(parameters, Inputs(SimpleNamespace(**{**vars(analytic), "mid_stance": slow})))
     assert result.outcome in (FELL, STALLED) and result.reason and result.reason in result.summary()
     assert np.isnan(result.settling.period_s) and len(result.walk.time) > 10 and result.steps < 5
     assert np.isfinite(result.walk.hip_position).all()
