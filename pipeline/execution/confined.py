@@ -31,8 +31,7 @@ def enter(job: Job, folder: Path, tasks: Sequence[Task]) -> None:
     """
     place = home_of(job.package, Path(job.code_root))
     own = _own(place, folder / TEMPORARY, any("/machine_code/" in file for file in job.code))
-    branch = place / ".git" / "HEAD"  # which tells who uses machine code
-    reads = [place / job.package, branch, *_needed(place, job.root), *_inputs(job, tasks)]
+    reads = [*needed.of_code(place, job.package), *_needed(place, job.root), *_inputs(job, tasks)]
     confine(reads, [folder, *own], [place, engine()])
 
 

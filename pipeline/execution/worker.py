@@ -43,6 +43,7 @@ from pipeline.graph import Stage, beneath, is_inside
 from pipeline.parameters import loading
 from pipeline.parameters.looser import looser
 from pipeline.room.confine import when_parent_ends
+from pipeline.room.needed import of_code
 from pipeline.room.watch import watched
 from pipeline.stage_modules import home_of, importable, named, stage_module
 
@@ -217,7 +218,8 @@ class Computing:
         errors = errors and not other
         inputs, above, open_files = given(self.job.package, stage, parameters, chosen, files, errors)
         declared = [file for file, _ in open_files.values()]
-        with watched(self.job.root, self.observed.sources.code_root / self.job.package, self.folder, *declared):
+        code = of_code(self.observed.sources.code_root, self.job.package)
+        with watched(self.job.root, *code, self.folder, *declared):
             result = module.run(parameters, inputs, self.messages.progress)
         if errors and (loose != parameters or above is not None):
             self.messages.send(progress=[1.0, "once more, looser, for the errors of its numbers"])

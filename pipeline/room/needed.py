@@ -49,6 +49,11 @@ def of_stages(*homes: Path | str) -> list[Path]:
     return [*of_python(), *packages, engine() / "pipeline", machine_code(), own, *map(Path, named)]
 
 
+def of_code(place: Path, package: str) -> list[Path]:
+    """A package of stages in `place`, and the branch that this is on, by which users of machine code are told apart."""
+    return [place / package, place / ".git" / "HEAD"]
+
+
 def machine_code() -> Path:
     """The folder in which stages leave machine code: they say the same."""
     if os.environ.get("NUMBA_CACHE_DIR"):

@@ -64,3 +64,11 @@ def test_what_is_declared_or_of_the_system_may_be_read(toy, tmp_path_factory):
            "exists() else '', tempfile.TemporaryFile().write(b'x')")  # fmt: skip
     reading(toy, way, "none")
     assert toy.run("side.table=lab.txt", names=("side",)) == {"side": "computed"}
+
+
+def test_the_branch_that_tells_who_uses_machine_code_is_no_input(toy):
+    """Whoever compiles something in a fresh clone reads it while its stage runs."""
+    (toy.root / ".git").mkdir()
+    (toy.root / ".git/HEAD").write_text("ref: refs/heads/main")
+    reading(toy, "Path(FILE).read_text()", toy.root / ".git/HEAD")
+    assert toy.run(names=("side",)) == {"side": "computed"}
