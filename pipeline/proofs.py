@@ -27,10 +27,11 @@ def keep(study: Study, content: bytes) -> None:
 def said(study: Study) -> dict[str, str]:
     """Claim -> what a proof says of it, if it is of the very parameters that the claims' results were made with.
 
-    The proof's keys are names of parameter files, with values, and `says`.
+    A study without a stage of claims has none. The proof's keys are names of parameter files, with values, and `says`.
     """
-    content, claims = disk.read(study.results / PROOF, disk.MEMO), study.graph.maker(CLAIMS)
-    entry = study.store.current(claims)
+    content = disk.read(study.results / PROOF, disk.MEMO)
+    maker = [stage.name for stage in study.graph.stages.values() if CLAIMS in stage.outs]
+    entry = study.store.current(*maker) if maker else None
     if content is None or entry is None:
         return {}
     try:

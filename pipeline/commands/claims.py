@@ -184,8 +184,9 @@ def read(study: Study) -> Claims:
     for claim in found.claims:
         if claim.verdict not in VERDICTS:
             raise StudyError(f"{shown(path)}: claim {claim.id}: the verdict must be one of {', '.join(VERDICTS)}")
+    said = proofs.said(study)
     for place, claim in enumerate(found.claims):
-        if words := proofs.said(study).get(claim.id):
+        if words := said.get(claim.id):
             beside = f"{claim.beside}; {words}" if claim.beside else words
             found.claims[place] = replace(claim, beside=beside)
     captions = study.store.place(CAPTIONS)

@@ -52,3 +52,12 @@ def test_a_file_from_elsewhere_or_an_edited_one_is_not_called_proven(ran):
 def test_what_is_no_proof_of_any_parameters_says_nothing(ran, content):
     (ran.results / "proof.json").write_bytes(content)
     assert proofs.said(ran) == {}
+
+
+def test_a_study_without_a_stage_of_claims_has_its_report(toy, ran):
+    graph = ran.root / "dvc.yaml"
+    graph.write_text(graph.read_text().replace(", results/claims.yaml", ""))
+    proofs.keep(ran, json.dumps(TOLD).encode())
+    without = toy.study()
+    assert proofs.said(without) == {}
+    assert b"Proven for a toy" not in page.render(without, page.entries(without), False, {})
