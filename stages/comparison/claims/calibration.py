@@ -97,7 +97,7 @@ def judge_outsole_slows(
             (verdict == HOLDS, "the longer leg is the slower pendulum, without any mass"),
             (
                 length_alone >= 0,
-                "length alone quickens the gait: it also raises the leg's mass and widens the foot",
+                "length alone quickens the gait: it also raises the leg's mass centre and enlarges the foot's radius",
             ),
             (verdict == HOLDS_IF, f"the rubber's mass alone: {percent(with_mass - length_alone)}"),
             (verdict == FAILS and not with_mass < 0, "its mass does not outweigh that"),

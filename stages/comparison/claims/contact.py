@@ -70,8 +70,8 @@ def judge_rolling_without_slip(
     within = max(single, strike) <= friction and time_outside == 0
     shares = f"{100 * time_outside:.0f} % of its time and {100 * impulse_outside:.0f} % of its impulse"
     return Judgement(
-        f"of {friction:g} there is, single stance uses {single:.2f}, the trailing foot needs "
-        f"{strike:.4g} at heel strike; in double stance it is outside the friction cone for {shares}",
+        f"the static coefficient is {friction:g}; single stance needs {single:.2f}, the trailing foot {strike:.4g} "
+        f"at heel strike; in double stance that foot is outside the friction cone for {shares}",
         yes_or_no(within),
         (
             (within, f"every phase stays inside the cone, at most at {max(single, strike):.2f}"),
@@ -128,7 +128,7 @@ def judge_contact_set(
             (verdict in (HOLDS, HOLDS_IF), f"k_c alone lowers it to {100 * best / default:.0f} %"),
             (
                 verdict == HOLDS_IF,
-                f"no smaller change that was tried does so; a moderate one is a factor of {limits.moderate_change:g}",
+                f"no smaller change that was tried does so; moderate is up to a factor of {limits.moderate_change:g}",
             ),
             (
                 known and beyond > default,
@@ -220,7 +220,7 @@ def judge_friction_velocities(
     return Judgement(
         f"from Adams' defaults, period and length of the gait's step change by up to {percent(halved, 1)} at "
         f"half and {percent(doubled, 1)} at twice the {velocity.replace('_', ' ')}"
-        + (f"; it reaches {limit} at {turns}" if math.isfinite(turning) else ""),
+        + (f"; the change reaches {limit} at {turns}" if math.isfinite(turning) else ""),
         verdict,
         (
             (verdict == HOLDS, f"no change up to a factor of {limits.moderate_change:g} reaches {limit}"),

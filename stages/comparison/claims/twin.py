@@ -136,15 +136,15 @@ def judge_push_converges(
     bounds = ", ".join(f"{kind} below {fatal:g} {unit}" for kind, unit, _, fatal in falls)
     most = ", ".join(f"{kind} {survived:g} {unit}" for kind, unit, survived, _ in limits_of)
     return Judgement(
-        f"{pushes} pushes along the path (synthetic): {failed} end in a fall; to the side the twin walks "
-        f"off {most}",
+        f"{pushes} pushes along the path (synthetic): {failed} end in a fall; to the side the twin "
+        f"walks on after {most}",
         verdict,
         (
             (along and multiplier < 1, f"in the plane a step leaves {multiplier:.2f} of it"),
             (bool(falls) and verdict == HOLDS_IF, "larger pushes to the side topple it within three steps"),
             (
                 sideways > 0.9,
-                f"its heading it keeps: to the side a step leaves {sideways:.4f} of a difference",
+                f"its heading hardly comes back: a step leaves {sideways:.4f} of a turn to the side",
             ),
             (verdict == HOLDS, "no push that was tried ends in a fall"),
             (untried, "no synthetic campaign was walked: a lab's own measurements take its place"),
