@@ -29,6 +29,7 @@ from pipeline.parameters import loading
 from pipeline.study import Study, shown
 
 Row = dict[str, Any]
+Plain = Mapping[str, Mapping[str, Any]]
 #: What another processor may change of a number without a stated error, as a share of the largest in its field.
 ROUNDED = 1e-5
 _PRINTED = 8
@@ -111,20 +112,42 @@ def stated(
     classes = study.parameters_classes()
     about: dict[str, Mapping[str, str]] = {}
     values: dict[str, Any] = {}
-    seen: dict[tuple[str, str], Any] = {}
-    other: dict[str, list[Row]] = {}
+    plains: dict[str, Plain] = {}
     for name, content in contents.items():
         about[name] = artefact.provenance(content, f"{name}.h5")
         try:
-            plain = json.loads(about[name][fingerprint.INGREDIENTS])["parameters"]
-            values[name] = loading.from_plain(classes[name], plain)
+            plains[name] = json.loads(about[name][fingerprint.INGREDIENTS])["parameters"]
+            values[name] = loading.from_plain(classes[name], plains[name])
         except (StudyError, ValueError, KeyError, TypeError, AttributeError) as error:
             raise StudyError(f"{name}.h5: its parameters are not those of this version ({error})") from None
-        for key, value in ((f"{file}.{key}", value) for file, keys in plain.items() for key, value in keys.items()):
-            first = seen.setdefault((key, ""), (name, value))
-            if first[1] != value:
-                other.setdefault(name, []).append(_row(f"parameter {key}", value, first[1], f"as {first[0]}.h5 has it"))
+    other: dict[str, list[Row]] = {}
+    for name, row in _contradictions(classes, plains):
+        other.setdefault(name, []).append(row)
     return about, values, other
+
+
+def _contradictions(classes: Mapping[str, type], plains: Mapping[str, Plain]) -> Iterator[tuple[str, Row]]:
+    """Parameters that two stages state with two values, with the later stage."""
+    seen: dict[tuple[str, str], tuple[str, Any]] = {}
+    for name, plain in plains.items():
+        for file, key in ((file, key) for file, keys in plain.items() for key in keys):
+            value = plain[file][key]
+            first, said = seen.setdefault((file, key), (name, value))
+            if value == said:
+                continue
+            whose = name if said is None else first
+            if None in (value, said) and _follows(classes[whose], plains[whose], file, key):
+                seen[file, key] = whose, plains[whose][file][key]
+            else:
+                yield name, _row(f"parameter {file}.{key}", value, said, f"as {first}.h5 has it")
+
+
+def _follows(cls: type, plain: Plain, file: str, key: str) -> bool:
+    """Whether a parameter is what null becomes in its place; a stage that needs it not may leave it null."""
+    with contextlib.suppress(StudyError):
+        null = {**plain, file: {**plain[file], key: None}}
+        return loading.as_plain(loading.filled(cls, null)) == plain
+    return False
 
 
 def _computed(mine: Study, values: Mapping[str, Any], jobs: int | None) -> str:

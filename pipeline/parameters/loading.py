@@ -73,10 +73,15 @@ def from_plain(cls: type, plain: Mapping[str, Mapping[str, Any]]) -> Any:
     Raises `StudyError` for a value that the class does not take, and if anything of `plain` is lost, as a result would
     then stand under a key that is not its own; rules between values are not looked at again.
     """
-    parameters = cls(**{name: _section(kind, plain[kind.FILE]) for name, (_, kind) in declared(cls).items()})
+    parameters = filled(cls, plain)
     if as_plain(parameters) != plain:
         raise StudyError(f"parameters of {cls.__module__} do not come back whole from their values")
     return parameters
+
+
+def filled(cls: type, plain: Mapping[str, Mapping[str, Any]]) -> Any:
+    """The same where some of `plain` may be null and follow from the rest. Raises `StudyError`."""
+    return cls(**{name: _section(kind, plain[kind.FILE]) for name, (_, kind) in declared(cls).items()})
 
 
 def _section(cls: type, plain: Mapping[str, Any]) -> Any:

@@ -71,6 +71,33 @@ def test_parameters_that_two_artefacts_state_differently_are_a_difference(ran, t
     assert code == 3 and any("ground.gravity" in row["path"] for each in found["stages"] for row in each["differences"])
 
 
+def test_null_in_one_artefact_is_what_follows_in_another(toy_with_commands, tmp_path):
+    """A stage that needs it fills it in, one that only reads the file leaves it; any other value is a difference."""
+    toy = toy_with_commands
+    pace = '\n    pace: float | None = parameter("s", "null: half the wait", default=None)'
+    toy.edit("PACKAGE/picture/parameters.py", '"a second figure")', f'"a second figure"){pace}')
+    toy.edit("PACKAGE/side/parameters.py", "from dataclasses import dataclass",
+             "from dataclasses import dataclass, replace\nfrom PACKAGE.picture.parameters import Settings as Other"
+             .replace("PACKAGE", toy.package))  # fmt: skip
+    toy.edit("PACKAGE/side/parameters.py", "    settings: Settings", """    settings: Settings
+    other: Other
+
+    def __post_init__(self):
+        if self.other.pace is None:
+            object.__setattr__(self, "other", replace(self.other, pace=self.settings.wait / 2))""")
+    toy.edit("dvc.yaml", "params/side.yaml:", "params/side.yaml:\n      - params/picture.yaml:")
+    side = f"deps: [{toy.package}/side"
+    toy.edit("dvc.yaml", f"{side}]", f"{side}, {toy.package}/picture/parameters.py]")
+    code, _, errors = toy.command("run-all")
+    assert code == 0, errors
+    assert recompute(toy, toy.root / "results")[0] == 0
+    theirs = shutil.copytree(toy.root / "results", tmp_path / "theirs")
+    assert toy.command("run", "side", "--set", "picture.pace=3")[0] == 0
+    shutil.copy(toy.root / "results/side.h5", theirs)
+    code, found = recompute(toy, theirs)
+    assert code == 3 and "picture.pace" in str(found["stages"])
+
+
 def test_a_share_finds_as_often_as_it_promises():
     drawn = [chosen(STAGES, 0.5, seed) for seed in range(400)]
     assert {len(names) for names in drawn} == {2}
