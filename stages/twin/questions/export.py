@@ -1,4 +1,4 @@
-"""`export`: the twin as a file for another program."""
+"""`export`: the twin, or the planar walker on penalty ground, as a file for another program."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ FRAME_RATE = 120.0
 class Options:
     """Options of `export`."""
 
-    what: str = option("-", "What is exported", positional=True, choices=("twin",))
-    format: str = option("-", "Its format", choices=FORMATS)
+    what: str = option("-", "What is exported", positional=True, choices=("twin", "walker"))
+    format: str = option("-", "Its format", choices=(*FORMATS, "fmu"))
     out: Path | None = option("-", "Write into this new file (default: the name with the format's ending)",
                               default=None)  # fmt: skip
     steps: int = option("1", "Steps of the walk that is shown (gltf); 0: as many as there are blocks for", default=0,
@@ -33,13 +33,17 @@ class Options:
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
-    """Write the file. Raises NoGait, BlocksDoNotFit."""
+    """Write the file. Raises NoGait, NoLimitCycle, BlocksDoNotFit, BeyondModel."""
     from stages.twin.exports import gltf
     from stages.twin.exports.exported import exported
     from stages.twin.exports.formats import FORMATS as WRITERS
 
     rms = parameters.blocks.block_height_rms
-    refuse((rms > 0.0, f"ground.block_height_rms = {rms:g} m: exported blocks are level; allowed here: 0 m"))
+    walks, said = options.what == "walker", f"the walker is written as fmu, the twin as {', '.join(FORMATS)}"
+    refuse(((options.format == "fmu") != walks, f"--format = {options.format} is not allowed: {said}"),
+           (rms > 0.0, f"ground.block_height_rms = {rms:g} m: exported blocks are level; allowed here: 0 m"))
+    if walks:
+        return unit(parameters, options.out or Path("walker.fmu"), asking)
     chosen = WRITERS[options.format]
     path = options.out or Path(f"{options.what}.{chosen.ENDING}")
     with asking.new_file(path) as file:
@@ -60,6 +64,19 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         {"file": str(path), "bytes": len(content), "carries": chosen.CARRIES, "start": start},
         tables=(("What it does not carry, or not in full", ("what", "in this format", "here"), missing),),
     )  # fmt: skip
+
+
+def unit(parameters: Parameters, path: Path, asking: Asking) -> Answer:
+    """Write the walker as a Functional Mock-up Unit. Raises NoGait, NoLimitCycle, BeyondModel."""
+    from stages.twin.exports.fmu.package import write
+
+    with asking.new_file(path) as file:
+        asking.progress(0.1, "looking for the gait to start on")
+        content, numbers = write((parameters.biped, parameters.slope, parameters.contact))
+        file.write_bytes(content)
+    start = {each.name: {"value": each.start, "unit": each.unit} for each in numbers if each.start is not None}
+    said = f"{path}: the walker for FMI 3.0, model exchange, {len(content) / 1000:.0f} kB, {len(numbers)} numbers"
+    return Answer([said], {"file": str(path), "bytes": len(content), "start": start})
 
 
 def walked(given: Exported, steps: int) -> Motion:
@@ -100,9 +117,11 @@ QUESTION = Question(
     """Write the twin at the start of its walk, with the ramp's stepping blocks, as a file for another program.
 
     mjcf (MuJoCo) has all but the contact law. urdf and sdf have bodies and joints. gltf is the walk as an animation.
-    Prints what the format cannot carry, with the numbers; docs/exports.md compares the formats and the walks.
+    fmu is the planar walker with its contact laws on even ground; it needs a C compiler. Prints what the format cannot
+    carry, with the numbers; docs/exports.md compares the formats and the walks.
     """,
     Options,
     ask,
-    examples=("bipedstudy export twin --format mjcf", "bipedstudy export twin --format gltf --out walk.glb"),
+    examples=("bipedstudy export twin --format mjcf", "bipedstudy export twin --format gltf --out walk.glb",
+              "bipedstudy export walker --format fmu"),
 )
