@@ -18,7 +18,7 @@ from pipeline.execution.process import get_ready
 from pipeline.graph import beneath
 from pipeline.home import DISTRIBUTION, engine, face, home
 from pipeline.room import needed
-from pipeline.room.confine import confine
+from pipeline.room.confine import FILES, confine, held
 from pipeline.room.reading import beside
 from pipeline.stage_modules import home_of
 
@@ -48,6 +48,8 @@ def enter_alone(root: Path, results: Path, package: str) -> None:
                *(home() / part for part in ("dvc.yaml", "params", "requirements")),
                *(engine() / ".git" / part for part in ("HEAD", "refs", "packed-refs"))]  # fmt: skip
     confine([*map(Path, words), *program, *_needed(root)], [*writes, *own], [engine()], signals=True)
+    if FILES not in held:
+        print(f"note: without Landlock what lies in {root} can read and change all that you can", file=sys.stderr)
 
 
 def _own(place: Path, temporary: Path, compiles: bool) -> list[Path]:

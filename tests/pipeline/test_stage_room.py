@@ -14,6 +14,8 @@ from pipeline import trust
 from pipeline.errors import StageFailed
 from pipeline.room import needed
 from stages.biped import machine_code
+from tests import commands
+from tests.pipeline.toy import HOME
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="Landlock and seccomp are Linux's")
 
@@ -144,6 +146,22 @@ def test_run_all_in_a_strangers_study_touches_nothing_of_yours(toy_with_commands
     assert (code, "done" in out + errors) == (0, False), out + errors
     assert (mine / "secret").read_text() == "41" and not (mine / "new").exists()
     assert len([*(toy.root / "results").glob("*.h5")]) == 4
+
+
+@linux
+@pytest.mark.skipif(os.geteuid() != 0, reason="gives files to another user")
+@pytest.mark.parametrize("there", [True, False])
+def test_a_command_in_a_strangers_study_says_where_landlock_is_missing(toy_with_commands, there):
+    """What still holds is what Python tells, and that no socket is opened."""
+    toy = toy_with_commands
+    for path in (toy.root, *toy.root.rglob("*")):
+        os.chown(path, 65534, 65534)
+    without = "" if there else "from pipeline.room import confine; confine.landlock = int\n"
+    done = commands.python(f"{without}from pipeline.cli import main; main(['--trust', 'status'])", cwd=toy.root,
+                           env={**os.environ, "PYTHONPATH": str(HOME), trust.VARIABLE: ""})  # fmt: skip
+    said = [line for line in done.stderr.splitlines() if "Landlock" in line]
+    missing = f"note: without Landlock what lies in {toy.root} can read and change all that you can"
+    assert done.returncode == 0 and said == ([] if there else [missing])
 
 
 def test_machine_code_lies_where_stages_leave_it(monkeypatch, tmp_path):
