@@ -8,7 +8,7 @@ TEST := .venv/installed-test
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 PYTEST := $(BIN)/python -m pytest -n 2
 
-.PHONY: install readme site study test test-slow check lint coverage audit test-floor wheel lock clean elsewhere
+.PHONY: install readme site study test test-slow check lint coverage audit test-floor test-package wheel lock clean elsewhere
 
 install: $(STUDY)
 
@@ -63,6 +63,12 @@ test-floor:
 	$(FLOOR) -m pip --disable-pip-version-check --quiet install -c .venv-floor/floor.txt 'setuptools>=77' --editable '.[test]'
 	$(FLOOR) -m pytest -n 2
 
+# A package of results against the validator of RO-Crates, which needs other versions than the study.
+test-package: $(TEST)
+	$(PYTHON) -m venv .venv-package
+	.venv-package/bin/python -m pip --disable-pip-version-check --quiet install --require-hashes -r requirements/package.txt
+	PATH="$(CURDIR)/.venv-package/bin:$$PATH" $(PYTEST) -m slow tests/pipeline/test_package.py
+
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' \
 	  || { echo 'bipedstudy needs Python 3.10 or later; name one with: make PYTHON=python3.12' >&2; exit 1; }
@@ -104,6 +110,7 @@ lock:
 	echo 'coverage>=7' | $(LOCK) --constraint requirements/test.txt - --output-file requirements/coverage.txt
 	printf 'furo>=2025.7\nmyst-parser>=4\nsphinx>=8\n' | $(subst 3.10,3.12,$(LOCK)) - --output-file requirements/docs.txt
 	echo 'pip-audit>=2.7' | $(LOCK) - --output-file requirements/audit.txt
+	echo 'roc-validator>=0.13' | $(LOCK) - --output-file requirements/package.txt
 
 clean:
-	rm -rf .venv .venv-docs .venv-floor .venv-audit build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv .venv-docs .venv-floor .venv-audit .venv-package build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

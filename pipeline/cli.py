@@ -30,7 +30,7 @@ _GROUPS = {
               "status": "commands.status", "graph": "commands.status", "sweep": "commands.run"},
     "Looking": {"show": "commands.show", "claims": "commands.claims", "report": "report.page",
                 "figures": "report.figures", "compare": "changes.command",
-                "recompute": "changes.recompute"},
+                "recompute": "changes.recompute", "package": "package.command"},
     "Housekeeping": {"doctor": "commands.house", "clean": "commands.house"},
 }  # fmt: skip
 _COMMANDS = {name: module for group in _GROUPS.values() for name, module in group.items()}

@@ -26,7 +26,7 @@ _HEAD = """# Reference
 
 This page lists every command and every parameter; `python -m pipeline.reference` makes it from the code.
 """
-_EVERY = ("`--params`", "`--results`", "`--set`")  #: Most commands have these: they are not named again.
+_EVERY = ("`--params`", "`--results`", "`--set`", "`--json`")  #: Most commands have these: they are not named again.
 
 
 def text(study: Study) -> str:
@@ -39,7 +39,7 @@ def _commands() -> Iterator[str]:
     commands = {name: command for name in cli.list_commands(context) if (command := cli.get_command(context, name))}
     options = {n: [_option(one) for one in c.params if isinstance(one, click.Option)] for n, c in commands.items()}
     common = {row for row, count in Counter(itertools.chain(*options.values())).items() if count > 1}
-    yield "## Commands\n\nOptions of several commands; most have `--params`, `--results` and `--set`:\n"
+    yield "## Commands\n\nOptions of several commands; most have `--params`, `--results`, `--set` and `--json`:\n"
     yield from [*_listed(sorted(common)), ""]
     for name, command in commands.items():
         yield from _command(name, command, options[name], common)
@@ -54,8 +54,6 @@ def _command(name: str, command: click.Command, options: list[tuple[str, str]], 
     named = [row[0] for row in options if row in common and not row[0].startswith(_EVERY)]
     if shared := [option.rpartition("`")[0] + "`" for option in named]:
         yield f"Also {', '.join(shared)}\n"
-    if command.epilog:
-        yield f"Example: `{next(line for line in map(str.strip, command.epilog.splitlines()) if line[:1] == 'b')}`\n"
 
 
 def _listed(rows: Iterable[tuple[str, str]]) -> Iterator[str]:

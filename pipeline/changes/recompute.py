@@ -25,6 +25,7 @@ from pipeline.changes.command import results_of
 from pipeline.commands import options
 from pipeline.commands.show import check_links
 from pipeline.errors import ANSWER, StageFailed, StudyError
+from pipeline.package import archive
 from pipeline.parameters import loading
 from pipeline.study import Study, shown
 
@@ -38,7 +39,7 @@ _APART = ("source", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcd
 
 
 @click.command("recompute", epilog=options.examples("recompute"))
-@click.argument("theirs", metavar="RESULTS", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.argument("theirs", metavar="RESULTS", type=click.Path(exists=True, path_type=Path))
 @options.study
 @click.option("--share", type=click.FloatRange(0, 1, min_open=True), default=1.0, show_default=True,
               help="Share of the stages, chosen by chance.")
@@ -51,14 +52,17 @@ def recompute(study: Study, theirs: Path, share: float, seed: int | None, record
               form: options.Form) -> None:  # fmt: skip
     """Compute the stages of RESULTS again and say which of their numbers differ.
 
-    RESULTS is a results folder, or a study with one. Its parameters and recordings are read, never its cache or code.
+    RESULTS is a results folder, a study with one, or the file that package made. Its parameters and recordings are
+    read, never its cache or code.
     Numbers must be equal where it names this kind of processor and these versions, elsewhere within the errors that
     are estimated here. With --share only some stages are compared, and those that they need. Ends with 3 if something
     differs.
     """
-    folder = results_of(theirs)
     seed = random.SystemRandom().randrange(1 << 31) if seed is None else seed
-    found = held(study, folder, (recordings or folder.resolve().parent).absolute(), share, seed, jobs)
+    with archive.opened(theirs) as unpacked:
+        folder = results_of(unpacked)
+        found = held(study, folder, (recordings or folder.resolve().parent).absolute(), share, seed, jobs)
+        found["results"] = shown(theirs)
     form.give(_lines(found), found)
     if found["differs"]:
         sys.exit(ANSWER)

@@ -36,7 +36,7 @@ def test_the_reference_names_every_command_and_option(repository):
         command = cli.get_command(context, name)
         assert command.help, name
         for option in command.params:
-            if isinstance(option, click.Option) and option.opts[0] not in ("--params", "--results", "--set"):
+            if isinstance(option, click.Option) and option.opts[0] not in ("--params", "--results", "--set", "--json"):
                 assert option.help, f"{name} {option.opts[0]} has no help"
                 assert all(f"`{word}`" in sections[name] for word in option.opts), f"{name} {option.opts}"
 

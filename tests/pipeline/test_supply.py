@@ -27,7 +27,7 @@ def test_every_install_is_by_hash_but_that_of_the_lowest_versions(repository):
     installs = [line for line in lines if re.search(r"(pip\b|PIP\)) (.* )?install ", f"{line} ")]
     exact = ("--require-hashes", "--no-deps --no-build-isolation")  # the second installs this checkout itself
     loose = [line for line in installs if not any(words in line for words in exact)]
-    assert len(installs) == 9 and [line for line in loose if not line.startswith("$(FLOOR)")] == []
+    assert len(installs) == 10 and [line for line in loose if not line.startswith("$(FLOOR)")] == []
 
 
 def test_keys_have_only_packages_that_every_installation_has(repository):
@@ -80,7 +80,7 @@ def test_the_container_has_an_exact_python_and_the_libraries_that_the_workflows_
     assert container["build"]["target"] == "tools" and "make study" in text
 
 
-@pytest.mark.parametrize("name", ["coverage", "audit"])
+@pytest.mark.parametrize("name", ["coverage", "audit", "package"])
 def test_every_pinned_package_has_hashes(repository, name):
     text = (repository / f"requirements/{name}.txt").read_text()
     pins = re.split(r"^(?=\w)", text, flags=re.M)[1:]

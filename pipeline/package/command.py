@@ -1,0 +1,146 @@
+"""`bipedstudy package FILE`: results, parameters, code's identity, environment and claims in one ZIP to cite."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import os
+import shlex
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pipeline import layout
+from pipeline.cache import disk
+from pipeline.cache.bounds import told
+from pipeline.commands import options, status
+from pipeline.errors import StudyError
+from pipeline.graph import CLAIMS, FILE_NAME, is_inside
+from pipeline.home import home
+from pipeline.package import archive, crate
+from pipeline.package.crate import About, File, Run
+from pipeline.parameters import loading, yaml_text
+from pipeline.study import Study, shown
+
+_CITATION = "CITATION.cff"
+#: Authors and licence: the study's own, or those of the study that this program comes with.
+_PAPERS = (_CITATION, "LICENSE", "codemeta.json")
+_EPOCH = "SOURCE_DATE_EPOCH"
+
+
+@click.command("package", epilog=options.examples("package"))
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@options.own_study
+@click.option("--date", type=click.DateTime(["%Y-%m-%d"]),
+              help="Day of publication (default: of SOURCE_DATE_EPOCH, else of the program's release).")  # fmt: skip
+@options.answers_without_rows
+def package(study: Study, file: Path, date: datetime.datetime | None, form: options.Form) -> None:
+    """Put results, parameters, recordings, claims and licences into the new file FILE.zip, to cite and to check.
+
+    It is an RO-Crate: ro-crate-metadata.json in it says which program made each file from which ones. The same results
+    give the same bytes. What is not current is refused. Prints a citation with the file's digest. recompute takes the
+    file, or the folder that it is unpacked to.
+    """
+    if file.suffix != ".zip":
+        raise StudyError(f"{shown(file)}: its name must end in .zip")
+    if file.exists() or file.is_symlink():
+        raise StudyError(f"{shown(file)}: is there already, and is not replaced")
+    runs, places, words = gathered(study)
+    about = described(study, runs, date, places)
+    files = {path: File(disk.file_digest(place), place.stat().st_size, words.get(path, ""))
+             for path, place in sorted(places.items())}  # fmt: skip
+    archive.write(disk.replaceable(file), {crate.NAME: crate.metadata(about, files, runs)}, places, files)
+    digest, size = disk.file_digest(file), file.stat().st_size
+    programs = "; ".join(sorted({run.program for run in runs}))
+    who = "; ".join(map(crate.named, about.authors))
+    citation = f"{who} ({about.published[:4]}): {about.name}. {programs}. RO-Crate, sha256 {digest}"
+    refused = {run.stage: run.refusal for run in runs if run.refusal}
+    made = [f"{shown(file)}: {len(files) + 1} files, {told(size)}, dated {about.published}",
+            *(f"without a result of {stage}, which said no: {why}" for stage, why in refused.items()),
+            f"cite it as: {citation}"]  # fmt: skip
+    form.give((line for sentence in made for line in layout.folded(sentence)),
+              {"file": shown(file), "sha256": digest, "bytes": size, "files": len(files) + 1, "citation": citation,
+               "published": about.published, "refused": refused})  # fmt: skip
+
+
+def gathered(study: Study) -> tuple[list[Run], dict[str, Path], dict[str, str]]:
+    """Every run, every file of the package by its place in it, and what some of them are. Raises `StudyError`."""
+    names = study.graph.usual
+    standing = status.Standing(study, names)
+    if said := standing.said(names):
+        raise StudyError(f"{shown(study.results)}: only results of the parameters and code at hand are packed; {said}")
+    runs, settings = list[Run](), "".join(f" --set {shlex.quote(setting)}" for setting in study.settings)
+    places = {FILE_NAME: study.root / FILE_NAME}
+    words = {FILE_NAME: "the graph of stages: what each reads and makes"}
+    for name, values in study.parameters(names).items():
+        stage, entry = study.graph.stages[name], study.store.current(name)
+        assert entry is not None
+        read = {f"params/{file}.yaml": study.params / f"{file}.yaml" for file in stage.parameters}
+        recordings = _recordings(study, values)
+        inputs = [path for path in entry.ingredients["inputs"] if path in places]
+        places |= read | recordings | {path: study.store.place(path) for path in entry.outs}
+        words |= dict.fromkeys(read, "parameters with units and sources") | dict.fromkeys(recordings, "a recording")
+        words[stage.artefact] = entry.summary
+        about = {} if entry.refused else _made_by(study.store.place(stage.artefact))
+        runs.append(Run(name, f"bipedstudy run {name}{settings}", entry.key, (*read, *recordings, *inputs),
+                        tuple(sorted(entry.outs)), about.get("source") or study.about["source"],
+                        entry.ingredients["versions"], about.get("processor", ""),
+                        entry.summary if entry.refused else ""))  # fmt: skip
+    return runs, places, words | ({CLAIMS: "claims, measured numbers, verdicts"} if CLAIMS in places else {})
+
+
+def _recordings(study: Study, values: Any) -> dict[str, Path]:
+    """Files that a stage's parameters name. Raises `StudyError` for one that lies outside of the study."""
+    found = {}
+    for key, (file, name) in loading.files(values).items():
+        if not is_inside(name):
+            where = f"{shown(study.params)}/{file}.yaml: {key} = {json.dumps(name)}"
+            raise StudyError(f"{where}: lies outside of the study, so that a package cannot hold it under this name")
+        found[name] = (study.recordings or study.root) / name
+    return found
+
+
+def _made_by(place: Path) -> dict[str, str]:
+    """What an artefact says of its making, and in `source` of the program."""
+    from pipeline.cache import artefact  # with h5py, which takes its time
+    from pipeline.room import reading
+
+    content = reading.vetted(place, shown(place))
+    with artefact.opened(content, shown(place)) as file:
+        return {**artefact.provenance(content, shown(place)), "source": str(file.attrs.get("source", ""))}
+
+
+def described(study: Study, runs: list[Run], date: datetime.datetime | None, places: dict[str, Path]) -> About:
+    """What the package says of itself, from CITATION.cff; it, the licence and codemeta.json are added to `places`.
+
+    Raises `StudyError` for a CITATION.cff without title, authors or licence, and where there is no day.
+    """
+    for name in _PAPERS:
+        own = next((place / name for place in (study.root, home()) if (place / name).is_file()), None)
+        places |= {name: own} if own else {}
+    where = places.get(_CITATION, study.root / _CITATION)
+    plain: Any = yaml_text.read(where, shown(where)).plain()
+    try:
+        licenses, authors = plain["license"], tuple(dict(author) for author in plain["authors"])
+        title, paper = str(plain["title"]).strip(), plain.get("preferred-citation")
+    except (TypeError, KeyError, ValueError):
+        raise StudyError(f"{shown(where)}: a package needs its title, authors and license") from None
+    refused = sum(bool(run.refusal) for run in runs)
+    without = f"; {refused} of its stages said no, and have none" if refused else ""
+    return About(
+        f"Results of {title}", f"Results of {len(runs)} stages with all that they follow from{without}. See the "
+        "actions in this file for what made what, and bipedstudy recompute to compute them again.",
+        authors, (licenses,) if isinstance(licenses, str) else tuple(map(str, licenses)), paper,
+        _day(date, str(plain.get("date-released", "")), shown(where)))  # fmt: skip
+
+
+def _day(date: datetime.datetime | None, released: str, where: str) -> str:
+    """The day of publication, never that of the clock, or two packages of the same results would differ."""
+    try:
+        if date is None and (epoch := os.environ.get(_EPOCH)):
+            date = datetime.datetime.fromtimestamp(int(epoch), datetime.timezone.utc)
+        return (date or datetime.datetime.strptime(released, "%Y-%m-%d")).date().isoformat()
+    except (ValueError, OverflowError, OSError):
+        raise StudyError(f"{_EPOCH} is no number of seconds, or {where} has no date-released: YYYY-MM-DD; say the "
+                         "day of publication with --date") from None  # fmt: skip

@@ -1,0 +1,186 @@
+"""The metadata of a package: RO-Crate 1.1 with the profile Process Run Crate 0.5, as plain JSON-LD.
+
+Each run of a stage is a CreateAction: its instrument is the program, its objects are parameters and inputs, its results
+are files with digests. Where a result comes from is said in terms of W3C PROV too. Nothing here is of the clock.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+from urllib.parse import quote
+
+NAME = "ro-crate-metadata.json"
+_CRATE, _PROFILE = "https://w3id.org/ro/crate/1.1", "https://w3id.org/ro/wfrun/process/0.5"
+_TERMS, _PROV = "https://w3id.org/ro/terms/workflow-run#", "http://www.w3.org/ns/prov#"
+#: Terms that the crate's own context lacks.
+_MORE = {"sha256": f"{_TERMS}sha256", "environment": {"@id": f"{_TERMS}environment", "@type": "@id"},
+         "wasGeneratedBy": {"@id": f"{_PROV}wasGeneratedBy", "@type": "@id"}}  # fmt: skip
+_STATUS = "http://schema.org/CompletedActionStatus", "http://schema.org/FailedActionStatus"
+_KINDS = {"h5": "application/x-hdf5", "yaml": "application/yaml", "json": "application/json", "csv": "text/csv",
+          "png": "image/png", "pdf": "application/pdf", "html": "text/html", "sqlite": "application/vnd.sqlite3",
+          "cff": "application/yaml"}  # fmt: skip
+#: What an artefact says of the program that made it.
+_PROGRAM = re.compile(r"(?P<name>\S+)(?: (?P<version>[^\s,]+))?(?:, commit (?P<commit>\w+))?, code (?P<code>\w+)")
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class File:
+    """A file of the package: SHA-256, size [bytes], and what it is."""
+
+    sha256: str
+    size: int
+    words: str = ""
+
+
+@dataclass(frozen=True)
+class Run:
+    """The run of a stage: its command, its cache key, the files it read and made, and what made them.
+
+    `program`, `versions` (distribution -> version) and `processor` are the result's own words. Of one that said no
+    `refusal` is the reason.
+    """
+
+    stage: str
+    command: str
+    key: str
+    read: tuple[str, ...]
+    made: tuple[str, ...]
+    program: str
+    versions: Mapping[str, str]
+    processor: str
+    refusal: str = ""
+
+
+@dataclass(frozen=True)
+class About:
+    """What the package is called, who made it, its licences (SPDX), the paper to cite, and a day (ISO 8601)."""
+
+    name: str
+    description: str
+    authors: tuple[Mapping[str, Any], ...]
+    licenses: tuple[str, ...]
+    paper: Mapping[str, Any] | None
+    published: str
+
+
+def metadata(about: About, files: Mapping[str, File], runs: Iterable[Run]) -> bytes:
+    """The file that says all of this, the same bytes for the same words."""
+    runs = tuple(runs)
+    programs = {run.program: _program(run) for run in runs}
+    known = sorted({run.processor for run in runs if run.made})
+    processors = {words: f"#processor-{place}" for place, words in enumerate(known)}
+    versions = sorted({pair for run in runs for pair in run.versions.items()})
+    authors, licenses = [_person(author) for author in about.authors], [_license(name) for name in about.licenses]
+    paper = [_paper(about.paper)] if about.paper else []
+    maker = {path: run for run in runs for path in run.made}
+    root = {
+        "@id": "./", "@type": "Dataset", "name": about.name, "description": about.description,
+        "datePublished": about.published, "conformsTo": {"@id": _PROFILE}, "author": _ids(authors),
+        "license": _ids(licenses), "hasPart": [{"@id": _address(path)} for path in files],
+        "mentions": [{"@id": f"#run-{run.stage}"} for run in runs], **({"citation": _ids(paper)} if paper else {}),
+    }  # fmt: skip
+    packages = [_package(name, version) for name, version in versions]
+    graph = [
+        {"@id": NAME, "@type": "CreativeWork", "conformsTo": {"@id": _CRATE}, "about": {"@id": "./"}}, root,
+        {"@id": _PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"},
+        *authors, *(each for author in authors for each in author.pop("beside", ())), *licenses, *paper,
+        *(each for one in paper for each in one.pop("beside", ())),
+        *({**program, "softwareRequirements": _ids(packages)} for program in programs.values()), *packages,
+        *({"@id": place, "@type": "PropertyValue", "name": "processor", "value": words}
+          for words, place in processors.items()),
+        *(_action(run, programs[run.program], processors.get(run.processor, "")) for run in runs),
+        *(_file(path, file, maker.get(path)) for path, file in files.items()),
+    ]  # fmt: skip
+    unique = {entity["@id"]: dict(_single(entity)) for entity in graph}
+    whole = {"@context": [f"{_CRATE}/context", _MORE], "@graph": list(unique.values())}
+    return (json.dumps(whole, indent=1, ensure_ascii=False) + "\n").encode()
+
+
+def _single(entity: Row) -> Iterator[tuple[str, Any]]:
+    """An entity's properties as RO-Crate wishes them: one value stands alone, none is left out."""
+    for name, value in entity.items():
+        if value != []:
+            yield name, value[0] if isinstance(value, list) and len(value) == 1 else value
+
+
+def _ids(entities: Iterable[Row]) -> list[Row]:
+    return [{"@id": entity["@id"]} for entity in entities]
+
+
+def _address(path: str) -> str:
+    return quote(path)
+
+
+def _action(run: Run, program: Row, processor: str) -> Row:
+    found = {
+        "@id": f"#run-{run.stage}", "@type": "CreateAction", "name": f"stage {run.stage}", "description": run.command,
+        "identifier": run.key, "instrument": {"@id": program["@id"]},
+        "object": [{"@id": _address(path)} for path in run.read],
+        "actionStatus": _STATUS[bool(run.refusal)],
+    }  # fmt: skip
+    if run.refusal:
+        return {**found, "error": run.refusal}
+    return {**found, "result": [{"@id": _address(path)} for path in run.made], "environment": [{"@id": processor}]}
+
+
+def _file(path: str, file: File, run: Run | None) -> Row:
+    found = {"@id": _address(path), "@type": "File", "name": path, "contentSize": str(file.size),
+             "encodingFormat": _KINDS.get(path.rpartition(".")[2], "text/plain"), "sha256": file.sha256}  # fmt: skip
+    if file.words:
+        found["description"] = file.words
+    if run is None:
+        return found
+    return {**found, "wasGeneratedBy": f"#run-{run.stage}",
+            "wasDerivedFrom": [{"@id": _address(each)} for each in run.read]}  # fmt: skip
+
+
+def _program(run: Run) -> Row:
+    """The program by its own words, which name version, commit and digest of the code."""
+    parts = _PROGRAM.fullmatch(run.program)
+    found = parts.groupdict() if parts else {"name": run.program, "version": None, "commit": None, "code": "unknown"}
+    named = [f"swh:1:rev:{found['commit']}"] if found["commit"] else []  # how Software Heritage names a commit of git
+    return {"@id": f"#program-{found['code']}", "@type": "SoftwareApplication", "name": found["name"],
+            "softwareVersion": found["version"] or "unknown", "description": run.program,
+            "identifier": [*named, f"code {found['code']}"]}  # fmt: skip
+
+
+def _package(name: str, version: str) -> Row:
+    address = "https://www.python.org/" if name == "python" else f"https://pypi.org/project/{name}/{version}/"
+    return {"@id": address, "@type": "SoftwareApplication", "name": name, "url": address, "softwareVersion": version}
+
+
+def _license(name: str) -> Row:
+    return {"@id": f"https://spdx.org/licenses/{name}", "@type": "CreativeWork", "name": name}
+
+
+def named(author: Mapping[str, Any]) -> str:
+    """An author as a citation names one."""
+    return str(author.get("name") or ", ".join(
+        str(author[key]) for key in ("family-names", "given-names") if author.get(key)))  # fmt: skip
+
+
+def _person(author: Mapping[str, Any]) -> Row:
+    """An author of a CITATION.cff: a person has a family name, all others are organisations."""
+    name = named(author)
+    person = "family-names" in author
+    found: Row = {"@id": str(author.get("orcid") or f"#{quote(name)}"),
+                  "@type": "Person" if person else "Organization", "name": name}  # fmt: skip
+    if author.get("affiliation"):
+        place = {"@id": f"#{quote(str(author['affiliation']))}", "@type": "Organization",
+                 "name": str(author["affiliation"])}  # fmt: skip
+        found |= {"affiliation": {"@id": place["@id"]}, "beside": [place]}
+    return found
+
+
+def _paper(paper: Mapping[str, Any]) -> Row:
+    authors = [_person(author) for author in paper.get("authors") or ()]
+    beside = [each for author in authors for each in (author, *author.pop("beside", ()))]
+    title = str(paper.get("title", "")).strip()
+    found: Row = {"@id": f"https://doi.org/{paper['doi']}" if paper.get("doi") else f"#{quote(title)}",
+                  "@type": "ScholarlyArticle", "name": title, "author": _ids(authors), "beside": beside}  # fmt: skip
+    return found | ({"datePublished": str(paper["year"])} if paper.get("year") else {})
