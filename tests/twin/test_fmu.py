@@ -3,6 +3,7 @@
 import ctypes
 import dataclasses
 import json
+import os
 import zipfile
 from functools import partial
 
@@ -93,6 +94,14 @@ def test_fmpy_finds_no_problem_and_the_bytes_are_the_same_again(fmpy, unit, give
     with zipfile.ZipFile(unit) as archive:
         text = b"".join(map(archive.read, archive.namelist()))
     assert b"/tmp" not in text and b"site-packages" not in text
+
+
+@pytest.mark.slow
+def test_another_process_writes_the_same_bytes(repository, unit, tmp_path):
+    environment = {**os.environ, "PYTHONPATH": str(repository), "PYTHONHASHSEED": "7"}
+    words = "export", "walker", "--format", "fmu", "--out", str(tmp_path / "walker.fmu")
+    done = commands.python("from pipeline.cli import main; main()", *words, cwd=repository, env=environment)
+    assert done.returncode == 0 and (tmp_path / "walker.fmu").read_bytes() == unit.read_bytes()
 
 
 def test_another_value_is_another_token(given):

@@ -93,10 +93,9 @@ def numbers(parameters: Sequence[str], given: Sections, state: PlanarState) -> I
     for place in ("hip_sensor", "foot_sensor"):
         for name, unit in (("forward", "m/s^2"), ("upward", "m/s^2"), ("turning", "rad/s")):
             yield Number("OUTPUT", f"{place}.{name}", unit)
-    for name in ("leg_0.normal_force", "leg_0.friction", "leg_1.normal_force", "leg_1.friction"):
-        yield Number("OUTPUT", name, "N")
-    for name in ("leg_0.changes", "leg_1.changes", "leg_0.depth", "leg_1.depth", "upright"):
-        yield Number("INDICATOR", name, "1")
+    yield from (Number("OUTPUT", f"leg_{leg}.{name}", "N") for leg in (0, 1) for name in ("normal_force", "friction"))
+    yield from (Number("INDICATOR", f"leg_{leg}.{name}", "1") for name in ("changes", "depth") for leg in (0, 1))
+    yield Number("INDICATOR", "upright", "1")
 
 
 def description(every: Sequence[Number], token: str, duration: float) -> bytes:
@@ -105,7 +104,7 @@ def description(every: Sequence[Number], token: str, duration: float) -> bytes:
     for group, name, unit, start, _, meaning in every:
         about = dict(zip(("causality", "variability", "initial"), filter(None, ROLES[group])))
         about |= {"description": meaning} if meaning else {}
-        about |= {} if start is None else {"start": repr(start)}
+        about |= {"start": repr(start)} if start is not None else {}
         about |= {"derivative": place[name[4:-1]]} if group == "DERIVATIVE" else {}
         about |= {} if "^e" in unit else {"unit": unit}  # a unit that depends on a parameter is none of FMI's
         variables.append(tag("Float64", name=name, valueReference=place[name], **about))
@@ -151,10 +150,10 @@ def source(given: Sections, state: PlanarState) -> tuple[str, str, list[Number]]
     """C source of the walker from a state on, its token, and its numbers."""
     parameters, parts = equations(*given)
     every, own = list(numbers(parameters, given, state)), scales_of(given[0], given[1].gravity)
-    groups = [number.group for number in every]
-    sizes = {group: groups.index(group) for group in groups} | {"COUNT": len(every), "ROUND_OFF": FALLEN_GUARD}
+    sizes = {number.group: place for place, number in reversed([*enumerate(every)])}
     parts |= {
-        "sizes": "\n".join(f"#define {name} {value}" for name, value in sizes.items()),
+        "sizes": "\n".join(f"#define {name} {value}" for name, value in (
+            *sizes.items(), ("COUNT", len(every)), ("ROUND_OFF", FALLEN_GUARD))),
         "starts": ", ".join(repr(number.start or 0.0) for number in every),
         "nominals": ", ".join(repr(own.size(number.unit)) for number in every if number.group == "STATE"),
         "names": "\n".join(f"    const double {number.symbol} = v[{place}];" for place, number in enumerate(every)
@@ -192,5 +191,7 @@ def write(given: Sections) -> tuple[bytes, list[Number]]:
             ("sources/walker.c", text),
             (place, library(text, by)),
         ):
-            archive.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
+            entry = zipfile.ZipInfo(name)
+            entry.external_attr = 0o644 << 16  # who unpacks it may read it
+            archive.writestr(entry, content, zipfile.ZIP_DEFLATED)
     return packed.getvalue(), every

@@ -82,7 +82,9 @@ static void evaluate(Walker *w) {
 }
 
 const char *fmi3GetVersion(void) { return "3.0"; }
-
+void fmi3FreeInstance(Walker *w) { free(w); }
+FMI3(EnterEventMode)(Walker *w) { return w->located = true, OK; }
+FMI3(CompletedIntegratorStep)(Walker *w, bool kept, bool *event, bool *ends) { return *event = *ends = false, OK; }
 FMI3(Reset)(Walker *w) { return memcpy(w->v, STARTS, sizeof STARTS), w->located = false, OK; }
 
 Walker *fmi3InstantiateModelExchange(const char *name, const char *token, const char *resources, bool visible, bool logs,
@@ -92,13 +94,9 @@ Walker *fmi3InstantiateModelExchange(const char *name, const char *token, const 
     return w;
 }
 
-void fmi3FreeInstance(Walker *w) { free(w); }
-
 FMI3(EnterInitializationMode)(Walker *w, bool limited, double tolerance, double start, bool ends, double stop) {
     return w->v[0] = start, OK;
 }
-
-FMI3(EnterEventMode)(Walker *w) { return w->located = true, OK; }
 
 /* Legs change whose guard has fallen. Nearer to zero than round-off is a guard of the event just located. */
 FMI3(UpdateDiscreteStates)(Walker *w, bool *again, bool *terminate, bool *nominals, bool *states, bool *timed,
@@ -112,8 +110,6 @@ FMI3(UpdateDiscreteStates)(Walker *w, bool *again, bool *terminate, bool *nomina
     *terminate = w->upright <= 0.0;
     return *again = *nominals = *states = *timed = false, OK;
 }
-
-FMI3(CompletedIntegratorStep)(Walker *w, bool kept, bool *event, bool *ends) { return *event = *ends = false, OK; }
 
 FMI3(GetFloat64)(Walker *w, const uint32_t places[], size_t count, double values[], size_t size) {
     evaluate(w);
