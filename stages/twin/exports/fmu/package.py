@@ -84,12 +84,7 @@ def numbers(parameters: Sequence[str], given: Sections, state: PlanarState) -> I
     yield Number("STEPS", "steps", "1", 0.0)
     yield from (Number("STATUS", f"leg_{leg}.status", "1", float(status)) for leg, status in enumerate((LANDED, OUT)))
     yield from (Number("INPUT", f"push.{axis}", "N", 0.0, f"push_{axis}") for axis in "xy")
-    for name in parameters:
-        file, key = name.split(".")
-        section: Any = next(each for each in given if file == each.FILE and hasattr(each, key))
-        about = type(section).__dataclass_fields__[key].metadata
-        group = "FIXED" if section is given[0] else "TUNABLE"
-        yield Number(group, name, about["unit"], getattr(section, key), key, about["description"])
+    yield from values(parameters, given)
     for place in ("hip_sensor", "foot_sensor"):
         for name, unit in (("forward", "m/s^2"), ("upward", "m/s^2"), ("turning", "rad/s")):
             yield Number("OUTPUT", f"{place}.{name}", unit)
@@ -98,15 +93,24 @@ def numbers(parameters: Sequence[str], given: Sections, state: PlanarState) -> I
     yield Number("INDICATOR", "upright", "1")
 
 
+def values(parameters: Sequence[str], given: Sections) -> Iterator[Number]:
+    """The parameters: the design's are fixed, those of the ground may be tuned."""
+    for name in parameters:
+        file, key = name.split(".")
+        section: Any = next(each for each in given if file == each.FILE and hasattr(each, key))
+        about = type(section).__dataclass_fields__[key].metadata
+        group = "FIXED" if section is given[0] else "TUNABLE"
+        yield Number(group, name, about["unit"], getattr(section, key), key, about["description"])
+
+
 def description(every: Sequence[Number], token: str, duration: float) -> bytes:
     """The file `modelDescription.xml`, for a run of so many seconds."""
     place, variables = {number.name: str(index) for index, number in enumerate(every)}, []
     for group, name, unit, start, _, meaning in every:
         about = dict(zip(("causality", "variability", "initial"), filter(None, ROLES[group])))
-        about |= {"description": meaning} if meaning else {}
-        about |= {"start": repr(start)} if start is not None else {}
         about |= {"derivative": place[name[4:-1]]} if group == "DERIVATIVE" else {}
-        about |= {} if "^e" in unit else {"unit": unit}  # a unit that depends on a parameter is none of FMI's
+        said = "" if start is None else repr(start), "" if "^e" in unit else unit  # such a unit is none of FMI's
+        about |= {key: word for key, word in zip(("description", "start", "unit"), (meaning, *said)) if word}
         variables.append(tag("Float64", name=name, valueReference=place[name], **about))
     structure = [tag(kind, valueReference=place[number.name]) for kind, groups in STRUCTURE.items()
                  for number in every if number.group in groups]  # fmt: skip
