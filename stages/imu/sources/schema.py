@@ -155,6 +155,7 @@ class DatabaseWriter:
         self._connection.execute("PRAGMA journal_mode = OFF")
         for statement in create_statements(keys):
             self._connection.execute(statement)
+        self._connection.execute("BEGIN")  # Python does, if it knows INSERT, whose I is another letter in Turkish
         self._identity: dict[Device, int] = {}
         self._experiments = 0
 
