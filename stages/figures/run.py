@@ -64,7 +64,8 @@ def _draw(parameters: Parameters, results: Mapping[str, Any], name: str) -> tupl
 
 def _caption(name: str, text: str) -> Caption:
     about = figure(name)
-    return Caption(name, about.title, text, about.claims, about.opens, about.beside_parameters, about.inputs)
+    claims = () if text.startswith(NOT_DRAWN) else about.claims
+    return Caption(name, about.title, text, claims, about.opens, about.beside_parameters, about.inputs)
 
 
 def synthetic(measured: MeasurementAgreement | None) -> str:

@@ -12,6 +12,7 @@ from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
+from stages.ground.blocks import Blocks
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction_coefficients import Friction
 from stages.ground.slope import Slope
@@ -46,6 +47,7 @@ class Parameters:
     settings: Settings
     design_digits: DesignDigits = DesignDigits()
     slope_digits: SlopeDigits = SlopeDigits()
+    blocks: Blocks = Blocks()
     level: Level = Level()
 
     def with_exact(self, biped: Biped, slope: Slope) -> Parameters:

@@ -42,5 +42,6 @@ class Result:
     def summary(self) -> str:
         """What was found, in one line."""
         row = self.of(CONSTRAINT)[0]
-        return (f"{row.steps_to_fall:.3g} steps to a fall on blocks of {1e3 * row.block_height_rms:.2g} mm; "
+        steps = f"{row.steps_to_fall:.3g} steps to a fall" if row.falls else f"no fall in {row.walked} steps"
+        return (f"{steps} on blocks of {1e3 * row.block_height_rms:.2g} mm; "
                 f"gait sensitivity norm {self.sensitivity_norm:.3g} s/m")

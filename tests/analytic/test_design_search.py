@@ -68,10 +68,39 @@ def test_an_optimum_inside_the_bounds_is_one(start):
 
 def test_targets_are_held_and_bounds_kept(start):
     bounds = within(0.15, "biped.foot_com", "biped.foot_radius", "biped.stiffness")
-    found = search_design(DESIGN, start, bounds, targets={"speed_m_s": 0.334}, tolerance=TOLERANCE)[0]
+    found = search_design(DESIGN, start, bounds, targets={"speed_m_s": (0.334, 0.334)}, tolerance=TOLERANCE)[0]
     assert found.best.gait.speed_m_s == pytest.approx(0.334, rel=1e-6)
     for name, (low, high) in bounds.items():
         assert low - 1e-12 <= found.best.design.value(name) <= high + 1e-12
+
+
+@pytest.mark.parametrize(("goal", "maximise"), [("multiplier", False), ("speed", True)])
+def test_limits_of_a_target_bind_only_where_the_goal_would_cross_them(start, goal, maximise):
+    """The faster design stands on the upper limit of a speed, a wide limit of scuffing changes nothing."""
+    bounds = within(0.15, "biped.foot_com", "biped.foot_radius")
+    given = {"tolerance": TOLERANCE, "goal": goal, "maximise": maximise}
+    free = search_design(DESIGN, start, bounds, **given)[0]
+    scuff = GOALS["scuff"].parts(free.best.walker, free.best.point, TOLERANCE).max()
+    wide = search_design(DESIGN, start, bounds, targets={"scuff": (0.0, 2 * scuff)}, **given)[0]
+    assert wide.met and wide.best.value == pytest.approx(free.best.value, rel=1e-9)
+    speed, own = free.best.gait.speed_m_s, free.start.gait.speed_m_s
+    most = (speed + own) / 2
+    limits = (0.5 * own, most) if speed > own else (most, 2 * own)
+    held = search_design(DESIGN, start, bounds, targets={"speed_m_s": limits, "scuff": (0.0, 2 * scuff)}, **given)[0]
+    assert held.met and held.best.gait.speed_m_s == pytest.approx(most, rel=1e-6)
+    assert (held.best.value < free.best.value) == maximise
+    assert held.best.held == pytest.approx([held.best.gait.speed_m_s, GOALS["scuff"].parts(
+        held.best.walker, held.best.point, TOLERANCE).max()])
+
+
+@pytest.mark.parametrize("name", ["friction", "scuff"])
+def test_what_the_ground_is_asked_for_is_held_at_a_value(start, name):
+    bounds = within(0.15, "biped.foot_com", "biped.foot_radius")
+    other = DESIGN.with_values({"biped.foot_com": 0.106, "biped.foot_radius": 0.086}).walker()
+    value = GOALS[name].parts(other, fixed_point(other, start, TOLERANCE), TOLERANCE).max()
+    found = search_design(DESIGN, start, bounds, targets={name: (value, value)}, tolerance=TOLERANCE)[0]
+    best = found.best
+    assert found.met and GOALS[name].parts(best.walker, best.point, TOLERANCE).max() == pytest.approx(value, rel=2e-6)
 
 
 def test_what_the_best_is_compared_with_is_the_design_itself_whichever_start_led_there(start):
@@ -291,7 +320,8 @@ def test_a_search_makes_a_gait_that_limps_more_stable():
     speed = describe(walker, point).speed_m_s
     bounds = {name: (0.97 * design.value(name), 1.03 * design.value(name))
               for name in ("biped.other_foot_com", "biped.frame_com", "biped.hip_damping")}
-    found = search_design(design, point.z, bounds, targets={"speed_m_s": speed}, tolerance=TOLERANCE, iterations=12)[0]
+    found = search_design(design, point.z, bounds, targets={"speed_m_s": (speed, speed)}, tolerance=TOLERANCE,
+                          iterations=12)[0]  # fmt: skip
     assert len(found.best.point.steps) == 2 and found.met
     assert found.best.gait.speed_m_s == pytest.approx(speed, rel=1e-6)
     assert found.best.largest_multiplier < found.start.largest_multiplier - 1e-3

@@ -122,7 +122,9 @@ def test_design_holds_a_multiplier_and_measures_by_either_name():
     assert not answer.no and answer.plain["targets"] == {"multiplier": 0.6}
     assert answer.plain["largest_multiplier"]["best"] == pytest.approx(0.6, rel=1e-6)
     assert answer.plain["goal"]["best"] > answer.plain["goal"]["start"]
-    assert design.target_of("speed=0.3", TARGETS) == design.target_of("speed_m_s=0.3", TARGETS) == ("speed_m_s", 0.3)
+    assert design.target_of("speed=0.3", TARGETS) == design.target_of("speed_m_s=0.3", TARGETS) == (
+        "speed_m_s", (0.3, 0.3))
+    assert design.target_of("scuff=0:0.004", TARGETS) == ("scuff", (0.0, 0.004))
 
 
 def test_design_says_no_where_a_target_is_missed():
@@ -141,7 +143,7 @@ def test_design_says_no_where_a_target_is_missed():
         ({"vary": ("biped.hip_mass=1",)}, "--vary biped.hip_mass: '1' is not two numbers LOW:HIGH"),
         ({"vary": ("biped.leg_inertia",)}, "its value is 0, so its range needs bounds, as biped.leg_inertia=0:0.001"),
         ({"target": ("speed_m_s=-1",)}, "--target 'speed_m_s=-1' is not MEASURE=VALUE with a positive value"),
-        ({"target": ("pace=1",)}, "measures are multiplier, speed, step_length, step_frequency"),
+        ({"target": ("pace=1",)}, "measures are multiplier, friction, scuff, speed, step_length"),
     ],
 )
 def test_design_refuses_what_cannot_be_searched(options, words):

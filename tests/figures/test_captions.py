@@ -111,6 +111,7 @@ def test_a_figure_that_fails_leaves_its_reason_and_the_account_of_what_was_not_f
         assert words.endswith(": by nought.") and b"Traceback" in files["figures/extremes.log"]
     else:
         assert (files, words) == ({}, "Not drawn: it fell.")
+    assert run._caption("rough_ground", words).claims == () != run._caption("rough_ground", "Drawn.").claims
 
 
 def test_captions_survive_yaml():

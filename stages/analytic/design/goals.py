@@ -193,13 +193,17 @@ NORM_SHARE, NORM_TOLERANCE = 4e-4, 1e-12
 
 @dataclass(frozen=True)
 class Goal:
-    """Parts (m,) of a gait's value, SI, at a tolerance, and their derivatives (m, n) for whole shares of parameters."""
+    """Parts (m,) of a gait's value, SI, at a tolerance, and their derivatives (m, n) for whole shares of parameters.
+
+    Where these are differences of what is drawn, `coarse` is the share of a parameter below which they tell little.
+    """
 
     title: str
     unit: str
     part: str
     parts: Callable[[Walker, FixedPoint, float], Vector]
     slopes: Callable[[GaitTangents, float], np.ndarray]
+    coarse: float = 0.0
 
 
 def magnitudes(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:

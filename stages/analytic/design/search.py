@@ -17,8 +17,8 @@ import numpy as np
 from scipy.optimize import linprog, minimize
 from scipy.stats import qmc
 
-from stages.analytic.derivatives.gait import gait_derivatives
-from stages.analytic.design.goals import GOALS, Goal, magnitude_slopes, magnitudes
+from stages.analytic.derivatives.gait import GaitTangents, gait_derivatives
+from stages.analytic.design.goals import GOALS, Goal
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
@@ -26,9 +26,9 @@ from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.model.walker import Vector, Walker
 from stages.biped.gait import Gait
 
-#: Measures that can be held, by the words that goals and `ask` have for them: field of the gait, or the multiplier.
-TARGETS = {"multiplier": "multiplier", "speed": "speed_m_s", "step_length": "step_length_m",
-           "step_frequency": "step_frequency_hz"}  # fmt: skip
+#: Measures that can be held, by the words that goals and `ask` have for them: the goal's own, or a field of the gait.
+TARGETS = {"multiplier": "multiplier", "friction": "friction", "scuff": "scuff", "speed": "speed_m_s",
+           "step_length": "step_length_m", "step_frequency": "step_frequency_hz"}  # fmt: skip
 #: Price of missing a target, per unit of relative error: above any slope of the goals seen.
 PENALTY = 10.0
 #: Longest way in one go, so that the gait stays the same one; half widths of the first and of the widest box, and of
@@ -43,8 +43,8 @@ STATIONARY, MET = 1e-6, 1e-6
 BESIDE, FOLD = 1e-7, 0.05
 #: Multipliers this near to each other, as a share of their size, all but meet.
 TOGETHER = 0.05
-#: A target is held that is missed by no more than this share.
-HELD = 1e-6
+#: A target is held that is missed by no more than this share; steps that lead to it at most.
+HELD, RESTORED = 1e-6, 4
 #: Searches end at the same value if they differ by no more than this share.
 SAME = 1e-4
 #: Where a search ends, in words.
@@ -56,19 +56,17 @@ ENDINGS = {
     "coalescence": "where two multipliers meet and the goal changes ever steeper with the parameters",
     "fold": "on a fold: beyond it this gait does not exist",
     "edge": "at the edge of what can be walked: beyond it this gait is not found",
+    "walked": "where no design beside it walks longer on the same blocks",
     "unfinished": "without an optimum",
 }
-
-
-def measure(gait: Gait, point: FixedPoint, name: str) -> float:
-    """A measure of a gait that can be held [SI]."""
-    return float(np.abs(point.floquet_multipliers).max() if name == "multiplier" else getattr(gait, name))
+#: Least and largest value of measures that are held, by field.
+Targets = Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A design with its gait, its parts of the goal (m,) with the goal's sign, and the shares by which it misses the
-    targets.
+    """A design with its gait, its parts of the goal (m,) with the goal's sign, its measures that are held (k,), SI, and
+    the shares of the middles of their targets by which it is outside of these (k,).
     """
 
     design: DesignPoint
@@ -76,16 +74,13 @@ class Candidate:
     point: FixedPoint
     gait: Gait
     parts: Vector
+    held: Vector
     misses: Vector
 
     @property
     def largest_multiplier(self) -> float:
         """Largest multiplier in magnitude."""
-        return self.measure("multiplier")
-
-    def measure(self, name: str) -> float:
-        """A measure that can be held, by its field [SI]."""
-        return measure(self.gait, self.point, name)
+        return float(np.abs(self.point.floquet_multipliers).max())
 
     @property
     def value(self) -> float:
@@ -132,13 +127,15 @@ class Problem:
         self,
         design: DesignPoint,
         bounds: Mapping[str, tuple[float, float]],
-        targets: Mapping[str, float],
+        targets: Targets,
         tolerance: float,
         goal: Goal = GOALS["multiplier"],
         maximise: bool = False,
     ) -> None:
         self.names: Sequence[str] = list(bounds)
-        self.design, self.targets, self.tolerance = design, dict(targets), tolerance
+        self.design, self.targets, self.tolerance = design, list(targets), tolerance
+        low, high = np.array(list(targets.values())).reshape(-1, 2).T
+        self.middles, self.room = (low + high) / 2, (high - low) / (high + low)
         self.goal, self.sign = goal, -1.0 if maximise else 1.0
         self.scale = np.array([design.value(name) or max(map(abs, bounds[name])) for name in self.names])
         limits = np.array([bounds[name] for name in self.names]) / self.scale[:, None]
@@ -166,11 +163,14 @@ class Problem:
             return None
         try:
             parts = self.sign * self.goal.parts(walker, point, self.tolerance)
+            gait = describe(walker, point)
+            held = np.array([GOALS[name].parts(walker, point, self.tolerance).max() if name in GOALS
+                             else getattr(gait, name) for name in self.targets])  # fmt: skip
         except StepFailed:
             return None
-        gait = describe(walker, point)
-        misses = np.array([measure(gait, point, name) / value - 1 for name, value in self.targets.items()])
-        return Candidate(design, walker, point, gait, parts[[parts.argmin()]] if self.sign < 0 else parts, misses)
+        offsets = held / self.middles - 1
+        return Candidate(design, walker, point, gait, parts[[parts.argmin()]] if self.sign < 0 else parts, held,
+                         offsets - np.clip(offsets, -self.room, self.room))  # fmt: skip
 
     def merit(self, here: Candidate) -> float:
         """The goal in units of the start's value, with the price of missed targets."""
@@ -198,7 +198,7 @@ class Problem:
         return here
 
     def gradients(self, here: Candidate) -> tuple[np.ndarray, np.ndarray] | None:
-        """Gradients of the parts (m, n) and of the targets' misses (k, n) by x; None on a fold."""
+        """Gradients by x of the parts (m, n) and of what is held, in middles of targets (k, n); None on a fold."""
         if self.latest is None or self.latest[0] is not here:
             self.latest = here, self._gradients(here)
         return self.latest[1]
@@ -207,17 +207,18 @@ class Problem:
         self.derivatives += 1
         try:
             gait = gait_derivatives(here.design, here.point, tuple(self.names), self.tolerance)
-            parts = self.sign * self.goal.slopes(gait, self.tolerance)
+            parts = self._largest(here, gait, self.goal) if self.sign < 0 else self.goal.slopes(gait, self.tolerance)
+            shares, units = gait.elasticities(), self.scale / gait.changes.scales
+            held = [self._largest(here, gait, GOALS[name])[0] if name in GOALS else value * shares[name]
+                    for name, value in zip(self.targets, here.held, strict=True)]  # fmt: skip
         except (StepFailed, np.linalg.LinAlgError):
             return None
-        if self.sign < 0:
-            parts = parts[[int(self.goal.parts(here.walker, here.point, self.tolerance).argmax())]]
-        shares, units = gait.elasticities(), self.scale / gait.changes.scales
-        if "multiplier" in self.targets:
-            sizes = magnitudes(here.walker, here.point, self.tolerance)
-            shares["multiplier"] = magnitude_slopes(gait, self.tolerance)[sizes.argmax()] / sizes.max()
-        misses = [(1 + miss) * shares[name] for name, miss in zip(self.targets, here.misses, strict=True)]
-        return parts * units, np.array(misses).reshape(-1, len(units)) * units
+        return self.sign * parts * units, np.array(held).reshape(-1, len(units)) / self.middles[:, None] * units
+
+    def _largest(self, here: Candidate, gait: GaitTangents, goal: Goal) -> np.ndarray:
+        """Derivatives (1, n) of the largest part of a goal for whole shares of the parameters."""
+        parts = goal.parts(here.walker, here.point, self.tolerance)
+        return np.asarray(goal.slopes(gait, self.tolerance)[[parts.argmax()]])
 
 
 @dataclass
@@ -243,14 +244,16 @@ def linear_step(problem: Problem, here: Candidate, radius: float) -> tuple[float
     x, slopes = problem.position(here), problem.gradients(here)
     if slopes is None:
         return 0.0, np.zeros(len(x))
-    rows, misses = slopes[0] / problem.unit, slopes[1]
-    count, targets, parts = len(x), len(here.misses), here.parts / problem.unit
-    cost = np.concatenate([np.zeros(count), [1.0], PENALTY * np.ones(2 * targets)])
-    upper = np.hstack([rows, -np.ones((len(parts), 1)), np.zeros((len(parts), 2 * targets))])
-    equal = np.hstack([misses, np.zeros((targets, 1)), -np.eye(targets), np.eye(targets)]) if targets else None
+    rows, held = slopes[0] / problem.unit, slopes[1]
+    count, targets, parts = len(x), len(here.held), here.parts / problem.unit
+    cost = np.concatenate([np.zeros(count), [1.0], PENALTY * np.ones(2 * targets), np.zeros(targets)])
+    upper = np.hstack([rows, -np.ones((len(parts), 1)), np.zeros((len(parts), 3 * targets))])
+    eye = np.eye(targets)  # missed above, missed below, and where within the target
+    equal = np.hstack([held, np.zeros((targets, 1)), -eye, eye, -eye]) if targets else None
     box = np.column_stack([np.maximum(problem.lower - x, -radius), np.minimum(problem.upper - x, radius)])
-    solution = linprog(cost, upper, -parts, equal, -here.misses if targets else None,
-                       [*map(tuple, box), (None, None), *[(0, None)] * (2 * targets)])
+    solution = linprog(cost, upper, -parts, equal, 1 - here.held / problem.middles if targets else None,
+                       [*map(tuple, box), (None, None), *[(0, None)] * (2 * targets),
+                        *zip(-problem.room, problem.room, strict=True)])
     if solution.x is None:
         return 0.0, np.zeros(count)
     return max(0.0, problem.merit(here) - float(solution.fun)), solution.x[:count]
@@ -305,14 +308,24 @@ def curved_steps(problem: Problem, path: Path) -> None:
 
     room = {"type": "ineq", "fun": lambda v: v[-1] - at(v).parts / unit,
             "jac": lambda v: np.column_stack([-slopes(v, 0) / unit, np.ones(len(here.parts))])}
-    held = {"type": "eq", "fun": lambda v: at(v).misses,
-            "jac": lambda v: np.column_stack([slopes(v, 1), np.zeros(len(here.misses))])}
+    exact = problem.room == 0.0
+
+    def offsets(v: Vector) -> Vector:
+        return np.asarray(at(v).held / problem.middles - 1)
+
+    def moves(v: Vector) -> np.ndarray:
+        return np.column_stack([slopes(v, 1), np.zeros(len(exact))])
+
+    held = {"type": "eq", "fun": lambda v: offsets(v)[exact], "jac": lambda v: moves(v)[exact]}
+    kept = [{"type": "ineq", "fun": lambda v, side=side: (problem.room - side * offsets(v))[~exact],
+             "jac": lambda v, side=side: -side * moves(v)[~exact]} for side in (1, -1)]
     near = np.clip(np.array([x - NEAR, x + NEAR]), problem.lower, problem.upper)
     bounds, most = [*near.T.tolist(), (None, None)], max(1, path.most + 1 - len(path.taken))
     with suppress(StepFailed):
         minimize(
             lambda v: v[-1], np.append(x, here.parts.max() / unit), jac=lambda v: np.eye(count + 1)[-1], bounds=bounds,
-            method="SLSQP", constraints=[room, held] if problem.targets else [room], callback=accept,
+            method="SLSQP", constraints=[room, *([held] if exact.any() else []), *(kept if not exact.all() else [])],
+            callback=accept,
             options={"maxiter": most, "ftol": ACCURACY})
 
 
@@ -321,23 +334,23 @@ def search_design(
     z: Vector,
     bounds: Mapping[str, tuple[float, float]],
     *,
-    targets: Mapping[str, float] | None = None,
+    targets: Targets | None = None,
     tolerance: float = 1e-10,
     iterations: int = 60,
-    goal: str = "multiplier",
+    goal: str | Goal = "multiplier",
     maximise: bool = False,
     starts: int = 1,
     progress: Callable[[int, float], None] = lambda iteration, merit: None,
 ) -> list[DesignSearch]:
-    """Searches for the least (or largest) `goal`, one of `GOALS`, from the design with its gait at section coordinates
-    `z` and from more `starts` spread within the bounds, where the gait leads there; the best comes first, and where
-    none holds the targets the nearest to them.
+    """Searches for the least (or largest) `goal`, a word of `GOALS` or one's own, from the design with its gait at
+    section coordinates `z` and from more `starts` spread within the bounds, where the gait leads there; the best comes
+    first, and where none holds the targets the nearest to them.
 
-    `bounds` gives (lower, upper) of each parameter to vary, by its name in the parameter files; `targets` values of
-    `speed_m_s`, `step_length_m`, `step_frequency_hz` or `multiplier`, the largest one's magnitude, to hold.
-    Raises ValueError without a gait at `z`.
+    `bounds` gives (lower, upper) of each parameter to vary, by its name in the parameter files; `targets` least and
+    largest value of measures to hold, by their fields in `TARGETS` [SI]. Raises ValueError without a gait at `z`.
     """
-    problem = Problem(design, bounds, targets or {}, tolerance, GOALS[goal], maximise)
+    goal = GOALS[goal] if isinstance(goal, str) else goal
+    problem = Problem(design, bounds, targets or {}, tolerance, goal, maximise)
     own = problem.candidate(np.clip(problem.start(), problem.lower, problem.upper), z)
     if own is None:
         raise ValueError("the design has no gait to start the search from")
@@ -358,23 +371,45 @@ def search_from(
 ) -> DesignSearch:
     """The search from one start, and where it ended."""
     before, path = (problem.gaits, problem.derivatives), Path([start], iterations, progress)
-    lost = linear_steps(problem, path, FIRST, NEAR)
-    if not lost and not meeting(problem, path.taken[-1]) and left_to_gain(problem, path.taken[-1]) > STATIONARY:
+    coarse = problem.goal.coarse
+    lost = linear_steps(problem, path, FIRST, coarse or NEAR)
+    left = not coarse and left_to_gain(problem, path.taken[-1]) > STATIONARY
+    if left and not lost and not meeting(problem, path.taken[-1]):
         curved_steps(problem, path)
-    if left_to_gain(problem, path.taken[-1]) > STATIONARY:
+    if left and left_to_gain(problem, path.taken[-1]) > STATIONARY:
         lost = linear_steps(problem, path, NEAR, BESIDE)
-    here, gain = path.taken[-1], left_to_gain(problem, path.taken[-1])
+    gain = left_to_gain(problem, path.taken[-1])
+    if coarse:
+        meet_targets(problem, path)
+    here = path.taken[-1]
     at = problem.met_bounds(here)
     if gain <= STATIONARY:
         optimum = "bound" if at else "maximum" if problem.sign < 0 else "minimum"
         ending = "kink" if is_kink(problem, here) else optimum
     elif lost:
         ending = "fold" if np.abs(here.point.floquet_multipliers - 1.0).min() < FOLD else "edge"
+    elif len(path.taken) > iterations:
+        ending = "unfinished"
     else:
-        ending = "coalescence" if meeting(problem, here) and len(path.taken) <= iterations else "unfinished"
+        ending = "walked" if coarse else "coalescence" if meeting(problem, here) else "unfinished"
     return DesignSearch(
         start, here, tuple(each.value for each in path.taken), np.array([problem.values(each) for each in path.taken]),
         ending, at, gain, problem.gaits - before[0], problem.derivatives - before[1])
+
+
+def meet_targets(problem: Problem, path: Path) -> None:
+    """Go to the nearest designs within the targets by Newton's method, as coarse steps end beside these."""
+    for _ in range(RESTORED):
+        here = path.taken[-1]
+        slopes = problem.gradients(here) if (np.abs(here.misses) > HELD).any() else None
+        if slopes is None:
+            return
+        step = np.linalg.lstsq(slopes[1], -here.misses * (1 + HELD), rcond=None)[0]
+        x = np.clip(problem.position(here) + step, problem.lower, problem.upper)
+        there = problem.follow(here, x)
+        if there is None:
+            return
+        path.add(there)
 
 
 def left_to_gain(problem: Problem, here: Candidate) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
@@ -15,8 +15,9 @@ from stages.model_error.questions.ask import told as as_words
 
 if TYPE_CHECKING:
     from stages.analytic.design.goals import Goal
-    from stages.analytic.design.search import Candidate, DesignSearch
+    from stages.analytic.design.search import Candidate, DesignSearch, Targets
     from stages.analytic.gait.design_point import DesignPoint
+    from stages.analytic.gait.poincare import FixedPoint
     from stages.analytic.result import Validity
     from stages.model_error.choice import Answered
     from stages.model_error.parameters import Parameters
@@ -29,6 +30,10 @@ GROUND = ("friction_single_stance", "impulse_friction_landing", "friction_there_
 Bounds = Mapping[str, tuple[float, float]]
 #: Searches with targets moved by what the constraint model misses of the twin, at most.
 AIMS = 4
+#: A measure is at a limit of its target that differs from it by no more than this share.
+LIMIT = 1e-3
+#: Goals on blocks of drawn heights.
+ON_BLOCKS = ("sensitivity_norm", STEPS := "steps_to_fall")
 
 
 @dataclass(frozen=True)
@@ -37,11 +42,12 @@ class Options:
 
     vary: tuple[str, ...] = option("-", "Parameter to vary; repeatable", default=(), metavar="FILE.KEY[=LOW:HIGH]")
     target: tuple[str, ...] = option(
-        "-", "Measure to hold, as speed=0.33 or multiplier=0.5; repeatable", default=(), metavar="MEASURE=VALUE")
+        "-", "Measure to hold, as speed=0.33, or within limits, as scuff=0:0.004; repeatable", default=(),
+        metavar="MEASURE=VALUE[:HIGH]")
     goal: str = option(
         "-", "What is to be least: largest multiplier, speed, friction needed in single stance, "
-        "deepest scuff, or gait sensitivity norm",
-        default="multiplier", choices=("multiplier", "speed", "friction", "scuff", "sensitivity_norm"))
+        "deepest scuff, or gait sensitivity norm; or to be most: steps to a fall on blocks of ground.block_height_rms",
+        default="multiplier", choices=("multiplier", "speed", "friction", "scuff", *ON_BLOCKS))
     maximise: bool = option("-", "Search for the largest value of the goal", default=False)
     starts: int = option(
         "1", "Starts: the design, and others spread within the bounds", default=1, bound=Bound(minimum=1, maximum=1000))
@@ -55,7 +61,7 @@ class Options:
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
-    """Search from the design. Raises NoGait, WrongOption."""
+    """Search from the design. Raises NoGait, WrongOption, BlocksDoNotFit."""
     from stages.analytic.derivatives.numbers import sensitive_names
     from stages.analytic.derivatives.on_blocks import refusal
     from stages.analytic.design.goals import GOALS
@@ -63,6 +69,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait
+    from stages.analytic.gait.poincare import by_stability
+    from stages.stability.blocks.borne import Borne
+    from stages.stability.questions.rough import EVEN
 
     friction, tolerance = parameters.analytic.limited(parameters.friction), parameters.analytic.tolerance
     allowed = errors(options.within)
@@ -71,19 +80,24 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     design = DesignPoint(parameters.biped, parameters.slope, friction)
     known = sensitive_names(design)
     vary = options.vary or tuple(name for name in VARIED if name in known)
-    refuse((options.goal == "scuff" and parameters.biped.feet_retract,
-            "--goal scuff: biped.feet_retract is true, and feet that retract touch nothing in swing"),
-           (options.goal == "sensitivity_norm" and bool(refusal(design.walker())),
-            f"--goal sensitivity_norm: {refusal(design.walker())}"))
+    refuse((options.goal in ON_BLOCKS and bool(refusal(design.walker())),
+            f"--goal {options.goal}: {refusal(design.walker())}"),
+           (options.goal == STEPS and parameters.blocks.block_height_rms == 0.0, f"--goal {STEPS}: {EVEN}"),
+           (options.goal == STEPS and options.maximise, f"--goal {STEPS} is made most without --maximise"))
     bounds = dict(bounds_of(design, text, options.share, known) for text in vary)
     held = dict(target_of(text, TARGETS) for text in options.target)
+    retracts = parameters.biped.feet_retract and "scuff" in (options.goal, *held)
+    refuse((retracts, "scuff: biped.feet_retract is true, and feet that retract touch nothing in swing"))
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
-    goal = GOALS[options.goal]
+    refuse((options.goal in ON_BLOCKS and by_stability(point) >= 1.0,
+            f"--goal {options.goal}: the gait is unstable, and ends on even ground too"))
+    goal = GOALS.get(options.goal) or Borne(parameters.blocks).goal
+    before = lasts(parameters, design, point) if options.goal == STEPS else {}
 
-    def search(targets: Mapping[str, float]) -> Sequence[DesignSearch]:
+    def search(targets: Targets) -> Sequence[DesignSearch]:
         return search_design(
-            design, point.z, bounds, targets=targets, tolerance=tolerance, iterations=options.iterations,
-            goal=options.goal, maximise=options.maximise, starts=options.starts,
+            design, point.z, bounds, targets=targets, tolerance=tolerance, iterations=options.iterations, goal=goal,
+            maximise=options.maximise or options.goal == STEPS, starts=options.starts,
             progress=lambda step, value: asking.note(f"iteration {step + 1}: {goal.title} {value:.6g} {goal.unit}"))
 
     def answer(found: DesignPoint) -> list[Answered]:
@@ -101,20 +115,54 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
     found = searches[0].best
     ground = report_gait(found.walker, found.point, tolerance, parameters.friction.static_friction).validity
-    lines = [*told(searches, bounds, aims, goal, options.starts), asked_of_the_ground(ground),
+    lasting = {STEPS: {"block_height_rms_m": parameters.blocks.block_height_rms, "start": before,
+                       "best": lasts(parameters, found.design, found.point)}} if before else {}  # fmt: skip
+    lines = [*told(searches, bounds, aims, goal, options.starts), *longer(lasting), asked_of_the_ground(ground),
              *(line for one in answers for line in as_words(one)),
              *(f"Not met: {name} misses its target by {abs(miss):.3g}" for name, miss in missed.items())]
     plain = {**as_plain(searches, bounds, aims, goal), "ground": {name: getattr(ground, name) for name in GROUND},
-             "targets": held, "within": {one.measure: as_json(one) for one in answers}}
+             "targets": plain_targets(held), **lasting, "within": {one.measure: as_json(one) for one in answers}}
     rows = [{"parameter": name, **told_of} for name, told_of in plain["parameters"].items()]
     return Answer(lines, plain, rows=rows, draw=draw, parameters={name: found.design.value(name) for name in bounds},
                   no=not searches[0].met or bool(missed) or not all(one.met for one in answers))  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Here:
+    """Answers in this process for a design that is not the one asked about."""
+
+    parameters: Any
+
+    def each(self, function: Callable[..., Any], arguments: Sequence[Any], *shared: Any) -> Iterator[Any]:
+        """As `Asking.each`; nothing is kept."""
+        return (function(self.parameters, *shared, argument) for argument in arguments)
+
+    def progress(self, fraction: float, what: str) -> None:
+        """Nothing is shown."""
+
+
+def lasts(parameters: Parameters, design: DesignPoint, point: FixedPoint) -> dict[str, Any]:
+    """Steps to a fall of a design with its gait, as JSON. Raises BlocksDoNotFit."""
+    from stages.stability.questions import rough
+
+    there: Any = replace(parameters, biped=design.biped, slope=design.slope)
+    asking: Any = Here(there)
+    return rough.finite(rough.passage(there, rough.Options(), asking, point.z.tolist())[0])
+
+
+def longer(lasting: Mapping[str, Any]) -> Iterator[str]:
+    """Steps to a fall in words."""
+    for of in lasting.values():
+        start, best = (f"{one['steps_to_fall'] or float('inf'):.4g} ({one['steps_low']:.4g} to "
+                       f"{one['steps_high'] or float('inf'):.4g})" for one in (of["start"], of["best"]))  # fmt: skip
+        yield (f"mean steps to a fall on blocks of {1e3 * of['block_height_rms_m']:g} mm, with 95 % intervals: "
+               f"{start} -> {best}")
+
+
 def aimed(
-    search: Callable[[Mapping[str, float]], Sequence[DesignSearch]], answer: Callable[[DesignPoint], list[Answered]],
-    held: Mapping[str, float], allowed: Mapping[str, Allowed]
-) -> tuple[Sequence[DesignSearch], Mapping[str, float], list[Answered]]:  # fmt: skip
+    search: Callable[[Targets], Sequence[DesignSearch]], answer: Callable[[DesignPoint], list[Answered]],
+    held: Targets, allowed: Mapping[str, Allowed]
+) -> tuple[Sequence[DesignSearch], Targets, list[Answered]]:  # fmt: skip
     """The searches, with targets moved until the best design has those that are `held` as the twin has them; these
     targets; and its measures.
     """
@@ -127,18 +175,19 @@ def aimed(
         missed = misses(answers, held, allowed)
         if not (missed and searches[0].met) or searched == AIMS:
             break
-        aims = {**aims, **{TARGETS[name]: aims[TARGETS[name]] - miss for name, miss in missed.items()}}
+        aims = {**aims, **{TARGETS[name]: (low - miss, high - miss) for name, miss in missed.items()
+                           for low, high in [aims[TARGETS[name]]]}}  # fmt: skip
     return searches, aims, answers
 
 
-def misses(
-    answers: Sequence[Answered], held: Mapping[str, float], allowed: Mapping[str, Allowed]
-) -> dict[str, float]:
+def misses(answers: Sequence[Answered], held: Targets, allowed: Mapping[str, Allowed]) -> dict[str, float]:
     """By how much measures miss their targets, of those that miss them by more than their error."""
     from stages.analytic.design.search import TARGETS
 
-    of_targets = {one.measure: held[TARGETS[one.measure]] for one in answers
-                  if one.met and TARGETS.get(one.measure) in held}  # fmt: skip
+    limits = {one.measure: held[TARGETS[one.measure]] for one in answers
+              if one.met and TARGETS.get(one.measure) in held}  # fmt: skip
+    of_targets = {one.measure: min(max(one.value, low), high) for one in answers if one.measure in limits
+                  for low, high in [limits[one.measure]]}  # fmt: skip
     missed = {one.measure: one.value - of_targets[one.measure] for one in answers if one.measure in of_targets}
     return {name: miss for name, miss in missed.items()
             if abs(miss) > allowed[name].error * (of_targets[name] if allowed[name].share else 1.0)}  # fmt: skip
@@ -172,25 +221,31 @@ def bounds_of(design: DesignPoint, text: str, share: float, known: Collection[st
     return name, (low, high)
 
 
-def target_of(text: str, known: Mapping[str, str]) -> tuple[str, float]:
-    """Measure and value from "MEASURE=VALUE"; a measure by its word or by its field, as speed or speed_m_s.
+def target_of(text: str, known: Mapping[str, str]) -> tuple[str, tuple[float, float]]:
+    """Measure and its limits, alike for a value, from "MEASURE=VALUE" or "MEASURE=LOW:HIGH"; a measure by its word or
+    by its field, as speed or speed_m_s.
 
     Raises WrongOption with the known measures.
     """
-    word, _, number = text.partition("=")
-    name = known.get(word, word)
+    word, _, limits = text.partition("=")
+    name, (first, between, last) = known.get(word, word), limits.partition(":")
     try:
-        value = float(number)
+        low, high = float(first), float(last if between else first)
     except ValueError:
-        value = 0.0
-    if name not in known.values() or not 0 < value < float("inf"):
-        measures = ", ".join(known)
-        raise WrongOption(f"--target {text!r} is not MEASURE=VALUE with a positive value; measures are {measures}")
-    return name, value
+        low, high = 0.0, 0.0
+    if name not in known.values() or not (0 < low <= high < float("inf") or 0 == low < high < float("inf")):
+        raise WrongOption(f"--target {text!r} is not MEASURE=VALUE with a positive value, or MEASURE=LOW:HIGH with "
+                          f"0 <= LOW < HIGH; measures are {', '.join(known)}")
+    return name, (low, high)
+
+
+def plain_targets(held: Targets) -> dict[str, Any]:
+    """Targets as JSON: a value, or both limits."""
+    return {name: low if low == high else [low, high] for name, (low, high) in held.items()}
 
 
 def as_plain(
-    searches: Sequence[DesignSearch], bounds: Bounds, held: Mapping[str, float], goal: Goal
+    searches: Sequence[DesignSearch], bounds: Bounds, held: Targets, goal: Goal
 ) -> dict[str, Any]:
     """The searches as JSON; the best comes first, and starts are the design's own."""
     found, own = searches[0], own_start(searches)
@@ -204,7 +259,7 @@ def as_plain(
             for name, limits in bounds.items()
         },
         "measures": {name: getattr(found.best.gait, name) for name in MEASURES},
-        "targets": held,
+        "targets": plain_targets(held),
         "met": found.met,
         "iterations": sum(len(search.history) - 1 for search in searches),
         "converged": found.converged,
@@ -222,7 +277,7 @@ def own_start(searches: Sequence[DesignSearch]) -> Candidate:
 
 
 def told(
-    searches: Sequence[DesignSearch], bounds: Bounds, held: Mapping[str, float], goal: Goal, starts: int
+    searches: Sequence[DesignSearch], bounds: Bounds, held: Targets, goal: Goal, starts: int
 ) -> Iterator[str]:
     """The searches in words."""
     from stages.analytic.design.search import ENDINGS, HELD
@@ -234,8 +289,10 @@ def told(
     for name, (low, high) in bounds.items():
         at = f" (at its {found.bounds[name]} bound)" if name in found.bounds else f" (from {low:g} to {high:g})"
         yield f"  {name:<22} {own.design.value(name):>12.6g} -> {found.best.design.value(name):<12.6g}{at}"
-    for name, value in held.items():
-        yield f"  {name:<22} {found.best.measure(name):>12.6g} (target {value:g})"
+    for name, value, (low, high) in zip(held, found.best.held, held.values(), strict=True):
+        at = next((f", at its {side} limit" for side, limit in (("lower", low), ("upper", high))
+                   if low < high and abs(value - limit) <= LIMIT * limit), "")  # fmt: skip
+        yield f"  {name:<22} {value:>12.6g} (target {low:g}{f' to {high:g}' if low < high else ''}{at})"
     if not found.met:
         missed = [f"{name} by {100 * abs(miss):.3g} %" for name, miss in zip(held, found.best.misses, strict=True)
                   if abs(miss) > HELD]
@@ -244,7 +301,8 @@ def told(
     ending = f"It ends {ENDINGS[found.ending] if found.met or not optimum else 'as near to the targets as it comes'}"
     if found.bounds:
         ending += "; at a bound: " + ", ".join(f"{name} ({side})" for name, side in found.bounds.items())
-    yield f"{ending}. Left to gain for a share of the parameters: {found.gain:.1g} of the start's value."
+    left = f" Left to gain for a share of the parameters: {found.gain:.1g} of the start's value."
+    yield f"{ending}.{'' if found.ending == 'walked' else left}"
     if not found.best.gait.stable:
         yield f"The gait is unstable: its largest multiplier is {found.best.largest_multiplier:.6g}."
     yield from elsewhere(searches, starts)
@@ -276,11 +334,11 @@ QUESTION = Question(
     "design",
     """Minimise (or maximise) a goal over chosen design parameters within bounds, from one start or several.
 
-    Goals are the largest multiplier, the speed, the friction needed in single stance, and the deepest scuff. The search
-    uses exact derivatives. The answer says where it ended: in an optimum, on a bound (which), where two parts of the
-    goal or two multipliers are equal, on a fold, or at the edge of what can walk. If no gait holds the targets, the
-    answer says how far the nearest is, and the command ends with 3. The gait is the constraint model's. With --within a
-    measure is the twin's, by the cheapest model that is exact enough, and a target is held for the twin.
+    The search uses exact derivatives. For steps to a fall all designs walk over the same blocks. The answer says where
+    it ended: in an optimum, on a bound (which), where two parts of the goal or two multipliers are equal, on a fold, or
+    at the edge of what can walk. If no gait holds the targets, the answer says how far the nearest is, and the command
+    ends with 3. The gait is the constraint model's. With --within a measure is the twin's, by the cheapest model that
+    is exact enough, and a target is held for the twin.
 
     Without --vary: foot radius, foot_com, stiffness and damping within 20 %.
     """,
@@ -291,6 +349,7 @@ QUESTION = Question(
         "bipedstudy design --vary biped.foot_radius=0.05:0.12 --goal friction",
         "bipedstudy design --goal speed --maximise --target multiplier=0.6",
         "bipedstudy design --target speed=0.33 --within speed=1%",
+        "bipedstudy design --goal steps_to_fall --set ground.block_height_rms=4e-4 --target speed=0.3:0.36",
     ),
     draws=True,
     rows=True,

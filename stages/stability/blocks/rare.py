@@ -29,7 +29,7 @@ BLOCKS, SETTLED, PATTERN = 24, 8, 5
 #: Share of the heights that is drawn as it is, patterns, and the least share of each.
 PLAIN, PATTERNS, LEAST = 0.1, 4, 0.05
 #: Falls that patterns are first learnt from, in so many steps, on blocks higher by this factor, at most so often.
-FALLS, WATCHED, HIGHER, TIMES = 60, 4000, 1.2, 40
+FALLS, WATCHED, HIGHER, TIMES = 60, 4000, 1.2, 13
 #: Passes that share falls out among patterns; walks on blocks of one height; rounds on those asked for.
 PASSES, WALKS, ROUNDS = 15, 200, 4
 

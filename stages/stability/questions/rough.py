@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 PART, FIRST, WEIGHED = 2500, 8, 8
 #: Seeds, beside that of the blocks: of the patterns before falls, and of weighed walks.
 OF_PATTERNS, OF_WEIGHED = 1_000_000, 2_000_000
+EVEN = "ground.block_height_rms = 0 m: the ground is even, and nobody falls; allowed here: > 0 m"
 
 
 @dataclass(frozen=True)
@@ -34,40 +35,51 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Walk over blocks. Raises NoGait, WrongOption, BlocksDoNotFit."""
-    import numpy as np
-
     from stages.analytic.derivatives.on_blocks import on_blocks, refusal
     from stages.analytic.errors import NoGait
     from stages.analytic.gait.gait_search import find_gait
-    from stages.stability.blocks.passage import FEW, Counted, from_weighed, ways_of
-    from stages.stability.blocks.rare import BLOCKS, Weighed
 
     rms, tolerance = parameters.blocks.block_height_rms, parameters.analytic.tolerance
-    refuse((rms == 0.0, "ground.block_height_rms = 0 m: the ground is even, and nobody falls; allowed here: > 0 m"))
+    refuse((rms == 0.0, EVEN))
     friction = parameters.analytic.limited(parameters.friction)
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     linear = on_blocks(walker, point, tolerance)
     if linear is None:
         raise NoGait(refusal(walker) or "the gait is unstable: it ends on even ground too")
-    z, counted = point.z.tolist(), Counted(options.ramp)
-    parameters.blocks.under(0, rough_of(parameters, z).middle * walker.length)  # refuses blocks that reach too far
+    found, ways = passage(parameters, options, asking, point.z.tolist())
+    degrees = linear.sensitivity_norm_deg / linear.sensitivity_norm
+    plain = {"block_height_rms_m": rms, "block_height_rms_deg": rms / degrees if degrees else None, **finite(found),
+             "fell": ways, "on_blocks": as_plain(linear)}  # fmt: skip
+    return Answer(list(lines(rms, found, ways, linear.sensitivity_norm * rms)), plain)
+
+
+def finite(found: Passage) -> dict[str, Any]:
+    """As JSON, which has no infinity."""
+    return {key: value if value != float("inf") else None for key, value in as_plain(found).items()}
+
+
+def passage(
+    parameters: Parameters, options: Options, asking: Asking, z: Sequence[float]
+) -> tuple[Passage, list[dict[str, Any]]]:
+    """Steps to a fall of the gait at section coordinates `z`, and how it falls. Raises BlocksDoNotFit."""
+    import numpy as np
+
+    from stages.stability.blocks.passage import FEW, Counted, from_weighed, ways_of
+    from stages.stability.blocks.rare import BLOCKS, Weighed
+
+    rough, counted = rough_of(parameters, z), Counted(options.ramp)
+    parameters.blocks.under(0, rough.middle * rough.walker.length)  # refuses blocks that reach too far
     parts = options.effort // PART
     walk_on(asking, z, range(FIRST), counted)
     if counted.falls * parts >= FEW * FIRST:
         walk_on(asking, z, range(FIRST, parts), counted)
-        found, ways = counted.passage(), counted.ways()
-    else:
-        [known] = asking.each(learnt, [0], z)
-        walks = (options.effort - counted.steps) // (BLOCKS * WEIGHED)
-        parts_of = asking.each(weighed_part, list(range(WEIGHED)), z, known, walks)
-        found_in = [Weighed(walks, steps, [(ending, weight, np.array(heights)) for ending, weight, heights in falls])
-                    for steps, falls in parts_of]  # fmt: skip
-        found, ways = from_weighed(found_in, counted), ways_of(found_in)
-    degrees = linear.sensitivity_norm_deg / linear.sensitivity_norm
-    plain = {"block_height_rms_m": rms, "block_height_rms_deg": rms / degrees if degrees else None,
-             **{key: value if value != float("inf") else None for key, value in as_plain(found).items()},
-             "fell": ways, "on_blocks": as_plain(linear)}  # fmt: skip
-    return Answer(list(lines(rms, found, ways, linear.sensitivity_norm * rms)), plain)
+        return counted.passage(), counted.ways()
+    [known] = asking.each(learnt, [0], z)
+    walks = (options.effort - counted.steps) // (BLOCKS * WEIGHED)
+    parts_of = asking.each(weighed_part, list(range(WEIGHED)), z, known, walks)
+    found_in = [Weighed(walks, steps, [(ending, weight, np.array(heights)) for ending, weight, heights in falls])
+                for steps, falls in parts_of]  # fmt: skip
+    return from_weighed(found_in, counted), ways_of(found_in)
 
 
 def walk_on(asking: Asking, z: Sequence[float], parts: range, counted: Counted) -> None:
