@@ -15,8 +15,9 @@ from stages.analytic.parameters import Settings
 from stages.analytic.result import REACHES
 from stages.biped.question import WrongOption
 from stages.ground.blocks import Blocks, BlocksDoNotFit, drawn_heights
+from stages.stability.blocks import rare
 from stages.stability.blocks.passage import Counted, from_weighed
-from stages.stability.blocks.rare import BLOCKS, PATTERN, Patterns, generator_of, learnt_patterns, weighed
+from stages.stability.blocks.rare import BLOCKS, PATTERN, NoFalls, Patterns, generator_of, learnt_patterns, weighed
 from stages.stability.blocks.walks import KEPT, Rough, heights_of, some_walks, walk_on
 from stages.stability.questions import rough as question
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait
@@ -83,6 +84,13 @@ def test_weighed_walks_fall_as_often_as_counted_ones(rms):
     found, count = from_weighed(parts, counted), counted.passage()
     assert count.falls > 40 and found.steps_high / found.steps_low < 1.6
     assert found.steps_low < count.steps_high and count.steps_low < found.steps_high
+
+
+def test_blocks_so_low_that_no_walk_falls_are_said_to_be(monkeypatch):
+    """Weights of what leads to a fall on blocks much higher would overflow."""
+    monkeypatch.setattr(rare, "WATCHED", 200)
+    with pytest.raises(NoFalls, match="no walk falls even on blocks 11 times as high"):
+        learnt_patterns(rough_of(TABLE_1_RIGID, 1e-6), 1)
 
 
 def test_weights_of_drawn_heights_are_those_of_normal_ones():
