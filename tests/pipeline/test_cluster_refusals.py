@@ -111,7 +111,8 @@ def test_a_machine_with_other_versions_refuses(toy, started, tmp_path):
 @pytest.mark.slow
 def test_a_machine_without_this_program_is_a_sentence(toy, started, tmp_path):
     (tmp_path / "other/pipeline").mkdir(parents=True)
-    (tmp_path / "other/pipeline/__init__.py").write_text("")
+    missing = "raise ModuleNotFoundError('No module named pipeline')"  # empty, an editable install would fill it
+    (tmp_path / "other/pipeline/__init__.py").write_text(missing)
     cluster = started(first_on_path=(tmp_path / "other",))
     code, _, said = swept(toy, "--cluster", cluster.address)
     assert code == 1 and "every machine of a cluster needs this program" in said
