@@ -81,28 +81,14 @@ def _paragraphs(words: str) -> str:
 def _parameters(study: Study) -> Iterator[str]:
     known = study.parameters_classes()
     yield "## Parameters\n\nBy file of `params/`, which has values and sources."
-    yield "A change makes the stages that read it stale.\n"
+    yield "A change makes the stages that read it stale: `bipedstudy graph` prints them.\n"
     for file, kinds in sorted(loading.sections(known.values()).items()):
         fields = {key: pair for kind in kinds for key, pair in declared(kind).items()}
         yield from [f"### {file}.yaml\n", *(f"- `{file}.{key}` {_field(*pair)}" for key, pair in fields.items()), ""]
-        readers: dict[str, list[str]] = {key: [] for key in fields}
-        for name, cls in known.items():
-            for key in {key for kind in loading.sections([cls]).get(file, ()) for key in declared(kind)}:
-                readers[key].append(name)
-        yield from _readers(readers, len(known))
         for key, (field, kind) in fields.items():
             if (inner := _rows(field, kind)) is not None:
                 yield f"Columns of `{file}.{key}`:\n"
                 yield from [*(f"- `{name}` {_field(*pair)}" for name, pair in declared(inner).items()), ""]
-
-
-def _readers(readers: dict[str, list[str]], stages: int) -> Iterator[str]:
-    groups: dict[str, list[str]] = {}
-    for key, names in readers.items():
-        groups.setdefault("every stage" if len(names) == stages else ", ".join(names), []).append(f"`{key}`")
-    *few, (_, most) = sorted((len(keys), words) for words, keys in groups.items())
-    yield from (f"Read by {words}: {', '.join(groups[words])}.\n" for _, words in few)
-    yield f"Read by {most}: {'the others' if few else 'all'}.\n"
 
 
 def _field(field: dataclasses.Field[Any], kind: Any) -> str:

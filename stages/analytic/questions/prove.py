@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 from stages.biped.question import Answer, Asking, Question, WrongOption, option, refuse
 
 if TYPE_CHECKING:
+    from stages.analytic.gait.poincare import FixedPoint
+    from stages.analytic.model.walker import Walker
     from stages.analytic.parameters import Parameters
     from stages.biped.design import Biped
     from stages.ground.slope import Slope
@@ -32,17 +34,13 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Prove the study's gait, or confirm a proof file. Raises NotProven and NoGait."""
-    try:
-        import flint  # noqa: F401
-    except ImportError:
-        raise WrongOption("to prove, python-flint is needed: pip install 'bipedstudy[proof]'") from None
+    require_flint()
     biped, slope = of = parameters.biped, parameters.slope
     if options.check is not None:
         of, content, found = confirmed(options.check, asking)
     else:
         refuse_rough(biped, parameters.limited_friction is not None)
-        guess, steps, period = study_gait(biped, slope, options.cycle)
-        found = proven(biped, slope, guess, steps, period, asking)
+        found = proven(biped, slope, *study_gait(biped, slope, options.cycle), asking)
         content = (json.dumps(found, indent=1) + "\n").encode()
     if options.file is not None:
         with asking.new_file(options.file) as path:
@@ -58,6 +56,14 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     ], found)  # fmt: skip
 
 
+def require_flint() -> None:
+    """Refuse to prove without ball arithmetic. Raises WrongOption."""
+    try:
+        import flint  # noqa: F401
+    except ImportError:
+        raise WrongOption("to prove, python-flint is needed: pip install 'bipedstudy[proof]'") from None
+
+
 def refuse_rough(biped: Biped, limited: bool) -> None:
     """Refuse kinds of walkers whose motion is not smooth between events. Raises WrongOption."""
     rest = "; prove knows feet that roll, without friction at the hip, which land by themselves"
@@ -66,12 +72,11 @@ def refuse_rough(biped: Biped, limited: bool) -> None:
            (biped.strike_time is not None, f"biped.strike_time = {biped.strike_time} s is not proven{rest}"))
 
 
-def study_gait(biped: Biped, slope: Slope, cycle: bool) -> tuple[list[float], int, float]:
-    """State after heel strike of the study's gait (SI units), its steps, and the mean step's period [s]."""
+def study_gait(biped: Biped, slope: Slope, cycle: bool) -> tuple[Walker, FixedPoint]:
+    """The study's gait. Raises NoGait."""
     from stages.analytic.errors import NoGait
     from stages.analytic.gait.gait_search import find_gait
     from stages.analytic.gait.poincare import find_cycle
-    from stages.analytic.phases.section import section_state
 
     walker, point = find_gait(biped, slope, TOLERANCE, None)
     if cycle:
@@ -79,16 +84,18 @@ def study_gait(biped: Biped, slope: Slope, cycle: bool) -> tuple[list[float], in
         if other is None:
             raise NoGait("there is no stable cycle of 2, 4 or 8 steps beside the gait")
         point = other
-    state = section_state(point.z, walker.p)[: walker.size] * walker.scales()
-    return state.tolist(), len(point.steps), point.period * walker.time
+    return walker, point
 
 
-def proven(biped: Biped, slope: Slope, guess: list[float], steps: int, period: float, asking: Asking) -> dict[str, Any]:
-    """The content of the proof file of the gait near a guess, of this `period` [s]. Raises NotProven."""
+def proven(biped: Biped, slope: Slope, walker: Walker, point: FixedPoint, asking: Asking) -> dict[str, Any]:
+    """The content of the proof file of a gait. Raises NotProven."""
+    from stages.analytic.phases.section import section_state
     from stages.proof.flow import NotProven
     from stages.proof.theorem import CENTRES, RADIUS, prove
 
-    found = prove(biped, slope, [repr(each) for each in guess], RADIUS, steps, CENTRES, asking.progress)
+    state, period = section_state(point.z, walker.p)[: walker.size] * walker.scales(), point.period * walker.time
+    guess, steps = [repr(each) for each in state.tolist()], len(point.steps)
+    found = prove(biped, slope, guess, RADIUS, steps, CENTRES, asking.progress)
     for end in map(float, found["enclosures"]["period_s"]):
         if not math.isclose(period, end, rel_tol=SAME_GAIT):
             raise NotProven(f"what was proven is another gait: period {end:.9g} s, and the study's is {period:.9g} s")

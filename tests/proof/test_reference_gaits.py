@@ -1,0 +1,106 @@
+"""Ten reference gaits: every one is walked again by the program in docs/reference_gaits.md, which shares no code."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+
+from stages.analytic.errors import NoGait
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.parameters import Parameters, Settings
+from stages.analytic.questions import reference_gaits as question
+from stages.biped.quantity import faults
+from stages.biped.question import WrongOption
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, changed
+from tests.pipeline import documented
+
+pytest.importorskip("flint", reason="python-flint is not installed: pip install 'bipedstudy[proof]'")
+
+PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))
+#: Largest difference of period [s] and return state [SI units].
+CLOSE = 1e-10
+
+
+class Listener:
+    """What a question is handed."""
+
+    jobs = 1
+
+    def progress(self, fraction, what):
+        assert 0 <= fraction <= 1
+
+    @contextlib.contextmanager
+    def new_file(self, path):
+        assert not path.exists()
+        yield path
+
+
+def the_design(name, biped=TABLE_1):
+    return next(each for each in question.designs(biped, SLOPE) if each.name == name)
+
+
+def scored(path, repository):
+    """What the page's program prints of each gait: name, difference of period, of the state."""
+    (program,) = documented.blocks(repository / "docs/reference_gaits.md", "python")
+    assert len(program.splitlines()) <= 60 and "bipedstudy" not in program
+    done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return re.findall(r"^(\w+) +period (\S+) s, state (\S+)$", done.stdout, flags=re.M)
+
+
+def test_there_are_ten_legal_designs_of_any_robot():
+    for biped in (TABLE_1, changed(TABLE_1, leg_length=0.9, foot_com=0.25, foot_radius=0.2, hip_mass=20.0)):
+        found = list(question.designs(biped, SLOPE))
+        assert len({each.name for each in found}) == 10 and found[0].biped == biped
+        assert [broken for each in found for broken in (*faults(each.biped), *faults(each.slope))] == []
+
+
+@pytest.mark.parametrize("name", ["detailed", "hip_spring", "large", "weak_gravity"])
+def test_a_design_has_a_stable_gait_of_its_own(name):
+    design = the_design(name)
+    point = find_gait(design.biped, design.slope, 1e-10)[1]
+    plain = find_gait(TABLE_1, SLOPE, 1e-10)[1]
+    assert abs(point.floquet_multipliers).max() < 1 and abs(point.period - plain.period) > 1e-3
+
+
+def test_a_gait_is_described_with_units_and_walked_again_by_the_program(repository, tmp_path):
+    gait = question.described(the_design("rigid"), Listener())
+    assert gait["parameters"]["leg_1"]["foot_mass"] == {"value": 0.335, "unit": "kg"}
+    assert gait["parameters"]["hip"]["stiffness"]["unit"] == "N m/rad" and gait["period"]["unit"] == "s"
+    low, high = map(float, gait["enclosures"]["period"]["between"])
+    assert low <= gait["period"]["value"] + 1e-12 and gait["period"]["value"] - 1e-12 <= high
+    assert [each["event"] for each in gait["events"]] == ["heel strike"]
+    assert gait["events"][-1]["time"]["value"] == pytest.approx(gait["period"]["value"], abs=1e-12)
+    units = {name: each["unit"] for name, each in gait["start"].items()}
+    assert (units["stance_angle"], units["stance_length"], units["swing_rate"]) == ("rad", "m", "rad/s")
+    path = tmp_path / "gaits.json"
+    path.write_text(json.dumps({"gaits": [gait]}))
+    ((name, period, state),) = scored(path, repository)
+    assert name == "rigid" and float(period) < CLOSE and float(state) < CLOSE
+    gait["parameters"]["leg_0"]["foot_mass"]["value"] *= 1 + 1e-6
+    path.write_text(json.dumps({"gaits": [gait]}))
+    assert float(scored(path, repository)[0][2]) > 100 * CLOSE, "another robot has another gait"
+
+
+def test_what_cannot_be_proven_is_refused_and_a_design_without_a_gait_is_named():
+    rubbing = dataclasses.replace(PARAMETERS, biped=changed(TABLE_1, hip_friction=0.01))
+    with pytest.raises(WrongOption, match="hip_friction"):
+        question.ask(rubbing, question.Options(), Listener())
+    level = dataclasses.replace(SLOPE, slope_deg=0.0)
+    with pytest.raises(NoGait, match=r"design plain \(the design itself\)"):
+        question.described(question.Design("plain", "the design itself", TABLE_1, level), Listener())
+
+
+@pytest.mark.slow
+def test_the_program_of_the_page_walks_all_ten(repository, tmp_path):
+    path = tmp_path / "gaits.json"
+    question.ask(PARAMETERS, question.Options(file=path), Listener())
+    found = scored(path, repository)
+    assert [name for name, *_ in found] == [each.name for each in question.designs(TABLE_1, SLOPE)]
+    assert [row for row in found if max(float(row[1]), float(row[2])) > CLOSE] == []
