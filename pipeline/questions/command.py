@@ -117,6 +117,8 @@ def _command(stage: str, question: Question) -> click.Command:
                 _note(f"drawn: {shown(figure)}")
             if folder is not None and (answer.files or answer.parameters):
                 asking.leave(answer, folder)
+            elif into is not None:
+                _note(f"note: this answer leaves nothing; {shown(into)} was not made")
         if answer.remark:
             _note(answer.remark)
         if answer.no:
