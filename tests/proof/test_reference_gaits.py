@@ -104,3 +104,8 @@ def test_the_program_of_the_page_walks_all_ten(repository, tmp_path):
     found = scored(path, repository)
     assert [name for name, *_ in found] == [each.name for each in question.designs(TABLE_1, SLOPE)]
     assert [row for row in found if max(float(row[1]), float(row[2])) > CLOSE] == []
+
+
+def test_a_design_that_there_is_not_is_refused_by_name():
+    with pytest.raises(WrongOption, match=r"only: there is no design flat; there are plain, rigid,"):
+        question.ask(PARAMETERS, question.Options(only=("flat",)), Listener())

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stages.biped.question import Answer, Asking, Question, option
+from stages.biped.question import Answer, Asking, Question, option, refuse
 
 if TYPE_CHECKING:
     from stages.analytic.parameters import Parameters
@@ -31,6 +31,7 @@ class Options:
     """Options of `reference-gaits`."""
 
     file: Path | None = option("-", "Write them into this new file, as JSON", default=None)
+    only: tuple[str, ...] = option("-", "The gait of the design of this name alone; repeatable", default=())
 
 
 @dataclass(frozen=True)
@@ -78,13 +79,16 @@ def scaled(biped: Biped, by: float) -> dict[str, Any]:
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
-    """Find, prove and describe the gaits. Raises NoGait and NotProven, naming the design."""
+    """Find, prove and describe the gaits. Raises WrongOption; NoGait and NotProven, naming the design."""
     from stages.analytic.questions.prove import refuse_rough, require_flint
 
     require_flint()
     refuse_rough(parameters.biped, parameters.limited_friction is not None)
+    chosen = {design.name: design for design in designs(parameters.biped, parameters.slope)}
+    refuse(*((name not in chosen, f"only: there is no design {name}; there are {', '.join(chosen)}")
+             for name in options.only))  # fmt: skip
     with asking.new_file(options.file) if options.file else nullcontext() as path:
-        gaits = [described(design, asking) for design in designs(parameters.biped, parameters.slope)]
+        gaits = [described(chosen[name], asking) for name in options.only or chosen]
         plain = {"kind": KIND, "equations": EQUATIONS, "gaits": gaits}
         if path is not None:
             path.write_bytes((json.dumps(plain, indent=1) + "\n").encode())
