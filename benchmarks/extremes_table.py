@@ -90,7 +90,7 @@ solver.
   tighter tolerance, the second run is ten times looser, and the difference is an upper bound.
 - **Detailed designs** (frames, unequal legs, hip springs, friction): the same for the two steps of a stride, and the
   gait of the same robot with its legs exchanged. With friction at the hip: the second run.
-- **Joints and compiled penalty model**: Exudyn's minimal coordinates ("tree") at tolerance 1e-9.
+- **Penalty model**, compiled, or by Exudyn with joints: Exudyn's minimal coordinates ("tree") at 1e-9.
 - **Tree and twin**: a second run at a hundredth of the tolerance, together with the energy balance.
 - **Rigid limit**: the constraint model with Coulomb feet.
 - **Derivatives** of the period by slope, foot mass and leg length: extrapolated differences.
