@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -44,43 +45,141 @@ def predict(
 
     Raises StepFailed where the walker does not get to the last sample.
     """
+    taken = sample_times(dict(zip(layout.names, unknowns, strict=True)), sampling)
+    if any(times.size and times[0] < 0.0 for times in taken.values()):
+        raise StepFailed("the first sample is before mid-stance")
+    last = max((float(times[-1]) for times in taken.values() if times.size), default=0.0)
+    walked = walk(design, names, unknowns, layout, sampling, last, tolerance)
+    return Predicted(walked.samples(sampling, taken), walked.strikes())
+
+
+@dataclass(frozen=True)
+class Walked:
+    """A walk from mid-stance on. Columns of its `stretches`, (1 + c,), times `by` are in SI units: the start, d numbers
+    of the design, the foot sensor's place. `value` are the run's unknowns, `longer` (2, d) is how the stance leg and
+    the other one are longer at the start where the design's legs are.
+    """
+
+    walker: Walker
+    stretches: list[Stretch]
+    sensing: Sensing
+    by: Vector
+    layout: Layout
+    value: dict[str, float]
+    longer: np.ndarray
+
+    @property
+    def d(self) -> int:
+        """Parameters of the design that are derived by."""
+        return len(self.by) - self.layout.free - 2
+
+    def samples(self, sampling: Sampling, taken: Mapping[str, Vector]) -> dict[str, np.ndarray]:
+        """What each side's sensor shows, (m, 3, 1 + d + k), at the rising times `taken` (m,) [s] since mid-stance."""
+        pieces = _pieces(self.stretches, self.sensing, self.by, self.walker.time)
+        bandwidth = sampling.bandwidth_hz * math.exp(self.value["bandwidth"])
+        samples = {}
+        for side in SIDES:
+            shown, rate = filtered(pieces, PLACES[side], bandwidth, taken[side])
+            wide, narrow = (filtered(pieces, PLACES[side], bandwidth * (1.0 + step), taken[side], False)[0][:, :, 0]
+                            for step in (STEP, -STEP))  # by the bandwidth's logarithm: as exact as the step squared
+            found = _read(
+                shown, rate, (wide - narrow) / (2.0 * STEP), self.value, self.layout, side, sampling.of(side))
+            samples[side] = self._as_long(found)
+        return samples
+
+    def strikes(self) -> np.ndarray:
+        """Times of the heel strikes, (s, 1 + d + k) [s], on the run's clock."""
+        ends = np.array([one.start + one.duration for one in self.stretches if one.ends_step]).reshape(-1, len(self.by))
+        return self._spread(ends * self.by * self.walker.time, np.ones(len(ends)), self.value["mid_stance"])
+
+    def states(self, times: Vector) -> tuple[np.ndarray, list[Stretch]]:
+        """States (m, size, 1 + d + k) at times (m,) [s] on the run's clock, and the stretch of each. SI units."""
+        since = (times - self.value["mid_stance"]) / self.walker.time
+        begins = [one.start[0] for one in self.stretches]
+        found = np.empty((len(times), self.walker.size, len(self.by)))
+        rates = np.empty(found.shape[:2])
+        lie = [self.stretches[max(number, 0)] for number in np.searchsorted(begins, since, "right") - 1]
+        for row, stretch in enumerate(lie):
+            found[row], rates[row] = stretch.at(since[row] - stretch.start[0])
+            found[row, :, 1:] -= rates[row][:, None] * stretch.start[1:]
+        units = self.walker.scales()
+        found *= units[:, None] * self.by
+        return self._spread(found, -rates * units / self.walker.time), lie
+
+    def turns(self) -> tuple[np.ndarray, np.ndarray]:
+        """Events without an impact: their times, (e, 1 + d + k) [s] on the run's clock, and by what the rates of the
+        state jump there, (e, size). SI units.
+        """
+        pairs = [(one, other) for one, other in pairwise(self.stretches) if not one.ends_step]
+        times = np.array([other.start for _, other in pairs]).reshape(-1, len(self.by)) * self.by * self.walker.time
+        jumps = np.array([other.rates[0, :, 0] - one.rates[-1, :, 0] for one, other in pairs])
+        return (self._spread(times, np.ones(len(times)), self.value["mid_stance"]),
+                jumps.reshape(-1, self.walker.size) * self.walker.scales() / self.walker.time)  # fmt: skip
+
+    def next_start(self) -> np.ndarray:
+        """The next mid-stance: state without theta, (free, 1 + d + k), as a run's unknowns have it, and then its time.
+
+        Raises StepFailed where the walk does not get there.
+        """
+        landed = next((number for number, one in enumerate(self.stretches) if one.ends_step), len(self.stretches))
+        for stretch in self.stretches[landed + 1 :]:
+            at = stretch.upright()
+            if at is not None:
+                break
+        else:
+            raise StepFailed("the walk ends before the next mid-stance")
+        state, rate = stretch.at(at)
+        by_columns = -state[0, 1:] / rate[0]
+        state[:, 1:] += rate[:, None] * by_columns
+        found = state[1:] * self.walker.scales()[1:, None] * self.by
+        when = stretch.start * self.by * self.walker.time
+        when[0] += at * self.walker.time
+        when[1:] += by_columns * self.by[1:] * self.walker.time
+        rows = self._spread(np.vstack([found, when]), np.append(np.zeros(len(found)), 1.0))
+        rows[-1, 0] += self.value["mid_stance"]
+        natural = natural_lengths(self.walker.on(stretch.stance_leg).p)
+        for name, length, longer in zip(STRETCHES, natural, self.longer[::-1], strict=False):
+            if name in self.layout.names:
+                rows[self.layout.place(name), 0] -= self.walker.length * length
+                rows[self.layout.place(name), 1 : 1 + self.d] -= longer
+        return rows
+
+    def _spread(self, found: np.ndarray, by_mid_stance: np.ndarray, later: float = 0.0) -> np.ndarray:
+        """Columns (..., 1 + c) of the walk as columns (..., 1 + d + k) by all unknowns."""
+        d, free = self.d, self.layout.free
+        spread = np.zeros((*found.shape[:-1], 1 + d + len(self.layout.names)))
+        spread[..., 0] = found[..., 0] + later
+        spread[..., 1 : 1 + d] = found[..., 1 + free : -1]
+        spread[..., 1 + d : 1 + d + free] = found[..., 1 : 1 + free]
+        spread[..., 1 + d + self.layout.place("mid_stance")] = by_mid_stance
+        return self._as_long(spread)
+
+    def _as_long(self, found: np.ndarray) -> np.ndarray:
+        """Columns by the design where longer legs are longer at the start too, in place."""
+        lengths = [1 + self.d + self.layout.place(name) for name in STRETCHES if name in self.layout.names]
+        found[..., 1 : 1 + self.d] += found[..., lengths] @ self.longer[: len(lengths)]
+        return found
+
+
+def walk(
+    design: DesignPoint, names: tuple[str, ...], unknowns: Vector, layout: Layout, sampling: Sampling, until: float,
+    tolerance: float,
+) -> Walked:  # fmt: skip
+    """Walk from the run's start to the first event after `until` [s]. Raises StepFailed where the walker falls."""
     walker = design.walker()
     changes = changes_of(design, names)
     scales = start_scales(walker)
     value = dict(zip(layout.names, unknowns, strict=True))
-    taken = sample_times(value, sampling)
-    if any(times.size and times[0] < 0.0 for times in taken.values()):
-        raise StepFailed("the first sample is before mid-stance")
-    last = max((float(times[-1]) for times in taken.values() if times.size), default=0.0)
     lengths = [layout.place(name) for name in STRETCHES if name in layout.names]
     upright = unknowns[: layout.free].copy()
     upright[lengths] += walker.length * np.array(natural_lengths(walker.on(sampling.first_leg).p))[: len(lengths)]
-    longer = _longer(walker, changes, sampling.first_leg)[: len(lengths)]
     along = np.vstack([changes.along, np.zeros(changes.along.shape[1])])  # no number moves with the foot sensor's place
-    stretches = walk_stretches(walker, upright / scales, along, last / walker.time, tolerance, sampling.first_leg)
+    stretches = walk_stretches(walker, upright / scales, along, until / walker.time, tolerance, sampling.first_leg)
     moved = value["foot_place"]
     sensing = Sensing(walker, along, layout.free, sampling.place + moved,
                       None if sampling.below_hip is None else sampling.below_hip - moved)
     by = np.concatenate([[1.0], 1.0 / scales, 1.0 / changes.scales, [1.0 / walker.length]])  # columns in SI units
-    bandwidth = sampling.bandwidth_hz * math.exp(value["bandwidth"])
-    pieces = _pieces(stretches, sensing, by, walker.time)
-    d, starts = len(names), [*range(1, 1 + layout.free)]
-    samples = {}
-    for side in SIDES:
-        shown, rate = filtered(pieces, PLACES[side], bandwidth, taken[side])
-        wide, narrow = (filtered(pieces, PLACES[side], bandwidth * (1.0 + step), taken[side], False)[0][:, :, 0]
-                        for step in (STEP, -STEP))  # by the logarithm of the bandwidth: as exact as the step squared
-        samples[side] = _read(shown, rate, (wide - narrow) / (2.0 * STEP), value, layout, side, sampling.of(side))
-    ends = np.array([s.start + s.duration for s in stretches if s.ends_step]).reshape(-1, len(by)) * by * walker.time
-    strikes = np.zeros((len(ends), 1 + d + len(layout.names)))
-    strikes[:, 0] = ends[:, 0] + value["mid_stance"]
-    strikes[:, 1 : 1 + d] = ends[:, 1 + layout.free : -1]
-    strikes[:, d + np.array(starts)] = ends[:, starts]
-    strikes[:, 1 + d + layout.place("mid_stance")] = 1.0
-    stretched = [1 + d + place for place in lengths]
-    for found in (*samples.values(), strikes):  # longer legs are longer at the start too
-        found[..., 1 : 1 + d] += found[..., stretched] @ longer
-    return Predicted(samples, strikes)
+    return Walked(walker, stretches, sensing, by, layout, value, _longer(walker, changes, sampling.first_leg))
 
 
 def sample_times(value: Mapping[str, float], sampling: Sampling) -> dict[str, Vector]:

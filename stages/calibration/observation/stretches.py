@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from stages.analytic.derivatives.gait import exchanged_rows
 from stages.analytic.errors import StepFailed
@@ -28,7 +29,7 @@ from stages.analytic.model.kinds import Directions, directions
 from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.guards import FEET, HIP
-from stages.analytic.phases.motion import flow
+from stages.analytic.phases.motion import flow, in_contact
 from stages.analytic.phases.succession import ends_step, of_hip, single_stance, succeed
 from stages.calibration.compiled import compiled
 
@@ -115,7 +116,7 @@ class Stretch:
     It starts at `start` (1 + c,) since the walk's first state and lasts `duration` (1 + c,), with leg `stance_leg`
     (0 or 1) standing. `edges` (p + 1,) bound its panels, since its start. `states` and `rates` (n, size, 1 + c) are y
     and dy/dt in the panels' n nodes, derived at fixed times. `begin` and `end` (size, 1 + c) are the states after and
-    before the events, which move with them. `ends_step`: that is a heel strike.
+    before the events, which move with them. `ends_step`: that is a heel strike. In `double` stance both feet bear.
     """
 
     stance_leg: int
@@ -127,6 +128,25 @@ class Stretch:
     begin: np.ndarray
     end: np.ndarray
     ends_step: bool
+    double: bool
+
+    def at(self, since: float) -> tuple[np.ndarray, Vector]:
+        """The state (size, 1 + c), derived at a fixed time since the stretch began, and its rate (size,)."""
+        panel = min(max(int(np.searchsorted(self.edges, since, "right")) - 1, 0), len(self.edges) - 2)
+        begin, end = self.edges[panel : panel + 2]
+        powers = (2.0 * (since - begin) / (end - begin) - 1.0) ** np.arange(NODES) @ TO_POWERS
+        nodes = slice(panel * NODES, (panel + 1) * NODES)
+        return (np.tensordot(powers, self.states[nodes], 1),
+                np.tensordot(powers, self.rates[nodes, :, 0], 1))  # fmt: skip
+
+    def upright(self) -> float | None:
+        """When its stance leg passes through the normal of the slope, forwards, since it began; None if it does not."""
+        theta = self.states[:, 0, 0]
+        if not theta[0] < 0.0 < theta[-1]:
+            return None
+        panel = int(np.argmax(theta > 0.0)) // NODES
+        return float(brentq(lambda since: self.at(since)[0][0, 0], self.edges[max(panel - 1, 0)],
+                            self.edges[panel + 1], xtol=1e-14))  # fmt: skip
 
 
 def walk_stretches(
@@ -175,7 +195,7 @@ def walk_stretches(
             stretches.append(Stretch(
                 leg, np.append(start, before), np.append(duration, numbers.delays - before), edges,
                 _columns(states[:-1], size), _columns(rates[:-1], size), _columns(y, size)[0], _columns(end, size)[0],
-                lands))
+                lands, bool(in_contact(phase))))
         start += duration
         if start > until:
             return stretches

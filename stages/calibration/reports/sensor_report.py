@@ -21,7 +21,8 @@ from stages.calibration.estimation.campaign import CampaignFit, as_plain, fit_ca
 from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
-from stages.calibration.estimation.run_fit import Model
+from stages.calibration.estimation.run_fit import Model, design_sizes
+from stages.calibration.following.robot_file import NAME, FittedRobot, mounted
 from stages.calibration.information.identifiability import (
     SLOPE,
     described,
@@ -47,6 +48,8 @@ NOISY = 1.2
 #: What a parameter folder of another robot says of the twin: the bill of parts is that of this one.
 PLANAR = {"twin.inertia": "planar"}
 FRAME = "biped.frame_mass"
+#: A ramp that is set again, and a leg that is put on again, differ by these shares at least.
+OF_SLOPE, OF_LEG = 0.03, 3e-4
 #: Parameters that a model without frames gets wrong, however well it fits.
 OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
@@ -160,6 +163,7 @@ def answered(result: Calibrated) -> Answer:
             "held_out": {name: _plain(one) for name, one in result.held_out.items()},
         },
         draw=partial(_draw, fit, model),
+        files={NAME: _robot(result).content()} if fit.converged else {},
         parameters=_left(result) if fit.converged else {},
         no=not fit.converged,
     )  # fmt: skip
@@ -229,6 +233,23 @@ def _left(result: Calibrated) -> dict[str, Any]:
     frame = left.pop(FRAME, {"value": biped.frame_mass})
     hip = _with_error(biped.hip_mass + 2.0 * frame["value"], 2.0 * frame.get("uncertainty", math.inf))
     return {"biped.leg_inertia": biped.leg_inertia, "biped.hip_mass": hip, **left, **PLANAR}
+
+
+def _robot(result: Calibrated) -> FittedRobot:
+    """The robot for what follows it. Parameters that no sensor shows keep the spread that a design's have."""
+    fit, told, model = result.fit, result.told, result.model
+    sd = np.where(np.isfinite(told.sd), told.sd, design_sizes(result.design, fit.names))
+    own = np.sqrt(np.diag(fit.covariance))
+    correlation = fit.covariance / np.outer(own, own)
+    found = model.robot(result.design, told.values, fit.own.mean(axis=0))
+    alone = [np.diag(one.others(np.eye(len(model.layout.names)))) for one in fit.equations]
+    between = fit.own.std(axis=0, ddof=1) if len(fit.runs) > 1 else np.zeros(len(model.own))
+    late = np.concatenate([run.strikes[1 : 1 + len(one.predicted.strikes)] - one.predicted.strikes[:, 0][
+        : len(run.strikes) - 1] for run, one in zip(fit.runs, fit.equations, strict=True)])
+    least = [(OF_SLOPE if name == SLOPE else OF_LEG) * abs(found.value(name)) for name in model.own]
+    return FittedRobot(
+        found, fit.names, correlation * np.outer(sd, sd), model.own, np.maximum(between, least),
+        mounted(fit.unknowns, alone, model.layout), result.sigmas, result.wider, float(late.mean()), float(late.std()))
 
 
 def _with_error(value: float, sd: float) -> dict[str, float]:

@@ -1,0 +1,99 @@
+"""Runs of a database followed: states and next heel strikes as text, JSON and rows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stages.analytic.errors import StepFailed
+from stages.biped.question import Answer, Asking, refuse
+from stages.calibration.estimation.least_squares import NotIdentified
+from stages.calibration.following import robot_file
+from stages.calibration.following.follower import Follower, Instant
+from stages.calibration.information.identifiability import first_model
+from stages.calibration.observation.measured_run import MeasuredRun
+from stages.calibration.parameters import Parameters
+from stages.calibration.recordings import read_runs
+
+#: Names of the state's entries with their units; rigid legs have no lengths.
+LEGS = (("stance_leg_angle", "rad"), ("stance_leg_length", "m"), ("leg_opening_angle", "rad"),
+        ("swing_leg_length", "m"))  # fmt: skip
+#: Before a heel strike its forecast is held against the measured one so long [s].
+AHEAD_S = 0.1
+HALF_WIDTH = 1.96
+
+
+def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
+    """The answer to `follow`. Raises WrongOption, NoGait, NotIdentified."""
+    robot = robot_file.read(folder)
+    settings = parameters.settings
+    model = robot.model(first_model(robot.design, (*robot.names, *robot.own), parameters))
+    follower = Follower(robot.design, model, robot.of_design(), settings.settling_s)
+    found = list(read_runs(source, robot.design, model, parameters, asking.progress, asking.reading))
+    runs = {run.name: run for run in found if isinstance(run, MeasuredRun)}
+    lines = [run for run in found if isinstance(run, str)]
+    refuse(*((name not in runs, f"run: no run {name} can be used; there are {', '.join(runs) or 'none'}")
+             for name in names))  # fmt: skip
+    rows, plain, table = list[dict[str, Any]](), dict[str, Any](), list[list[Any]]()
+    for number, (name, run) in enumerate((name, run) for name, run in runs.items() if name in names or not names):
+        asking.progress(number / max(len(runs), 1), name)
+        instants = list[Instant]()
+        try:
+            instants.extend(_late(one, robot) for one in follower.follow(run))
+        except StepFailed as reason:
+            lines.append(f"{name}: lost after {instants[-1].time if instants else 0.0:.2f} s: {reason}")
+        if instants:
+            rows += [_row(name, one) for one in instants]
+            plain[name] = _plain(instants, run)
+            table.append([name, *(f"{value:.3g}" for value in plain[name].values())])
+    if not plain:
+        raise NotIdentified(f"no run can be followed: {'; '.join(lines[:3]) or 'there is none'}")
+    columns = ["run", "steps", "samples", "innovation, sd", f"strikes forecast {AHEAD_S:g} s ahead", "of these inside",
+               "error, ms", "half width, ms"]  # fmt: skip
+    return Answer(lines=lines, tables=[("Runs followed, strikes with 95 % intervals", columns, table)],
+                  plain={"runs": plain, "states": rows}, rows=rows)  # fmt: skip
+
+
+def _late(one: Instant, robot: robot_file.FittedRobot) -> Instant:
+    """With the next heel strike when it will be found, not when the model has it."""
+    return replace(one, strike=one.strike + robot.late, strike_sd=float(np.hypot(one.strike_sd, robot.late_sd)))
+
+
+def _row(name: str, one: Instant) -> dict[str, Any]:
+    """An instant as a row."""
+    sd = np.sqrt(np.diag(one.covariance))
+    half = len(one.state) // 2
+    entries = LEGS if half == len(LEGS) else LEGS[::2]
+    row: dict[str, Any] = {"run": name, "time_s": one.time, "stance_leg": ("inner", "outer")[one.leg],
+                           "phase": "double stance" if one.double else "single stance"}
+    for place, (key, unit) in enumerate(entries):
+        for title, at, per in ((key, place, ""), (f"{key}_rate", half + place, "_s")):
+            row[f"{title}_{unit}{per}"], row[f"{title}_sd"] = float(one.state[at]), float(sd[at])
+    return {**row, "next_heel_strike_s": one.strike, "next_heel_strike_sd_s": one.strike_sd}
+
+
+def _plain(instants: Sequence[Instant], run: MeasuredRun) -> Mapping[str, Any]:
+    """How well a run was followed: its readings, and the heel strikes that were forecast."""
+    errors, widths = [], []
+    for strike in run.strikes:
+        before = [one for one in instants if strike - 2 * AHEAD_S < one.time < strike - AHEAD_S]
+        if before:
+            half = HALF_WIDTH * before[-1].strike_sd
+            errors.append(before[-1].strike - strike)
+            widths.append(half)
+    size = np.sqrt(np.nanmean([one.surprise for one in instants]))
+    return {"steps": int(sum(one.leg != other.leg for one, other in pairwise(instants))),
+            "samples": len(instants), "innovation_in_sigmas": float(size), "strikes_forecast": len(errors),
+            "strikes_inside": int((np.abs(errors) <= widths).sum()), "error_ms": 1e3 * rms(errors),
+            "half_width_ms": 1e3 * float(np.median(widths)) if widths else math.nan}  # fmt: skip
+
+
+def rms(values: Sequence[float]) -> float:
+    """Root mean square; NaN of none."""
+    return math.sqrt(float(np.mean(np.square(values)))) if len(values) else math.nan

@@ -1,0 +1,43 @@
+"""`follow`: the state of a fitted robot while it walks, and its next heel strike, from its sensors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stages.biped.question import Answer, Asking, Question, option
+
+if TYPE_CHECKING:
+    from stages.calibration.parameters import Parameters
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of `follow`."""
+
+    source: str = option("-", "The recordings: a database of the ingest's", metavar="FILE", positional=True)
+    robot: str = option("-", "The folder that calibrate --into left", name="as", metavar="FOLDER")
+    runs: tuple[str, ...] = option("-", "Follow only the run of this name; repeatable", name="run", default=())
+
+
+def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
+    """Follow the runs. Raises WrongOption, NoGait, NotIdentified."""
+    from stages.calibration.following.report import followed
+
+    return followed(parameters, Path(options.source), Path(options.robot), options.runs, asking)
+
+
+QUESTION = Question(
+    "follow",
+    """Tell the state of a robot while it walks, after each sample of its hip sensor and from nothing later.
+
+    SOURCE is an SQLite file as `ingest` reads and writes it, with a hip and a foot sensor; the robot is the one that
+    calibrate --into left. Each row of --csv has the state with its standard errors, the phase, and when the next heel
+    strike comes. A run is followed from its second mid-stance on. It ends with 3 if no run can be followed.
+    """,
+    Options,
+    ask,
+    examples=("bipedstudy follow lab.sqlite --as robot", "bipedstudy follow lab.sqlite --as robot --csv > states.csv"),
+    rows=True,
+)

@@ -1,0 +1,163 @@
+"""A robot that is followed: its state, held against the walk that the recording was made from, and its file."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from stages.biped.question import WrongOption
+from stages.calibration.estimation.run_fit import design_sizes
+from stages.calibration.following import robot_file
+from stages.calibration.following.follower import Follower, between
+from stages.calibration.following.robot_file import FittedRobot
+from stages.calibration.information.identifiability import SLOPE, first_model
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, usable
+from stages.calibration.observation.prediction import predict, sample_times, walk
+from tests.calibration.runs import DESIGN, PARAMETERS, SETTINGS, disturbed
+
+#: Spread of a robot's parameters about what a fit found, in usual changes (3 % of each).
+KNOWN_TO = 0.02
+
+
+def model():
+    """What is not known of a run whose sensors have been fitted before."""
+    names = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
+             "biped.stiffness", "biped.damping")  # fmt: skip
+    found = first_model(DESIGN, names, PARAMETERS)
+    sd = design_sizes(DESIGN, found.of_design) * KNOWN_TO
+    d = len(found.shared)
+    mounting = np.array([[0.0, 1e-3], [0.0, 0.03]])
+    robot = FittedRobot(DESIGN, found.shared, np.diag(sd[:d] ** 2), found.own, sd[d:], mounting, 1.0, 1.0, 0.0, 1e-3)
+    return robot, robot.model(found)
+
+
+def made(seed, steps):
+    """A run of a robot that was drawn, its design, and its unknowns."""
+    robot, fitted = model()
+    rng = np.random.default_rng(seed)
+    design = DESIGN.with_values(dict(zip(
+        fitted.of_design, rng.multivariate_normal([DESIGN.value(name) for name in fitted.of_design], robot.of_design()),
+        strict=True)))
+    layout = fitted.layout
+    unknowns = layout.middle + np.where(np.isfinite(layout.prior), layout.prior, layout.sizes) * rng.normal(
+        size=len(layout.names))
+    unknowns[layout.place("mid_stance")] = layout.middle[layout.place("mid_stance")]
+    _, _, sampling = disturbed(seed, steps)
+    found = predict(design, (), unknowns, layout, sampling, 1e-9)
+    strikes = np.concatenate([[0.0], found.strikes[:, 0]])
+    strikes = strikes[strikes <= sampling.hip[-1]]
+    samples = {side: found.samples[side][:, :, 0] + rng.normal(size=(len(sampling.of(side)), 3)) * fitted.noise
+               for side in SIDES}  # fmt: skip
+    first = float(sampling.hip[0])
+    used = {side: usable(sampling.of(side), strikes, first, SETTINGS.before_strike_s, SETTINGS.after_strike_s)
+            for side in SIDES}  # fmt: skip
+    slope = design.value(SLOPE)
+    run = MeasuredRun(f"drawn {seed}", sampling, samples, used, strikes, {SLOPE: (slope + 0.05 * rng.normal(), 0.05)})
+    return run, design, unknowns
+
+
+def follower():
+    robot, fitted = model()
+    return Follower(DESIGN, fitted, robot.of_design(), SETTINGS.settling_s)
+
+
+def errors(seed, steps):
+    """Normalised squared errors of the states of a run, by component and of all together; strikes inside their 95 %
+    intervals a tenth of a second before, of how many; and innovations."""
+    run, design, unknowns = made(seed, steps)
+    instants = list(follower().follow(run))
+    times = np.array([one.time for one in instants])
+    truth, lie = walk(design, (), unknowns, model()[1].layout, run.sampling, run.duration, 1e-9).states(times)
+    same = [(one, state[:, 0]) for one, state, stretch in zip(instants, truth, lie, strict=True)
+            if stretch.stance_leg == one.leg]  # fmt: skip
+    off = [one.state - state for one, state in same]
+    alone = [error**2 / np.diag(one.covariance) for error, (one, _) in zip(off, same, strict=True)]
+    joint = [error @ np.linalg.solve(one.covariance, error) / error.size
+             for error, (one, _) in zip(off, same, strict=True)]  # fmt: skip
+    inside = []
+    for strike in run.strikes:
+        before = [one for one in instants if strike - 0.2 < one.time < strike - 0.1]
+        inside += [abs(before[-1].strike - strike) < 1.96 * before[-1].strike_sd] if before else []
+    return np.mean(alone, axis=0), float(np.mean(joint)), inside, float(np.nanmean([one.surprise for one in instants]))
+
+
+def test_the_next_mid_stance_takes_the_starts_place_with_exact_derivatives():
+    """The walk goes on from there as it did, and what it is by the start and the design agrees with differences."""
+    run, design, unknowns = made(1, 5)
+    fitted = model()[1]
+    names, layout = fitted.of_design, fitted.layout
+
+    def onwards(values, start):
+        there = design.with_values(dict(zip(names, map(float, values), strict=True)))
+        return walk(there, names, start, layout, run.sampling, 0.7, 1e-11)
+
+    values = np.array([design.value(name) for name in names])
+    begun = onwards(values, unknowns)
+    rows = begun.next_start()
+    later = unknowns.copy()
+    later[: layout.free], later[layout.place("mid_stance")] = rows[:-1, 0], rows[-1, 0]
+    sampling = dataclasses.replace(run.sampling, first_leg=1 - run.sampling.first_leg)
+    times = rows[-1, 0] + np.array([0.06, 0.1])
+    np.testing.assert_allclose(walk(design, names, later, layout, sampling, 0.2, 1e-11).states(times)[0][:, :, 0],
+                               begun.states(times)[0][:, :, 0], atol=1e-6)
+    whole = np.concatenate([values, unknowns])
+    sizes = np.concatenate([design_sizes(design, names), layout.sizes])
+    for place in (0, 2, len(names) - 1, len(names), len(names) + 3):
+        ends = []
+        for sign in (1, -1):
+            moved = whole.copy()
+            moved[place] += sign * 1e-4 * sizes[place]
+            ends.append(onwards(moved[: len(names)], moved[len(names) :]).next_start()[:, 0])
+        np.testing.assert_allclose(rows[:, 1 + place], (ends[0] - ends[1]) / (2e-4 * sizes[place]), rtol=1e-5,
+                                   atol=1e-5 * np.abs(rows[:, 1 + place]).max())  # fmt: skip
+
+
+def test_a_state_is_known_as_well_as_it_says():
+    """Two runs: the mean over many is one, that of a single run may be a few times as large."""
+    found = [errors(seed, 8) for seed in (1, 2)]
+    assert all(np.all(alone < 9.0) and joint < 4.0 for alone, joint, *_ in found)
+    assert sum(sum(inside) for *_, inside, _ in found) >= 0.75 * sum(len(inside) for *_, inside, _ in found) > 4
+    assert [innovation for *_, innovation in found] == pytest.approx([1.0, 1.0], abs=0.15)
+
+
+@pytest.mark.slow
+def test_over_many_runs_errors_have_the_size_that_is_said():
+    found = [errors(seed, 12) for seed in range(200, 240)]
+    inside = [one for *_, each, _ in found for one in each]
+    assert 0.7 < np.mean([joint for _, joint, *_ in found]) < 1.4
+    assert 0.88 < np.mean(inside) < 0.99
+
+
+def test_only_samples_up_to_a_time_tell_of_it():
+    """What comes later is taken away, and nothing before it changes."""
+    run, _, _ = made(3, 7)
+    whole = list(follower().follow(run))
+    part = list(follower().follow(run.upto(whole[len(whole) // 2].time + 0.3)))
+    assert len(part) > 40
+    for one, other in zip(part, whole, strict=False):
+        assert one.time == other.time and np.array_equal(one.state, other.state) and one.strike == other.strike
+
+
+def test_a_window_has_the_samples_in_it():
+    run, _, _ = made(1, 5)
+    part = between(run, 0.7, 1.1)
+    taken = sample_times(dict.fromkeys(model()[1].layout.names, 0.0), part.sampling)
+    assert all(len(part.samples[side]) == len(taken[side]) == 40 for side in SIDES)
+
+
+def test_a_robot_is_read_as_it_was_left_and_one_that_was_changed_is_refused(tmp_path):
+    robot, _ = model()
+    file = tmp_path / robot_file.NAME
+    file.write_bytes(robot.content())
+    again = robot_file.read(tmp_path)
+    assert again.content() == robot.content() and again.design == robot.design
+    changed = json.loads(robot.content())
+    changed["biped"]["hip_mass"] = 0.4
+    for content, sentence in ((json.dumps(changed), "was changed"), ("{", "is no fitted"), ("[]", "is no fitted")):
+        file.write_text(content)
+        with pytest.raises(WrongOption, match=sentence):
+            robot_file.read(tmp_path)
+    file.unlink()
+    with pytest.raises(WrongOption, match=r"has no robot\.json, which calibrate --into leaves; fit the robot again"):
+        robot_file.read(tmp_path)
