@@ -150,7 +150,7 @@ def _program(run: Run) -> Row:
 
 
 def _package(name: str, version: str) -> Row:
-    address = "https://www.python.org/" if name == "python" else f"https://pypi.org/project/{name}/{version}/"
+    address = f"pkg:{'generic' if name == 'python' else 'pypi'}/{name}@{version}"  # a package URL, which names no host
     return {"@id": address, "@type": "SoftwareApplication", "name": name, "url": address, "softwareVersion": version}
 
 
