@@ -112,8 +112,8 @@ OF_WALKING = re.compile(r"gait|hips?\b|heel|stance|foot|penalty|twin|walk|biped"
 
 def test_the_engine_knows_nothing_of_walking():
     listed = subprocess.run(["git", "ls-files", "pipeline"], cwd=ROOT, text=True, capture_output=True).stdout.split()
-    files = [ROOT / name for name in listed if not name.startswith("pipeline/face/")]
-    files = [path for path in files or (ROOT / "pipeline").rglob("*.py") if path.is_file()]
+    files = [ROOT / name for name in listed] or [*(ROOT / "pipeline").rglob("*.py")]  # a release has no git
+    files = [path for path in files if path.is_file() and ROOT / "pipeline/face" not in path.parents]
     assert len(files) > 50
     found = [
         f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
