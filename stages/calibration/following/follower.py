@@ -83,19 +83,19 @@ class Follower:
     def follow(self, run: MeasuredRun) -> Iterator[Instant]:
         """All that is known of a run from its second mid-stance on. Raises StepFailed where it cannot be followed."""
         belief, near = self.begin(run)
-        at: Vector | None = near
+        at = near
         period = float(np.diff(run.strikes).mean())
         since = first = self._mid_stance(belief.mean) + self.settling
         while True:
-            ahead = self._mid_stance(self._onwards(at if at is not None else belief.mean, belief.leg, run, period)[0])
-            until = ahead + self.settling
+            walked = self._walked(at, belief.leg, run, period)
+            until = self._mid_stance(self._onwards(at, walked)[0]) + self.settling
             if until > run.duration:
                 return
-            instants, following = self.step(belief, between(run, since, until), period, at)
+            instants, following = self.step(belief, between(run, since, until), period, at, walked)
             if since > first:
                 yield from instants
             period = self._mid_stance(following.mean) - self._mid_stance(belief.mean)
-            belief, at, since = following, None, until
+            belief, at, since = following, following.mean, until
 
     def begin(self, run: MeasuredRun) -> tuple[Belief, Vector]:
         """What is known at the first mid-stance before its samples are seen, and unknowns (n,) near those of its walk.
@@ -119,15 +119,14 @@ class Follower:
         return Belief(np.concatenate([mean, middle]), whole, run.sampling.first_leg), at
 
     def step(
-        self, belief: Belief, run: MeasuredRun, period: float, at: Vector | None = None
+        self, belief: Belief, run: MeasuredRun, period: float, at: Vector, walked: Walked
     ) -> tuple[list[Instant], Belief]:
         """Follow one step, whose samples `run` has: an instant for each, and what is known at the next mid-stance.
 
-        A step lasts about `period` [s]; it is linearised `at` unknowns (n,) first. Raises StepFailed where the walker
-        does not get there.
+        A step lasts about `period` [s]; it is linearised first `at` unknowns (n,), which have `walked` so. Raises
+        StepFailed where the walker does not get there.
         """
-        at, instants = belief.mean if at is None else at, list[Instant]()
-        walked = self._walked(at, belief.leg, run, period)
+        instants = list[Instant]()
         for again in range(AGAIN):
             one = Pass(self, belief, at, walked, run)
             found = list(one.instants())
@@ -136,7 +135,7 @@ class Follower:
             at, walked = self._nearer(at, moved, belief.leg, run, period)
             if np.all(np.abs(moved) <= MOVED * size):
                 break
-        mean, grown = self._onwards(at, belief.leg, run, period)
+        mean, grown = self._onwards(at, walked)
         covariance = grown @ one.covariance @ grown.T
         return instants, Belief(mean, 0.5 * (covariance + covariance.T), 1 - belief.leg)
 
@@ -158,9 +157,8 @@ class Follower:
     def _mid_stance(self, at: Vector) -> float:
         return float(at[len(self.model.of_design) + self.model.layout.place("mid_stance")])
 
-    def _onwards(self, at: Vector, leg: int, run: MeasuredRun, period: float) -> tuple[Vector, np.ndarray]:
+    def _onwards(self, at: Vector, walked: Walked) -> tuple[Vector, np.ndarray]:
         """The unknowns at the next mid-stance, and their derivatives (n, n) by those at this one."""
-        walked = self._walked(at, leg, run, period)
         o, layout = len(self.model.of_design), self.model.layout
         rows = walked.next_start()
         mean, grown = at.copy(), np.eye(len(at))

@@ -20,13 +20,13 @@ from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import read_runs
+from stages.calibration.result import HALF_WIDTH
 
 #: Names of the state's entries with their units; rigid legs have no lengths.
 LEGS = (("stance_leg_angle", "rad"), ("stance_leg_length", "m"), ("leg_opening_angle", "rad"),
         ("swing_leg_length", "m"))  # fmt: skip
 #: Before a heel strike its forecast is held against the measured one so long [s].
 AHEAD_S = 0.1
-HALF_WIDTH = 1.96
 
 
 def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
