@@ -14,7 +14,7 @@ from stages.calibration.information.identifiability import free_names
 from stages.calibration.observation import stretches
 from stages.calibration.observation.measured_run import mid_stance
 from stages.calibration.observation.prediction import predict
-from stages.calibration.observation.signals import Piece, filtered
+from stages.calibration.observation.signals import LowPass, Piece
 from tests.calibration.runs import DESIGN, disturbed, gait
 
 #: A little longer on the other leg, with frames, and the plain one with legs that may differ.
@@ -130,7 +130,7 @@ def test_an_impact_is_felt_as_its_impulse():
     piece = Piece(start, lasting, edges, signals, np.array([[0.7]]))
     after = Piece(lasting, lasting, edges, signals, np.zeros((1, 1)))
     times = np.arange(0.4, 0.95, 4e-6)
-    shown = filtered([piece, after], [0], 40.0, times)[0][:, 0, 0]
+    shown = LowPass([piece, after], [0], 40.0).read(times)[0][:, 0, 0]
     assert np.abs(shown[times < 0.5]).max() == 0.0
     assert np.trapezoid(shown, times) == pytest.approx(0.7, rel=1e-6)
 

@@ -1,4 +1,4 @@
-"""The state of a robot while it walks, from the sensors at its hip and foot: a Kalman filter over step after step.
+"""A fitted robot that is followed: how it walks with what is thought of it, and what is thought at first.
 
 What is not known, in the order of `Model.names`: the design, the start of the step at its mid-stance, and the errors of
 the sensors. They are constants of the step, of which each sample tells something; the state at any time follows from
@@ -9,8 +9,9 @@ Estimation with Applications to Tracking and Navigation (2001), 11.4, on the ite
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -19,10 +20,11 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.run_fit import Model, fit_run
+from stages.calibration.following.present import Instant
+from stages.calibration.following.step import Belief, Sample, Step
 from stages.calibration.information.identifiability import SLOPE
-from stages.calibration.observation.measured_run import SIDES, MeasuredRun
-from stages.calibration.observation.prediction import Walked, sample_times, walk
-from stages.calibration.observation.stretches import Stretch
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling
+from stages.calibration.observation.prediction import Walked, walk
 
 #: A step is linearised again, at most so often, where its mean moved by more than this share of its errors.
 AGAIN, MOVED = 6, 0.05
@@ -30,41 +32,14 @@ AGAIN, MOVED = 6, 0.05
 AHEAD = 1.2
 #: A change of the unknowns with which the robot falls is halved so often at most.
 HALVED = 5
-#: A state is solved for to this share of its units, which counts where sensors and damping leave less open.
-SOLVED = 1e-5
-#: So many standard errors of its time from an event a state may be before or after it.
-NEAR = 4.0
+#: Walks are solved to this: of a state, sensors and dampers leave less open than a calibration's tolerance.
+TOLERANCE = 1e-9
 #: What has no prior begins with so many of its usual changes for a standard deviation.
 OPEN = 10.0
-
-
-@dataclass(frozen=True)
-class Belief:
-    """What is known of the unknowns (n,) of `Model.names` at a step's mid-stance: `mean` (n,) and `covariance` (n, n)
-    in SI units, and the leg that stands."""
-
-    mean: Vector
-    covariance: np.ndarray
-    leg: int
-
-
-@dataclass(frozen=True)
-class Instant:
-    """What is known right after a sample of the hip, at `time` [s] on the run's clock, from samples up to that time.
-
-    The state (size,) in SI units with its `covariance`, the leg that stands, whether both bear, and when the next heel
-    strike comes with its standard error [s]. `surprise` is the mean square of the readings' innovations, in their own
-    standard deviations; NaN without a reading.
-    """
-
-    time: float
-    state: Vector
-    covariance: np.ndarray
-    leg: int
-    double: bool
-    strike: float
-    strike_sd: float
-    surprise: float
+#: So long after a step's last sample it is settled [s], of samples that come every hundredth.
+LATER = 0.1
+#: Without samples a run is walked for so many steps, and then lost.
+BLIND = 4.0
 
 
 @dataclass(frozen=True)
@@ -72,30 +47,24 @@ class Follower:
     """Follows runs of the robot `design`; what the model looks for has the errors of a `Belief`.
 
     `covariance` (o, o) is that of the design's parameters `model.of_design`. Samples count from `settling` [s] after a
-    mid-stance on, when the low pass has forgotten that its walk began there.
+    mid-stance on, when the low pass has forgotten that its walk began there; and not from `before` to `after` a heel
+    strike [s].
     """
 
     design: DesignPoint
     model: Model
     covariance: np.ndarray
     settling: float
+    before: float
+    after: float
 
     def follow(self, run: MeasuredRun) -> Iterator[Instant]:
         """All that is known of a run from its second mid-stance on. Raises StepFailed where it cannot be followed."""
-        belief, near = self.begin(run)
-        at = near
-        period = float(np.diff(run.strikes).mean())
-        since = first = self._mid_stance(belief.mean) + self.settling
-        while True:
-            walked = self._walked(at, belief.leg, run, period)
-            until = self._mid_stance(self._onwards(at, walked)[0]) + self.settling
-            if until > run.duration:
-                return
-            instants, following = self.step(belief, between(run, since, until), period, at, walked)
-            if since > first:
-                yield from instants
-            period = self._mid_stance(following.mean) - self._mid_stance(belief.mean)
-            belief, at, since = following, following.mean, until
+        track = Track(self, run, {side: run.sampling.of(side) for side in SIDES})
+        for sample in samples_of(run):
+            instant = track.take(sample)
+            if instant is not None:
+                yield instant
 
     def begin(self, run: MeasuredRun) -> tuple[Belief, Vector]:
         """What is known at the first mid-stance before its samples are seen, and unknowns (n,) near those of its walk.
@@ -118,46 +87,30 @@ class Follower:
         whole = block_diag(covariance, np.diag(prior**2))
         return Belief(np.concatenate([mean, middle]), whole, run.sampling.first_leg), at
 
-    def step(
-        self, belief: Belief, run: MeasuredRun, period: float, at: Vector, walked: Walked
-    ) -> tuple[list[Instant], Belief]:
-        """Follow one step, whose samples `run` has: an instant for each, and what is known at the next mid-stance.
-
-        A step lasts about `period` [s]; it is linearised first `at` unknowns (n,), which have `walked` so. Raises
-        StepFailed where the walker does not get there.
-        """
-        instants = list[Instant]()
-        for again in range(AGAIN):
-            one = Pass(self, belief, at, walked, run)
-            found = list(one.instants())
-            instants = instants if again else found
-            moved, size = one.mean - at, np.sqrt(np.diag(one.covariance))
-            at, walked = self._nearer(at, moved, belief.leg, run, period)
-            if np.all(np.abs(moved) <= MOVED * size):
-                break
-        mean, grown = self._onwards(at, walked)
-        covariance = grown @ one.covariance @ grown.T
-        return instants, Belief(mean, 0.5 * (covariance + covariance.T), 1 - belief.leg)
-
-    def _nearer(self, at: Vector, moved: Vector, leg: int, run: MeasuredRun, period: float) -> tuple[Vector, Walked]:
-        """The unknowns after a step `moved` (n,), or after the largest of its halves with which the robot walks."""
-        for halved in range(HALVED):
-            with contextlib.suppress(StepFailed):
-                return at + moved / 2**halved, self._walked(at + moved / 2**halved, leg, run, period)
-        raise StepFailed("no robot near this one walks as the samples say")
-
-    def _walked(self, at: Vector, leg: int, run: MeasuredRun, period: float) -> Walked:
+    def walked(self, at: Vector, leg: int, sampling: Sampling, period: float) -> Walked:
+        """A step of about a `period` [s], which begins on a leg, and what follows. Raises StepFailed where it falls."""
         o = len(self.model.of_design)
         there = self.design.with_values(dict(zip(self.model.of_design, map(float, at[:o]), strict=True)))
         if not there.is_legal():
             raise StepFailed("the robot has no such design")
-        return walk(there, self.model.of_design, at[o:], self.model.layout, replace(run.sampling, first_leg=leg),
-                    AHEAD * period, self.model.tolerance)  # fmt: skip
+        return walk(there, self.model.of_design, at[o:], self.model.layout, replace(sampling, first_leg=leg),
+                    AHEAD * period, TOLERANCE)  # fmt: skip
 
-    def _mid_stance(self, at: Vector) -> float:
+    def nearer(
+        self, at: Vector, moved: Vector, leg: int, sampling: Sampling, period: float
+    ) -> tuple[Vector, Walked]:
+        """The unknowns after a step `moved` (n,), or after the largest of its halves with which the robot walks."""
+        for halved in range(HALVED):
+            with contextlib.suppress(StepFailed):
+                there = at + moved / 2**halved
+                return there, self.walked(there, leg, sampling, period)
+        raise StepFailed("no robot near this one walks as the samples say")
+
+    def mid_stance(self, at: Vector) -> float:
+        """The time of mid-stance [s] in unknowns (n,)."""
         return float(at[len(self.model.of_design) + self.model.layout.place("mid_stance")])
 
-    def _onwards(self, at: Vector, walked: Walked) -> tuple[Vector, np.ndarray]:
+    def onwards(self, at: Vector, walked: Walked) -> tuple[Vector, np.ndarray]:
         """The unknowns at the next mid-stance, and their derivatives (n, n) by those at this one."""
         o, layout = len(self.model.of_design), self.model.layout
         rows = walked.next_start()
@@ -167,67 +120,88 @@ class Follower:
         return mean, grown
 
 
-def between(run: MeasuredRun, since: float, until: float) -> MeasuredRun:
-    """The samples of a run from `since` [s] to before `until`."""
-    kept = {side: (run.sampling.of(side) >= since) & (run.sampling.of(side) < until) for side in SIDES}
-    hip, foot = (run.sampling.of(side)[kept[side]] for side in SIDES)
-    return replace(run, sampling=replace(run.sampling, hip=hip, foot=foot),
-                   samples={side: run.samples[side][kept[side]] for side in SIDES},
-                   used={side: run.used[side][kept[side]] for side in SIDES})  # fmt: skip
+class Track:
+    """A run that is followed from its first heel strikes on, one sample after another; the times of those that are
+    `coming` (m,) [s] may be known, by side.
+
+    A step is walked before its first sample, so that none waits for it. After its last one it is linearised again, a
+    part with each of the next samples, which it answers meanwhile; then the next step takes these once more. Raises
+    StepFailed where the run cannot be followed.
+    """
+
+    def __init__(
+        self, follower: Follower, run: MeasuredRun, coming: Mapping[str, Vector] = MappingProxyType({})
+    ) -> None:
+        self._follower, self._sampling, self._coming = follower, run.sampling, coming
+        self._waiting = list[Sample]()
+        self._work: Iterator[None] | None = None
+        self._period = float(np.diff(run.strikes[:3]).mean())
+        belief, at = follower.begin(run)
+        self._first = self._until = follower.mid_stance(belief.mean) + follower.settling
+        self._enter(belief, at)
+        self._told_from = self._until
+
+    def take(self, sample: Sample) -> Instant | None:
+        """What is known after a sample of the hip, from the second mid-stance on."""
+        if sample.time < self._first:
+            return None
+        self._route(sample)
+        told = sample.side == SIDES[0] and sample.time >= self._told_from
+        return self._step.instant(sample.time) if told else None
+
+    def _route(self, sample: Sample) -> None:
+        """Give a sample to its step, and go on to the next one where it is beyond."""
+        if sample.time < self._until:
+            self._give(sample)
+            return
+        if sample.time > self._until + BLIND * self._period:
+            raise StepFailed(f"there are no samples for {sample.time - self._until:.2f} s")
+        self._waiting.append(sample)
+        self._work = self._work or self._settle()
+        far = sample.time > self._step.ends
+        if far or (sample.side == SIDES[0] and next(self._work, self) is self):
+            list(self._work)
+            waiting, self._waiting, self._work = self._waiting, [], None
+            for one in waiting:
+                self._route(one)
+        else:
+            self._give(sample, kept=False)
+
+    def _give(self, sample: Sample, kept: bool = True) -> None:
+        """Let the step take a sample, which does not count near a heel strike."""
+        near = self._step.is_near_a_strike(sample.time, self._follower.before, self._follower.after)
+        self._step.take(replace(sample, used=sample.used & (not near)), kept)
+
+    def _settle(self) -> Iterator[None]:
+        """Linearise the step about what all its samples tell, and enter the next one, in parts of like work."""
+        follower, step, at = self._follower, self._step, self._at
+        mean = step.mean.copy()
+        for _ in range(AGAIN):
+            at, walked = follower.nearer(at, mean - at, step.leg, self._sampling, self._period)
+            yield
+            known = step.again(at, walked)
+            yield
+            mean = known.mean
+            if np.all(np.abs(mean - at) <= MOVED * np.sqrt(np.diag(known.covariance))):
+                break
+        found, grown = follower.onwards(at, walked)
+        mean, covariance = found + grown @ (mean - at), grown @ known.covariance @ grown.T
+        self._period = follower.mid_stance(mean) - follower.mid_stance(at)
+        self._enter(Belief(mean, 0.5 * (covariance + covariance.T), 1 - step.leg), mean)
+
+    def _enter(self, belief: Belief, at: Vector) -> None:
+        """Walk a step with the unknowns `at` (n,)."""
+        walked = self._follower.walked(at, belief.leg, self._sampling, self._period)
+        self._at = at
+        follower, since = self._follower, self._until
+        self._until = follower.mid_stance(follower.onwards(at, walked)[0]) + follower.settling
+        coming = {side: times[(times >= since) & (times < self._until + LATER)]
+                  for side, times in self._coming.items()}
+        self._step = Step(follower.model, self._sampling, belief, at, walked, TOLERANCE, coming)
 
 
-class Pass:
-    """The samples of one step, one after another, linearised at the unknowns `at` (n,)."""
-
-    def __init__(self, follower: Follower, belief: Belief, at: Vector, walked: Walked, run: MeasuredRun) -> None:
-        self._follower, self._at, self._walked, self._run = follower, at, walked, run
-        self.mean, self.covariance = belief.mean.copy(), belief.covariance.copy()
-        self._strikes, self._turns = walked.strikes(), walked.turns()
-
-    def instants(self) -> Iterator[Instant]:
-        """Take the samples as they were taken, and say what is known after each of the hip's."""
-        run, model, noise = self._run, self._follower.model, np.asarray(self._follower.model.noise)
-        found = self._walked.samples(run.sampling, sample_times(self._walked.value, run.sampling))
-        order = sorted((float(time), side, number)
-                       for side in SIDES for number, time in enumerate(run.sampling.of(side)))
-        states, lie = self._walked.states(run.sampling.hip)
-        surprise, count = 0.0, 0
-        for time, side, number in order:
-            used = run.used[side][number]
-            if used.any():
-                left = (run.samples[side][number] - found[side][number, :, 0])[used]
-                surprise += self._take(left, found[side][number, :, 1:][used], noise[used], model.robust)
-                count += int(used.sum())
-            if side == "hip":
-                yield self._instant(time, states[number], lie[number], surprise / count if count else np.nan)
-                surprise, count = 0.0, 0
-
-    def _take(self, left: Vector, rows: np.ndarray, noise: Vector, robust: float) -> float:
-        """Take readings (r,) less what they should have been at the linearisation, and their derivatives (r, n)."""
-        innovation = left - rows @ (self.mean - self._at)
-        across = self.covariance @ rows.T
-        expected = rows @ across + np.diag(noise**2)
-        size = np.abs(innovation) / np.sqrt(np.diag(expected))
-        expected += np.diag(noise**2 * np.maximum(size / robust - 1.0, 0.0))  # Huber's: what is far off pulls less
-        gain = np.linalg.solve(expected, across.T).T
-        self.mean = self.mean + gain @ innovation
-        self.covariance = self.covariance - gain @ across.T
-        self.covariance = 0.5 * (self.covariance + self.covariance.T)
-        return float(size @ size)
-
-    def _instant(self, time: float, state: np.ndarray, stretch: Stretch, surprise: float) -> Instant:
-        moved, by = self.mean - self._at, state[:, 1:]
-        spread = by @ self.covariance @ by.T + np.diag((SOLVED * self._walked.walker.scales()) ** 2)
-        for when, jump in zip(*self._turns, strict=True):  # it may be on the other side of an event near by
-            sd = self._sd(when)
-            if abs(when[0] + when[1:] @ moved - time) < NEAR * sd:
-                spread += np.outer(jump, jump) * sd**2
-        coming = self._strikes[:, 0] + self._strikes[:, 1:] @ moved
-        following = int(np.argmax(coming > time)) if (coming > time).any() else -1
-        strike = (float(coming[following]), self._sd(self._strikes[following])) if following >= 0 else (np.nan, np.nan)
-        return Instant(
-            time, state[:, 0] + by @ moved, spread, stretch.stance_leg, stretch.double, *strike, surprise)
-
-    def _sd(self, time: Vector) -> float:
-        """Standard error [s] of a time with its derivatives (1 + n,)."""
-        return float(np.sqrt(time[1:] @ self.covariance @ time[1:]))
+def samples_of(run: MeasuredRun) -> Iterator[Sample]:
+    """The samples of a run in the order of time, the foot's first where both have the same."""
+    order = sorted((float(time), side, number) for side in SIDES for number, time in enumerate(run.sampling.of(side)))
+    for time, side, number in order:
+        yield Sample(time, side, run.samples[side][number], run.used[side][number])

@@ -15,7 +15,8 @@ from stages.analytic.errors import StepFailed
 from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import robot_file
-from stages.calibration.following.follower import Follower, Instant
+from stages.calibration.following.follower import Follower
+from stages.calibration.following.present import Instant
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
@@ -25,8 +26,8 @@ from stages.calibration.result import HALF_WIDTH
 #: Names of the state's entries with their units; rigid legs have no lengths.
 LEGS = (("stance_leg_angle", "rad"), ("stance_leg_length", "m"), ("leg_opening_angle", "rad"),
         ("swing_leg_length", "m"))  # fmt: skip
-#: Before a heel strike its forecast is held against the measured one so long [s].
-AHEAD_S = 0.1
+#: Forecasts of heel strikes are held against the measured ones from so long before on, in steps.
+AHEAD = 0.2
 
 
 def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
@@ -34,7 +35,8 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
     robot = robot_file.read(folder)
     settings = parameters.settings
     model = robot.model(first_model(robot.design, (*robot.names, *robot.own), parameters))
-    follower = Follower(robot.design, model, robot.of_design(), settings.settling_s)
+    follower = Follower(robot.design, model, robot.of_design(), settings.settling_s, settings.before_strike_s,
+                        settings.after_strike_s)  # fmt: skip
     found = list(read_runs(source, robot.design, model, parameters, asking.progress, asking.reading))
     runs = {run.name: run for run in found if isinstance(run, MeasuredRun)}
     lines = [run for run in found if isinstance(run, str)]
@@ -54,7 +56,7 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
             table.append([name, *(f"{value:.3g}" for value in plain[name].values())])
     if not plain:
         raise NotIdentified(f"no run can be followed: {'; '.join(lines[:3]) or 'there is none'}")
-    columns = ["run", "steps", "samples", "innovation, sd", f"strikes forecast {AHEAD_S:g} s ahead", "of these inside",
+    columns = ["run", "steps", "samples", "innovation, sd", f"strikes forecast {AHEAD:g} step ahead", "of these inside",
                "error, ms", "half width, ms"]  # fmt: skip
     return Answer(lines=lines, tables=[("Runs followed, strikes with 95 % intervals", columns, table)],
                   plain={"runs": plain, "states": rows}, rows=rows)  # fmt: skip
@@ -80,9 +82,9 @@ def _row(name: str, one: Instant) -> dict[str, Any]:
 
 def _plain(instants: Sequence[Instant], run: MeasuredRun) -> Mapping[str, Any]:
     """How well a run was followed: its readings, and the heel strikes that were forecast."""
-    errors, widths = [], []
+    errors, widths, ahead = [], [], AHEAD * float(np.median(np.diff(run.strikes)))
     for strike in run.strikes:
-        before = [one for one in instants if strike - 2 * AHEAD_S < one.time < strike - AHEAD_S]
+        before = [one for one in instants if strike - 2 * ahead < one.time < strike - ahead]
         if before:
             half = HALF_WIDTH * before[-1].strike_sd
             errors.append(before[-1].strike - strike)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.kinds import natural_lengths
 from stages.analytic.model.walker import Vector, Walker
 from stages.calibration.observation.measured_run import SIDES, STRETCHES, Layout, Sampling, start_scales
-from stages.calibration.observation.signals import SIGNALS, Piece, Sensing, filtered
+from stages.calibration.observation.signals import SIGNALS, LowPass, Piece, Sensing
 from stages.calibration.observation.stretches import Stretch, walk_stretches
 
 #: Columns of a sensor's samples.
@@ -45,12 +45,12 @@ def predict(
 
     Raises StepFailed where the walker does not get to the last sample.
     """
-    taken = sample_times(dict(zip(layout.names, unknowns, strict=True)), sampling)
-    if any(times.size and times[0] < 0.0 for times in taken.values()):
+    found = sample_times(dict(zip(layout.names, unknowns, strict=True)), sampling)
+    if any(times.size and times[0] < 0.0 for times in found.values()):
         raise StepFailed("the first sample is before mid-stance")
-    last = max((float(times[-1]) for times in taken.values() if times.size), default=0.0)
+    last = max((float(times[-1]) for times in found.values() if times.size), default=0.0)
     walked = walk(design, names, unknowns, layout, sampling, last, tolerance)
-    return Predicted(walked.samples(sampling, taken), walked.strikes())
+    return Predicted(walked.samples(sampling), walked.strikes())
 
 
 @dataclass(frozen=True)
@@ -73,48 +73,45 @@ class Walked:
         """Parameters of the design that are derived by."""
         return len(self.by) - self.layout.free - 2
 
-    def samples(self, sampling: Sampling, taken: Mapping[str, Vector]) -> dict[str, np.ndarray]:
-        """What each side's sensor shows, (m, 3, 1 + d + k), at the rising times `taken` (m,) [s] since mid-stance."""
-        pieces = _pieces(self.stretches, self.sensing, self.by, self.walker.time)
-        bandwidth = sampling.bandwidth_hz * math.exp(self.value["bandwidth"])
-        samples = {}
-        for side in SIDES:
-            shown, rate = filtered(pieces, PLACES[side], bandwidth, taken[side])
-            wide, narrow = (filtered(pieces, PLACES[side], bandwidth * (1.0 + step), taken[side], False)[0][:, :, 0]
-                            for step in (STEP, -STEP))  # by the bandwidth's logarithm: as exact as the step squared
-            found = _read(
-                shown, rate, (wide - narrow) / (2.0 * STEP), self.value, self.layout, side, sampling.of(side))
-            samples[side] = self._as_long(found)
-        return samples
+    def samples(self, sampling: Sampling) -> dict[str, np.ndarray]:
+        """What each side's sensor shows at its times (m,), rising, (m, 3, 1 + d + k)."""
+        return {side: Shown(self, sampling, side).read(sampling.of(side)) for side in SIDES}
+
+    @cached_property
+    def pieces(self) -> list[Piece]:
+        """The stretches as the low pass takes them, in SI units."""
+        return _pieces(self.stretches, self.sensing, self.by, self.walker.time)
 
     def strikes(self) -> np.ndarray:
         """Times of the heel strikes, (s, 1 + d + k) [s], on the run's clock."""
         ends = np.array([one.start + one.duration for one in self.stretches if one.ends_step]).reshape(-1, len(self.by))
         return self._spread(ends * self.by * self.walker.time, np.ones(len(ends)), self.value["mid_stance"])
 
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """How the walk's own columns, and last the time of its first state, change with the unknowns, (c + 1, d + k).
+        """
+        c = len(self.by) - 1
+        found = np.hstack([np.zeros((c + 1, 1)), np.vstack([np.diag(self.by[1:]), np.zeros(c)])])
+        return self._spread(found, np.append(np.zeros(c), 1.0 / self.walker.time))[:, 1:]
+
+    def begins(self) -> tuple[Vector, np.ndarray]:
+        """When each stretch begins, (e,) on the run's clock, and its derivatives by the `columns`, (e, c + 1);
+        dimensionless."""
+        starts = np.array([one.start for one in self.stretches])
+        return (starts[:, 0] + self.value["mid_stance"] / self.walker.time,
+                np.hstack([starts[:, 1:], np.ones((len(starts), 1))]))  # fmt: skip
+
     def states(self, times: Vector) -> tuple[np.ndarray, list[Stretch]]:
         """States (m, size, 1 + d + k) at times (m,) [s] on the run's clock, and the stretch of each. SI units."""
-        since = (times - self.value["mid_stance"]) / self.walker.time
-        begins = [one.start[0] for one in self.stretches]
-        found = np.empty((len(times), self.walker.size, len(self.by)))
-        rates = np.empty(found.shape[:2])
-        lie = [self.stretches[max(number, 0)] for number in np.searchsorted(begins, since, "right") - 1]
-        for row, stretch in enumerate(lie):
-            found[row], rates[row] = stretch.at(since[row] - stretch.start[0])
-            found[row, :, 1:] -= rates[row][:, None] * stretch.start[1:]
-        units = self.walker.scales()
-        found *= units[:, None] * self.by
-        return self._spread(found, -rates * units / self.walker.time), lie
-
-    def turns(self) -> tuple[np.ndarray, np.ndarray]:
-        """Events without an impact: their times, (e, 1 + d + k) [s] on the run's clock, and by what the rates of the
-        state jump there, (e, size). SI units.
-        """
-        pairs = [(one, other) for one, other in pairwise(self.stretches) if not one.ends_step]
-        times = np.array([other.start for _, other in pairs]).reshape(-1, len(self.by)) * self.by * self.walker.time
-        jumps = np.array([other.rates[0, :, 0] - one.rates[-1, :, 0] for one, other in pairs])
-        return (self._spread(times, np.ones(len(times)), self.value["mid_stance"]),
-                jumps.reshape(-1, self.walker.size) * self.walker.scales() / self.walker.time)  # fmt: skip
+        (begins, begins_by), found, lie = self.begins(), [], []
+        for time in times / self.walker.time:
+            number = max(int(np.searchsorted(begins, time, "right")) - 1, 0)
+            state, rate, _ = self.stretches[number].at(time - begins[number])
+            by = np.hstack([state[:, 1:], np.zeros((len(state), 1))]) - np.outer(rate[:, 0], begins_by[number])
+            found.append(self.walker.scales()[:, None] * np.hstack([state[:, :1], by @ self.columns]))
+            lie.append(self.stretches[number])
+        return np.array(found), lie
 
     def next_start(self) -> np.ndarray:
         """The next mid-stance: state without theta, (free, 1 + d + k), as a run's unknowns have it, and then its time.
@@ -128,9 +125,9 @@ class Walked:
                 break
         else:
             raise StepFailed("the walk ends before the next mid-stance")
-        state, rate = stretch.at(at)
-        by_columns = -state[0, 1:] / rate[0]
-        state[:, 1:] += rate[:, None] * by_columns
+        state, rate, _ = stretch.at(at)
+        by_columns = -state[0, 1:] / rate[0, 0]
+        state[:, 1:] += rate[:, :1] * by_columns
         found = state[1:] * self.walker.scales()[1:, None] * self.by
         when = stretch.start * self.by * self.walker.time
         when[0] += at * self.walker.time
@@ -152,13 +149,33 @@ class Walked:
         spread[..., 1 : 1 + d] = found[..., 1 + free : -1]
         spread[..., 1 + d : 1 + d + free] = found[..., 1 : 1 + free]
         spread[..., 1 + d + self.layout.place("mid_stance")] = by_mid_stance
-        return self._as_long(spread)
+        return self.as_long(spread)
 
-    def _as_long(self, found: np.ndarray) -> np.ndarray:
+    def as_long(self, found: np.ndarray) -> np.ndarray:
         """Columns by the design where longer legs are longer at the start too, in place."""
         lengths = [1 + self.d + self.layout.place(name) for name in STRETCHES if name in self.layout.names]
         found[..., 1 : 1 + self.d] += found[..., lengths] @ self.longer[: len(lengths)]
         return found
+
+
+class Shown:
+    """What the sensor of one side shows of a walk, asked for in the order of time."""
+
+    def __init__(self, walked: Walked, sampling: Sampling, side: str) -> None:
+        self._walked, self._sampling, self._side = walked, sampling, side
+        bandwidth = sampling.bandwidth_hz * math.exp(walked.value["bandwidth"])
+        self._low_pass, *self._beside = (
+            LowPass(walked.pieces, PLACES[side], bandwidth * (1.0 + step), not step) for step in (0.0, STEP, -STEP))
+
+    def read(self, clock: Vector) -> np.ndarray:
+        """Samples (m, 3, 1 + d + k) at rising times (m,) [s] on the sensor's clock."""
+        walked = self._walked
+        times = taken(walked.value, self._sampling, self._side, clock)
+        shown, rate = self._low_pass.read(times)
+        wide, narrow = (one.read(times)[0][:, :, 0] for one in self._beside)
+        by_bandwidth = (wide - narrow) / (2.0 * STEP)  # by its logarithm: as exact as the step squared
+        found = _read(shown, rate, by_bandwidth, walked.value, walked.layout, self._side, clock)
+        return walked.as_long(found)
 
 
 def walk(
@@ -182,10 +199,16 @@ def walk(
     return Walked(walker, stretches, sensing, by, layout, value, _longer(walker, changes, sampling.first_leg))
 
 
+def taken(value: Mapping[str, float], sampling: Sampling, side: str, clock: Vector) -> Vector:
+    """When samples with times (m,) on the clock of a side's sensor really were taken [s] since mid-stance, by a run's
+    unknowns by name."""
+    late = sampling.late - value["mid_stance"] + (value["foot_lag"] if side == "foot" else 0.0)
+    return np.asarray((1.0 + value[f"{side}_clock"]) * clock + late)
+
+
 def sample_times(value: Mapping[str, float], sampling: Sampling) -> dict[str, Vector]:
-    """When the samples of each side really were taken, (m,) [s] since mid-stance, by a run's unknowns by name."""
-    return {side: (1.0 + value[f"{side}_clock"]) * sampling.of(side) + sampling.late - value["mid_stance"]
-            + (value["foot_lag"] if side == "foot" else 0.0) for side in SIDES}  # fmt: skip
+    """When the samples of each side really were taken, (m,) [s] since mid-stance."""
+    return {side: taken(value, sampling, side, sampling.of(side)) for side in SIDES}
 
 
 def as_sensed(signals: np.ndarray, value: Mapping[str, float], side: str) -> np.ndarray:

@@ -166,24 +166,24 @@ def fill_panel(
 
 @compiled
 def follow_panels(
-    powers: np.ndarray, lengths: Vector, begin: float, start_by: Vector, w: float, times: Vector, following: int,
+    powers: np.ndarray, edges: Vector, start_by: Vector, w: float, times: Vector, following: int, panel: int,
     is_last: bool, x: np.ndarray, speed: np.ndarray, out: np.ndarray, rates: np.ndarray,
-) -> int:  # fmt: skip
+) -> tuple[int, int]:  # fmt: skip
     """Carry the filter `x` and its rate `speed`, (k, 1 + c) each, through the panels of a stretch, in place.
 
-    `powers` (p, NODES, k, 1 + c): coefficients of powers of s in [-1, 1] on panels of these `lengths` (p,) [s], the
-    first of which begins at `begin`; c columns are derivatives at a fixed time since then, and `start_by` (c,) is that
-    of the beginning. From the sample `following` on, the rising `times` (n,) that lie in the panels are filled: `out`
-    (n, k, 1 + c) with derivatives at that time, `rates` (n, k); the last stretch takes all that are left. Returns the
-    first sample that is not filled.
+    `powers` (p, NODES, k, 1 + c): coefficients of powers of s in [-1, 1] on panels between `edges` (p + 1,) [s]; c
+    columns are derivatives at a fixed time since the first of them, and `start_by` (c,) is that of it. The filter is
+    at the beginning of a `panel`. From the sample `following` on, the rising `times` (n,) that lie in the panels are
+    filled: `out` (n, k, 1 + c) with derivatives at that time, `rates` (n, k); the last stretch takes all that are left.
+    Returns the first sample that is not filled, and the panel that the filter is at: that of the last sample, or none.
     """
     signals, columns = x.shape
     decay = w / sqrt(2.0)
     answer, a, b = np.empty((NODES, signals, columns)), np.empty((signals, columns)), np.empty((signals, columns))
-    for panel in range(lengths.size):
-        length = lengths[panel]
+    while panel < edges.size - 1:
+        begin, length = edges[panel], edges[panel + 1] - edges[panel]
         fill_panel(powers[panel], length, w, x, speed, answer, a, b)
-        last_panel = is_last and panel == lengths.size - 1
+        last_panel = is_last and panel == edges.size - 2
         while following < times.size and (last_panel or times[following] < begin + length):
             at = times[following] - begin
             s = 2.0 * at / length - 1.0
@@ -203,6 +203,8 @@ def follow_panels(
                     # a fixed time is later in a stretch that begins earlier
                     out[following, k, c] = value if c == 0 else value - slope * start_by[c - 1]
             following += 1
+        if following == times.size:
+            break
         fall, turn, rise = exp(-decay * length), cos(decay * length), sin(decay * length)
         for k in range(signals):
             for c in range(columns):
@@ -212,8 +214,8 @@ def follow_panels(
                     slope += i * answer[i, k, c] * (2.0 / length)
                 x[k, c] = value + fall * (turn + rise) * a[k, c] + fall * rise / decay * b[k, c]
                 speed[k, c] = slope - 2.0 * decay * fall * rise * a[k, c] + fall * (turn - rise) * b[k, c]
-        begin += length
-    return following
+        panel += 1
+    return following, panel
 
 
 @dataclass(frozen=True)
@@ -231,29 +233,44 @@ class Piece:
     impulse: np.ndarray
 
 
-def filtered(
-    pieces: Sequence[Piece], chosen: Sequence[int], bandwidth_hz: float, times: Vector, derived: bool = True
-) -> tuple[np.ndarray, np.ndarray]:
-    """Signals (m, k, 1 + c) that are `chosen`, behind the low pass, and their rates (m, k).
+class LowPass:
+    """Signals that are `chosen`, k of them, behind the low pass, which has rested in the first values.
 
-    They are read at the rising `times` (m,) [s] since the first piece began, each within the pieces, and derived at
-    fixed times; without derivatives where they are not to be `derived`. The filter has rested in the first values.
+    It is followed as far as it is asked for. Without derivatives where they are not to be `derived`.
     """
-    w = 2 * math.pi * bandwidth_hz
-    k, columns = len(chosen), pieces[0].start.size if derived else 1
-    out, rates = np.empty((len(times), k, columns)), np.empty((len(times), k))
-    first = pieces[0].signals[:NODES, chosen, :columns]
-    x, speed = np.tensordot((-1.0) ** np.arange(NODES) @ TO_POWERS, first, 1), np.zeros((k, columns))
-    following = 0
-    for number, piece in enumerate(pieces):
-        signals = piece.signals[:, chosen, :columns].reshape(-1, NODES, k, columns)
-        powers = np.einsum("ij,pjkc->pikc", TO_POWERS, signals, order="C")
-        following = follow_panels(
-            powers, np.diff(piece.edges), piece.start[0] + piece.edges[0], piece.start[1:columns], w, times, following,
-            number == len(pieces) - 1, x, speed, out, rates)
-        u = np.tensordot(np.ones(NODES), powers[-1], 1)  # at s = 1, the end
-        growth = w * w * (u[:, 0] - x[:, 0]) - math.sqrt(2) * w * speed[:, 0]
-        x[:, 1:] += speed[:, :1] * piece.duration[1:columns]
-        speed[:, 1:] += growth[:, None] * piece.duration[1:columns]
-        speed += w * w * piece.impulse[chosen, :columns]
-    return out, rates
+
+    def __init__(
+        self, pieces: Sequence[Piece], chosen: Sequence[int], bandwidth_hz: float, derived: bool = True
+    ) -> None:
+        self._pieces, self._chosen, self._w = pieces, chosen, 2 * math.pi * bandwidth_hz
+        self._columns = pieces[0].start.size if derived else 1
+        self._piece, self._panel, self._powers = 0, 0, self._powers_of(pieces[0])
+        self._x = np.tensordot((-1.0) ** np.arange(NODES), self._powers[0], 1)
+        self._speed = np.zeros((len(chosen), self._columns))
+
+    def read(self, times: Vector) -> tuple[np.ndarray, np.ndarray]:
+        """The signals (m, k, 1 + c), derived at fixed times, and their rates (m, k).
+
+        The rising `times` (m,) [s] since the first piece began are within the pieces, and none earlier than before.
+        """
+        w, columns, following = self._w, self._columns, 0
+        out = np.empty((len(times), len(self._chosen), columns))
+        rates = np.empty(out.shape[:2])
+        while True:
+            piece, is_last = self._pieces[self._piece], self._piece == len(self._pieces) - 1
+            following, self._panel = follow_panels(
+                self._powers, piece.start[0] + piece.edges, piece.start[1:columns], w, times, following, self._panel,
+                is_last, self._x, self._speed, out, rates)
+            if following == len(times):
+                return out, rates
+            u = np.tensordot(np.ones(NODES), self._powers[-1], 1)  # at s = 1, the end
+            growth = w * w * (u[:, 0] - self._x[:, 0]) - math.sqrt(2) * w * self._speed[:, 0]
+            self._x[:, 1:] += self._speed[:, :1] * piece.duration[1:columns]
+            self._speed[:, 1:] += growth[:, None] * piece.duration[1:columns]
+            self._speed += w * w * piece.impulse[self._chosen, :columns]
+            self._piece, self._panel = self._piece + 1, 0
+            self._powers = self._powers_of(self._pieces[self._piece])
+
+    def _powers_of(self, piece: Piece) -> np.ndarray:
+        signals = piece.signals[:, self._chosen, : self._columns].reshape(-1, NODES, len(self._chosen), self._columns)
+        return np.asarray(np.einsum("ij,pjkc->pikc", TO_POWERS, signals, order="C"))

@@ -59,6 +59,15 @@ def panel_nodes(edges: Vector) -> Vector:
 #: The matrix (NODES, NODES) from values at the nodes to coefficients of powers of s in [-1, 1], lowest first.
 TO_POWERS = np.linalg.inv(np.vander(POINTS, increasing=True))
 
+#: The matrix (2 NODES, 2 NODES) to such coefficients from values at the nodes and then rates by s there (Hermite).
+HERMITE = np.linalg.inv(np.vstack([
+    np.vander(POINTS, 2 * NODES, increasing=True),
+    np.arange(2 * NODES) * np.vander(POINTS, 2 * NODES, increasing=True) / POINTS[:, None]]))
+#: Exponents of s in the derivatives of its powers, by their orders, and the factors before them.
+ORDERS = np.arange(6.0)
+EXPONENTS = np.maximum(np.arange(2 * NODES) - ORDERS[:, None], 0.0)
+FACTORS = np.cumprod(np.vstack([np.ones(2 * NODES), np.maximum(np.arange(2 * NODES) - ORDERS[:-1, None], 0.0)]), axis=0)
+
 #: Two times closer than this are one.
 SAME = 1e-13
 
@@ -130,14 +139,17 @@ class Stretch:
     ends_step: bool
     double: bool
 
-    def at(self, since: float) -> tuple[np.ndarray, Vector]:
-        """The state (size, 1 + c), derived at a fixed time since the stretch began, and its rate (size,)."""
+    def at(self, since: float, orders: int = 3) -> np.ndarray:
+        """State, rate and further derivatives, (orders, size, 1 + c), derived at a fixed time since the stretch began.
+        """
         panel = min(max(int(np.searchsorted(self.edges, since, "right")) - 1, 0), len(self.edges) - 2)
-        begin, end = self.edges[panel : panel + 2]
-        powers = (2.0 * (since - begin) / (end - begin) - 1.0) ** np.arange(NODES) @ TO_POWERS
+        begin, half = self.edges[panel], 0.5 * (self.edges[panel + 1] - self.edges[panel])
+        powers = ((since - begin) / half - 1.0) ** EXPONENTS[:orders] * FACTORS[:orders]
+        weights = powers @ HERMITE * half ** -ORDERS[:orders, None]
         nodes = slice(panel * NODES, (panel + 1) * NODES)
-        return (np.tensordot(powers, self.states[nodes], 1),
-                np.tensordot(powers, self.rates[nodes, :, 0], 1))  # fmt: skip
+        values, rates = (each[nodes].reshape(NODES, -1) for each in (self.states, self.rates))
+        found = weights[:, :NODES] @ values + half * weights[:, NODES:] @ rates
+        return np.asarray(found.reshape(orders, *self.states.shape[1:]))
 
     def upright(self) -> float | None:
         """When its stance leg passes through the normal of the slope, forwards, since it began; None if it does not."""
@@ -145,7 +157,7 @@ class Stretch:
         if not theta[0] < 0.0 < theta[-1]:
             return None
         panel = int(np.argmax(theta > 0.0)) // NODES
-        return float(brentq(lambda since: self.at(since)[0][0, 0], self.edges[max(panel - 1, 0)],
+        return float(brentq(lambda since: self.at(since)[0, 0, 0], self.edges[max(panel - 1, 0)],
                             self.edges[panel + 1], xtol=1e-14))  # fmt: skip
 
 

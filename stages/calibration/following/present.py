@@ -1,0 +1,123 @@
+"""What is known of a walk at one time: its state, with the spread of what a line does not tell.
+
+The unknowns are Gaussian, and a state is a function of them. At a fixed time since its stretch of the walk began it is
+nearly linear. When that began is not known either, and where a leg has just landed its springs ring, or a foot leaves
+the ground and the state has a bend: so the mean and covariance over that one time are those of Gauss and Hermite's
+points, given the leg that stands; all that goes not along with it is taken as a line at each of them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stages.analytic.model.walker import Vector
+from stages.calibration.observation.prediction import Walked
+
+#: Errors of a walk, in tolerances of its integrator: of Table 1's robot over a step at 1e-9, against 1e-13.
+SOLVED = 10.0
+#: So many standard errors of its time from an event a state may be before or after it.
+NEAR = 6.0
+#: Derivatives by time that tell of a state so near to another that no event lies between, and their factorials.
+ORDERS = np.arange(6)
+FACTORIALS = np.array([math.factorial(order) for order in ORDERS], dtype=float)
+#: A sample near a heel strike may be so many standard errors of its time nearer than it is thought to be; no strike is
+#: known worse than to this [s].
+WIDE, SOON = 2.0, 0.05
+#: Points in standard deviations, and weights: far from all events, and near one.
+FEW, MANY = ((np.sqrt(2.0) * points, weights / weights.sum())
+             for points, weights in map(np.polynomial.hermite.hermgauss, (3, 15)))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Instant:
+    """What is known right after a sample of the hip, at `time` [s] on the run's clock, from samples up to that time.
+
+    The state (size,) in SI units with its `covariance`, the leg that stands, whether both bear, and when the next heel
+    strike comes with its standard error [s]. `surprise` is the mean square of the readings' innovations, in their own
+    standard deviations; NaN without a reading.
+    """
+
+    time: float
+    state: Vector
+    covariance: np.ndarray
+    leg: int
+    double: bool
+    strike: float
+    strike_sd: float
+    surprise: float
+
+
+class Present:
+    """The states of a walk to which its integrator is right by a `tolerance`, at any time."""
+
+    def __init__(self, walked: Walked, tolerance: float) -> None:
+        self._walked, self._unit = walked, walked.walker.time
+        self._begins, self._begins_by = walked.begins()
+        self._strikes = walked.strikes()
+        self._legs = np.array([one.stance_leg for one in walked.stretches])
+        self._floor, self._scales = (SOLVED * tolerance) ** 2 * np.eye(walked.walker.size), walked.walker.scales()
+        self.ends = float(self._begins[-1]) * self._unit
+
+    def at(self, time: float, moved: Vector, covariance: np.ndarray, surprise: float) -> Instant:
+        """What is known at a time [s] of a walk whose unknowns are `moved` (n,) from its own, with a covariance."""
+        now, change = time / self._unit, self._walked.columns @ moved
+        spread = self._walked.columns @ covariance @ self._walked.columns.T
+        events = self._begins + self._begins_by @ change
+        number = self._number(events, now)
+        nearest = int(np.argmin(np.abs(events - now)))
+        along = spread @ self._begins_by[nearest]
+        sd = math.sqrt(self._begins_by[nearest] @ along)
+        along /= sd
+        rest, later = spread - np.outer(along, along), self._begins_by @ along
+        if abs(events[nearest] - now) < NEAR * sd:
+            points, weights = MANY
+            on = np.array([self._number(events + point * later, now) for point in points])
+            kept = self._legs[on] == self._legs[number]
+            points, weights, on = points[kept], weights[kept], on[kept]
+            found = np.array([self._walked.stretches[one].at(now - events[one] - point * later[one])[:2]
+                              for one, point in zip(on, points, strict=True)])  # fmt: skip
+        else:
+            (points, weights), on = FEW, np.full(len(FEW[0]), number)
+            series = self._walked.stretches[number].at(now - events[number], len(ORDERS))
+            by_point = (-points[:, None] * later[number]) ** ORDERS / FACTORIALS
+            found = np.stack([np.tensordot(by_point, series, 1), np.tensordot(by_point[:, :-1], series[1:], 1)], 1)
+        there = np.column_stack([np.ones(len(points)), change + points[:, None] * along])[:, :-1]
+        state, rate = (found @ there[:, None, :, None])[..., 0].swapaxes(0, 1)
+        by = -rate[:, :, None] * self._begins_by[on][:, None]
+        by[:, :, :-1] += found[:, 0, :, 1:]
+        weights = weights / weights.sum()
+        mean = weights @ state
+        off = state - mean
+        covered = (np.tensordot(weights, by @ rest @ by.swapaxes(1, 2), 1) + off.T @ (weights[:, None] * off)
+                   + self._floor)  # fmt: skip
+        stretch = self._walked.stretches[number]
+        return Instant(time, mean * self._scales, covered * self._scales * self._scales[:, None], stretch.stance_leg,
+                       stretch.double, *self.strike(time, moved, covariance), surprise)  # fmt: skip
+
+    def _number(self, begins: Vector, now: float) -> int:
+        """The stretch at a time, where they begin at rising times (e,)."""
+        return max(int(np.searchsorted(begins, now, "right")) - 1, 0)
+
+    def strike(self, time: float, moved: Vector, covariance: np.ndarray) -> tuple[float, float]:
+        """When the next heel strike after a time comes [s] and its standard error; NaN beyond the walk."""
+        coming = self._strikes[:, 0] + self._strikes[:, 1:] @ moved
+        if not (coming > time).any():
+            return math.nan, math.nan
+        following = int(np.argmax(coming > time))
+        row = self._strikes[following, 1:]
+        return float(coming[following]), math.sqrt(row @ covariance @ row)
+
+    def is_near_a_strike(
+        self, time: float, moved: Vector, covariance: np.ndarray, before: float, after: float
+    ) -> bool:
+        """Whether a time is from `before` to `after` a heel strike [s], or `WIDE` of its standard errors beside."""
+        for row in self._strikes:
+            late = time - row[0] - row[1:] @ moved
+            if -SOON - before < late < SOON + after:
+                wide = WIDE * math.sqrt(row[1:] @ covariance @ row[1:])
+                if -wide - before < late < wide + after:
+                    return True
+        return False
