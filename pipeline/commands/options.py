@@ -148,7 +148,7 @@ class Form:
         their names joined by dots.
         """
         if self.as_json:
-            click.echo(json.dumps(_finite(plain), indent=2, ensure_ascii=False, allow_nan=False))
+            click.echo(json.dumps(finite(plain), indent=2, ensure_ascii=False, allow_nan=False))
         elif self.as_csv:
             flat, text = [dict(_flat(row)) for row in rows], io.StringIO()
             columns = dict.fromkeys(name for row in flat for name in row)
@@ -204,9 +204,9 @@ def _cell(value: Any) -> Any:
     return value
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -22,6 +22,7 @@ from pipeline.cache.fingerprint import versions
 from pipeline.cache.hdf5 import describe
 from pipeline.cache.sources import Closure
 from pipeline.cache.store import QUESTIONS
+from pipeline.commands.options import finite
 from pipeline.errors import Declined, StageFailed, Stopped, StudyError
 from pipeline.execution.job import Function, Job, engine_code
 from pipeline.parameters import loading
@@ -32,6 +33,8 @@ from pipeline.sweep.journal import COMPUTED, NO_ANSWER, Journal, Row
 
 #: Rows of a table that are compressed together.
 _CHUNK = 8192
+#: Bytes of a line of standard input.
+_LONGEST_LINE = 4096
 #: A terminal has a bar after so long at the latest; elsewhere there is a line this often.
 _BAR_AFTER_S, _LINE_EVERY_S = 1.0, 10.0
 
@@ -164,6 +167,19 @@ class Asked:
             yield from reading.read(reader, source, *given, writes=writes)
         except reading.Refused as refused:
             raise self._question.wrong(str(refused)) from None
+
+    def lines(self) -> Iterator[str]:
+        """Lines of standard input as they come; one that is too long for a row is empty."""
+        short = True
+        while text := sys.stdin.buffer.readline(_LONGEST_LINE):
+            whole = text.endswith(b"\n") or len(text) < _LONGEST_LINE
+            if whole:
+                yield text.decode(errors="replace").strip() if short else ""
+            short = whole
+
+    def say(self, row: Mapping[str, Any]) -> None:
+        """Print a row at once, a line of JSON. Raises BrokenPipeError where nobody reads it any longer."""
+        print(json.dumps(finite(row), allow_nan=False), flush=True)
 
     def result(self, stage: str = "") -> tuple[Any, str]:
         """A stage's result, or its own, as it lies among the study's, and its file; None, and a clause why not.

@@ -95,6 +95,12 @@ class Asking(Protocol):
         knows, what it yields are arrays of numbers as well. Raises `WrongOption`.
         """
 
+    def lines(self) -> Iterator[str]:
+        """Lines of standard input as they come; one that is too long for a row is empty."""
+
+    def say(self, row: Mapping[str, Any]) -> None:
+        """Print a row at once, a line of JSON. Raises BrokenPipeError where nobody reads it any longer."""
+
     def result(self, stage: str = "") -> tuple[Any, str]:
         """A stage's result, or its own, as it lies among the study's, and its file; None, and why, without one."""
 

@@ -27,7 +27,7 @@ from stages.campaign.result import Result as Campaign
 from stages.imu.run import trials
 from stages.imu.sources.reading import run_of as as_read
 from stages.imu.sources.reading import runs
-from stages.imu.trial.body import FORWARD, LATERAL, UP
+from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor
 from stages.imu.trial.sensor import filter_delay
 from stages.imu.trial.trial import Trial
 from stages.twin.machine.machine import Build, build
@@ -169,12 +169,24 @@ def run_of(
     strikes = trial.strikes.time[FROM:]
     if len(strikes) < FEWEST_STRIKES:
         return f"{name}: has {len(trial.strikes.time)} heel strikes, {FEWEST_STRIKES + FROM} are needed"
+    return measured(name, trial.sensors, strikes, trial.strikes.leg[FROM:], trial.experiment.slope_deg, design, layout,
+                    settings, below_hip)  # fmt: skip
+
+
+def measured(
+    name: str, sensors: Mapping[str, BodySensor], strikes: Vector, legs: np.ndarray, slope: float | None,
+    design: DesignPoint, layout: Layout, settings: Settings, below_hip: float | None,
+) -> MeasuredRun:  # fmt: skip
+    """A run of both sensors from the mid-stance after the first of heel strikes (s,) [s] of the `legs` (s,) on.
+
+    `slope` [deg] as it was read off, if it was.
+    """
     begin, end = float(strikes[0]), float(strikes[-1])
-    first_leg = int(trial.strikes.leg[FROM])
+    first_leg = int(legs[0])
     first = mid_stance_of(design, layout, strikes - begin, first_leg) + settings.settling_s
     times, samples, used = {}, {}, {}
     for side in SIDES:
-        sensor = trial.sensors[side]
+        sensor = sensors[side]
         since = sensor.time - begin
         kept = (since >= first) & (sensor.time <= end)
         order = np.argsort(since[kept], kind="stable")
@@ -182,11 +194,10 @@ def run_of(
         times[side], samples[side] = since[kept][order], np.nan_to_num(values)
         mask = usable(times[side], strikes - begin, first, settings.before_strike_s, settings.after_strike_s)
         used[side] = mask & np.isfinite(values)
-    trace = trial.sensors["hip"].trace
+    trace = sensors["hip"].trace
     bandwidth = trace.indexed.recording.device.bandwidth_hz
     sampling = Sampling(times["hip"], times["foot"], filter_delay(bandwidth),
                         bandwidth or USUAL_BANDWIDTH * trace.rate_hz, first_leg, below_hip=below_hip,
                         declared=bandwidth is not None)  # fmt: skip
-    slope = trial.experiment.slope_deg
     own = {} if slope is None or math.isnan(slope) else {SLOPE: (slope, settings.slope_reading_sd_deg)}
     return MeasuredRun(name, sampling, samples, used, strikes - begin, own)

@@ -122,7 +122,7 @@ class Follower:
 
 class Track:
     """A run that is followed from its first heel strikes on, one sample after another; the times of those that are
-    `coming` (m,) [s] may be known, by side.
+    `coming` (m,) [s] may be known, by side. States are told so long `ahead` [s] of a sample's time.
 
     A step is walked before its first sample, so that none waits for it. After its last one it is linearised again, a
     part with each of the next samples, which it answers meanwhile; then the next step takes these once more. Raises
@@ -130,9 +130,10 @@ class Track:
     """
 
     def __init__(
-        self, follower: Follower, run: MeasuredRun, coming: Mapping[str, Vector] = MappingProxyType({})
-    ) -> None:
-        self._follower, self._sampling, self._coming = follower, run.sampling, coming
+        self, follower: Follower, run: MeasuredRun, coming: Mapping[str, Vector] = MappingProxyType({}),
+        ahead: float = 0.0,
+    ) -> None:  # fmt: skip
+        self._follower, self._sampling, self._coming, self._ahead = follower, run.sampling, coming, ahead
         self._waiting = list[Sample]()
         self._work: Iterator[None] | None = None
         self._period = float(np.diff(run.strikes[:3]).mean())
@@ -147,10 +148,13 @@ class Track:
             return None
         self._route(sample)
         told = sample.side == SIDES[0] and sample.time >= self._told_from
-        return self._step.instant(sample.time) if told else None
+        return self._step.instant(sample.time + self._ahead) if told else None
 
     def _route(self, sample: Sample) -> None:
-        """Give a sample to its step, and go on to the next one where it is beyond."""
+        """Give a sample to its step, and go on to the next one where it is beyond; one of an earlier step is too late.
+        """
+        if sample.time < self._since:
+            return
         if sample.time < self._until:
             self._give(sample)
             return
@@ -193,9 +197,9 @@ class Track:
         """Walk a step with the unknowns `at` (n,)."""
         walked = self._follower.walked(at, belief.leg, self._sampling, self._period)
         self._at = at
-        follower, since = self._follower, self._until
+        follower, self._since = self._follower, self._until
         self._until = follower.mid_stance(follower.onwards(at, walked)[0]) + follower.settling
-        coming = {side: times[(times >= since) & (times < self._until + LATER)]
+        coming = {side: times[(times >= self._since) & (times < self._until + LATER)]
                   for side, times in self._coming.items()}
         self._step = Step(follower.model, self._sampling, belief, at, walked, TOLERANCE, coming)
 

@@ -17,6 +17,7 @@ from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import robot_file
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
+from stages.calibration.following.stream import Stream, rows_of
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
@@ -30,13 +31,35 @@ LEGS = (("stance_leg_angle", "rad"), ("stance_leg_length", "m"), ("leg_opening_a
 AHEAD = 0.2
 
 
+def _follower(parameters: Parameters, robot: robot_file.FittedRobot) -> Follower:
+    """What follows a robot. Raises NoGait."""
+    settings = parameters.settings
+    model = robot.model(first_model(robot.design, (*robot.names, *robot.own), parameters))
+    return Follower(robot.design, model, robot.of_design(), settings.settling_s, settings.before_strike_s,
+                    settings.after_strike_s)  # fmt: skip
+
+
+def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], asking: Asking) -> Answer:
+    """Follow rows of standard input, and say each answer at once. Raises WrongOption, NoGait, NotIdentified."""
+    robot = robot_file.read(folder)
+    stream = Stream(_follower(parameters, robot), about, parameters)
+    said, lost = 0, ""
+    try:
+        for instant in stream.follow(rows_of(asking.lines(), asking.note, stream.periods)):
+            if not said:
+                asking.say({"mounting": {side: one.plain() for side, one in stream.mounted.items()}})
+            asking.say(_row("-", _late(instant, robot)))
+            said += 1
+    except StepFailed as reason:
+        lost = f"lost: {reason}; give the first answer by --with to take it up again"
+    return Answer(remark=f"{lost}{'; ' if lost else ''}{said} states were told", no=bool(lost))
+
+
 def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
     """The answer to `follow`. Raises WrongOption, NoGait, NotIdentified."""
     robot = robot_file.read(folder)
-    settings = parameters.settings
-    model = robot.model(first_model(robot.design, (*robot.names, *robot.own), parameters))
-    follower = Follower(robot.design, model, robot.of_design(), settings.settling_s, settings.before_strike_s,
-                        settings.after_strike_s)  # fmt: skip
+    follower = _follower(parameters, robot)
+    model = follower.model
     found = list(read_runs(source, robot.design, model, parameters, asking.progress, asking.reading))
     runs = {run.name: run for run in found if isinstance(run, MeasuredRun)}
     lines = [run for run in found if isinstance(run, str)]

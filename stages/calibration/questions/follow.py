@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stages.biped.question import Answer, Asking, Question, option
 
@@ -16,15 +17,21 @@ if TYPE_CHECKING:
 class Options:
     """Options of `follow`."""
 
-    source: str = option("-", "The recordings: a database of the ingest's", metavar="FILE", positional=True)
+    source: str = option("-", "The recordings: a database of the ingest's, or - for rows of standard input",
+                         metavar="FILE", positional=True)  # fmt: skip
     robot: str = option("-", "The folder that calibrate --into left", name="as", metavar="FOLDER")
     runs: tuple[str, ...] = option("-", "Follow only the run of this name; repeatable", name="run", default=())
+    about: Mapping[str, Any] | None = option(
+        "-", "What is known of standard input, or the first answer of a stream that broke off", name="with",
+        default=None)
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Follow the runs. Raises WrongOption, NoGait, NotIdentified."""
-    from stages.calibration.following.report import followed
+    from stages.calibration.following.report import followed, streamed
 
+    if options.source == "-":
+        return streamed(parameters, Path(options.robot), options.about or {}, asking)
     return followed(parameters, Path(options.source), Path(options.robot), options.runs, asking)
 
 
@@ -38,6 +45,7 @@ QUESTION = Question(
     """,
     Options,
     ask,
-    examples=("bipedstudy follow lab.sqlite --as robot", "bipedstudy follow lab.sqlite --as robot --csv > states.csv"),
+    examples=("bipedstudy follow lab.sqlite --as robot", "bipedstudy follow lab.sqlite --as robot --csv > states.csv",
+              "sensors | bipedstudy follow - --as robot"),
     rows=True,
 )

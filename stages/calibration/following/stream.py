@@ -1,0 +1,247 @@
+"""Rows of a hip and a foot sensor as they come: read, brought to body axes and to one clock, and followed.
+
+The ingest's own functions find from the first steps how the sensors sit, by a still stand before them, how their clocks
+stand to each other, and the heel strikes. From then on all that is a line of numbers for each row. It is said in the
+first answer; given it, a stream that was broken off is taken up again without a still stand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.model.walker import Vector
+from stages.biped.question import WrongOption, refuse
+from stages.calibration.estimation.least_squares import NotIdentified
+from stages.calibration.following.follower import Follower, Track
+from stages.calibration.following.present import Instant
+from stages.calibration.following.step import Sample
+from stages.calibration.observation.measured_run import SIDES
+from stages.calibration.parameters import Parameters
+from stages.calibration.recordings import FEWEST_STRIKES, FROM, measured
+from stages.imu.sources.cells import device_from_row, experiment_from_row, recording_from_columns
+from stages.imu.sources.opening import SourceRefused
+from stages.imu.sources.schema import SAMPLE_VALUES, Device, Experiment, Recording
+from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor, Frame
+from stages.imu.trial.sensor import trace_sensor
+from stages.imu.trial.trial import read_sensor
+from stages.imu.trial.two_clocks import brought_together
+from stages.imu.trial.walk import strikes_of
+
+STAMP = "device_stamp"
+READINGS = SAMPLE_VALUES[-6:]
+#: The beginning of a stream is looked at each so many seconds, and given up after so many.
+EACH_S, LONGEST_S = 1.0, 120.0
+#: So many rows in a row that are before the last one are a clock that was set back.
+SET_BACK = 20
+#: A row so many sampling periods after the last one tells of rows that are lost.
+LOST = 1.5
+
+
+@dataclass(frozen=True)
+class Row:
+    """Readings (6,) of a `place` at a device's `stamp` [s], in the device's units; NaN where there is none."""
+
+    place: str
+    stamp: float
+    readings: Vector
+
+
+@dataclass(frozen=True)
+class Mounted:
+    """How a sensor's rows become samples on body axes: `rotation` (3, 3) from its own, which has `bias` (3,) [rad/s],
+    and its `stamp` [s] at a time of zero, after which a second is so `long`."""
+
+    rotation: np.ndarray
+    bias: Vector
+    stamp: float
+    long: float
+
+    def sample(self, row: Row, scales: tuple[float, float], begin: float) -> Sample:
+        """A row as a sample, counted from the time `begin` [s]."""
+        force, rate = row.readings[:3] * scales[0], row.readings[3:] * scales[1]
+        force, rate = self.rotation @ force, self.rotation @ (rate - self.bias)
+        reading = np.array([force[FORWARD], force[UP], rate[LATERAL]])
+        used = np.isfinite(reading)
+        return Sample((row.stamp - self.stamp) * self.long - begin, row.place, np.where(used, reading, 0.0), used)
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON knows it."""
+        return {"rotation": self.rotation.tolist(), "bias": self.bias.tolist(), "stamp": self.stamp, "long": self.long}
+
+
+def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[str, float]) -> Iterator[Row]:
+    """Rows of CSV lines, the first of which names the columns in any order; what is wrong is passed over, said once.
+
+    `periods` [s] are the sampling periods by place. Raises WrongOption where columns are missing, StepFailed where a
+    clock is set back.
+    """
+    given, said = iter(lines), set[str]()
+    names = [name.strip() for name in next(given, "").split(",")]
+    missing = [name for name in ("place", STAMP, *READINGS) if name not in names]
+    refuse((bool(missing), f"-: the first line names the columns and lacks {', '.join(missing)}"))
+    place, *numbers = (names.index(name) for name in ("place", STAMP, *READINGS))
+    last, behind = dict.fromkeys(periods, -math.inf), 0
+
+    def once(what: str, line: int) -> None:
+        if what not in said:
+            said.add(what)
+            note(f"note: line {line}: {what}; further ones are passed over without a word")
+
+    for line, text in enumerate(given, 2):
+        cells = [cell.strip() for cell in text.split(",")]
+        side = cells[place].lower() if len(cells) == len(names) else ""
+        stamp, *readings = ((_number(cells[at]) for at in numbers) if side in last else (None,))
+        if stamp is None or None in readings or not math.isfinite(stamp):
+            once(f"not a row of {' or '.join(last)} with numbers, and passed over", line)
+            continue
+        since = stamp - last[side]
+        behind = behind + 1 if since < 0.0 else 0
+        if behind >= SET_BACK:
+            raise StepFailed(f"the clock of the {side} was set back by {-since:.3g} s")
+        if since <= 0.0:
+            once(f"{'given twice' if since == 0.0 else 'later than the one after it'}, and passed over", line)
+            continue
+        if LOST * periods[side] < since < math.inf:
+            once(f"rows of the {side} before it are lost", line)
+        last[side] = stamp
+        yield Row(side, stamp, np.array(readings, dtype=float))
+
+
+def _number(cell: str) -> float | None:
+    """The number in a cell, NaN of an empty one; None of a word."""
+    try:
+        return float(cell) if cell else math.nan
+    except ValueError:
+        return None
+
+
+class Stream:
+    """Rows that are followed by `follower`; `about` them as `--with` has it: `experiment`, `devices`, `mounting`.
+
+    Raises WrongOption.
+    """
+
+    def __init__(self, follower: Follower, about: Mapping[str, Any], parameters: Parameters) -> None:
+        self._follower, self._parameters, self._reading = follower, parameters, parameters.ingest.read
+        sensor = parameters.sensor
+        usual = {"rate_hz": sensor.rate_hz, "bandwidth_hz": sensor.bandwidth_hz, "accelerometer_unit": "m/s^2",
+                 "gyroscope_unit": "rad/s"}  # fmt: skip
+        try:
+            self.experiment: Experiment = experiment_from_row(about.get("experiment") or {})
+            given = {str(one.get("place")): one for one in about.get("devices") or ()}
+            self.devices: dict[str, Device] = {
+                side: device_from_row({**usual, **given.get(side, {}), "place": side}, f"devices, {side}")
+                for side in SIDES}  # fmt: skip
+            self.mounted = {side: Mounted(np.array(one["rotation"], dtype=float).reshape(3, 3),
+                                          np.array(one["bias"], dtype=float).reshape(3), float(one["stamp"]),
+                                          float(one["long"]))
+                            for side, one in (about.get("mounting") or {}).items() if side in SIDES}  # fmt: skip
+        except (SourceRefused, KeyError, TypeError, ValueError, AttributeError) as wrong:
+            raise WrongOption(f"with: {wrong}") from None
+        self._rows: list[Row] = []
+        self._tried, self._why = -math.inf, "there are no rows"
+        self._track: Track | None = None
+        self._begin = 0.0
+
+    @property
+    def periods(self) -> dict[str, float]:
+        """Sampling periods [s] by side."""
+        return {side: 1.0 / device.rate_hz for side, device in self.devices.items()}
+
+    def follow(self, rows: Iterable[Row]) -> Iterator[Instant]:
+        """What is known at the stamp of each row of the hip, by its clock, once it walks.
+
+        Raises NotIdentified where it is not found to walk, StepFailed where it is lost.
+        """
+        for row in rows:
+            if self._track is None:
+                self._rows.append(row)
+                yield from self._try(row.stamp) if row.place == SIDES[0] else ()
+            else:
+                yield from self._told(row)
+        if self._track is None:
+            raise NotIdentified(f"the rows end before a walk is found: {self._why}")
+
+    def _told(self, row: Row) -> Iterator[Instant]:
+        assert self._track is not None
+        mounted = self.mounted[row.place]
+        instant = self._track.take(mounted.sample(row, self._scales[row.place], self._begin))
+        if instant is not None:
+            yield replace(instant, time=row.stamp, strike=row.stamp + (instant.strike - instant.time) / mounted.long)
+
+    def _try(self, stamp: float) -> Iterator[Instant]:
+        """Look whether the rows so far are a walk, each second; then follow them."""
+        if stamp < self._tried + EACH_S:
+            return
+        self._tried = stamp
+        try:
+            self._start()
+        except (SourceRefused, StepFailed) as why:
+            self._why = str(why)
+            if stamp > self._rows[0].stamp + LONGEST_S:
+                raise NotIdentified(f"no walk is found in {LONGEST_S:.0f} s: {self._why}") from None
+            return
+        rows, self._rows = self._rows, []
+        for row in rows:
+            yield from self._told(row)
+
+    def _start(self) -> None:
+        """Find the mounting, unless it is known, and the last heel strikes. Raises SourceRefused, StepFailed."""
+        recordings = {side: self._recording(side) for side in SIDES}
+        known = {side: self._known(recordings[side]) for side in SIDES} if self.mounted else self._found(recordings)
+        strikes, _ = strikes_of(known, self._reading.settings, self._reading.quick)
+        if len(strikes.time) < FEWEST_STRIKES + FROM:
+            raise StepFailed(f"there are {len(strikes.time)} heel strikes, {FEWEST_STRIKES + FROM} are needed")
+        keep = slice(-FEWEST_STRIKES, None)
+        run = measured("-", known, strikes.time[keep], strikes.leg[keep], self.experiment.slope_deg,
+                       self._follower.design, self._follower.model.layout, self._parameters.settings,
+                       self._reading.limits.lever_arm)  # fmt: skip
+        self._begin = float(strikes.time[-FEWEST_STRIKES])
+        self.mounted = self.mounted or {side: _mounted(known[side], self._stamps(side)) for side in SIDES}
+        self._scales = {side: (one.trace.scale.acceleration, one.trace.scale.angular_rate)
+                        for side, one in known.items()}  # fmt: skip
+        self._track = Track(self._follower, run, ahead=run.sampling.late)  # the low pass is behind by that
+
+    def _recording(self, side: str) -> Recording:
+        rows = [one for one in self._rows if one.place == side]
+        if len(rows) < 10:
+            raise StepFailed(f"there are {len(rows)} rows of the {side}")
+        table = np.full((len(rows), len(SAMPLE_VALUES)), np.nan)
+        table[:, SAMPLE_VALUES.index(STAMP)] = [one.stamp for one in rows]
+        table[:, -6:] = [one.readings for one in rows]
+        return recording_from_columns(self.experiment, self.devices[side], table)
+
+    def _found(self, recordings: Mapping[str, Recording]) -> dict[str, BodySensor]:
+        """The sensors as the ingest finds them."""
+        found = {}
+        for side, recording in recordings.items():
+            sensor, _, against = read_sensor(recording, self._reading.settings, self._reading.limits)
+            why = next((one.sentence for one in against if one.refused), "no still stand: the frame cannot be found")
+            if sensor is None or any(one.refused for one in against):
+                raise StepFailed(why)
+            found[side] = sensor
+        return brought_together(found, self._reading.settings, self._reading.limits).sensors
+
+    def _known(self, recording: Recording) -> BodySensor:
+        """A sensor whose mounting is known."""
+        mounted, trace = self.mounted[recording.device.place], trace_sensor(recording, self._reading.settings)
+        frame, turn = Frame(math.nan, math.nan, math.nan, mounted.rotation), mounted.rotation.T
+        time = (self._stamps(recording.device.place) - mounted.stamp) * mounted.long
+        return BodySensor(trace, frame, time, trace.specific_force @ turn, (trace.angular_rate - mounted.bias) @ turn)
+
+    def _stamps(self, side: str) -> Vector:
+        return np.array([one.stamp for one in self._rows if one.place == side])
+
+
+def _mounted(sensor: BodySensor, stamps: Vector) -> Mounted:
+    """How a sensor that was found sits, and its clock: a line through the times that its `stamps` (n,) [s] were given.
+    """
+    first = float(stamps[0])
+    long, since = np.polyfit(stamps - first, sensor.time, 1)
+    return Mounted(sensor.frame.rotation, sensor.trace.bias(), first - float(since / long), float(long))
