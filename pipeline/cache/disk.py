@@ -57,15 +57,13 @@ def write(path: Path, content: bytes | Iterable[bytes]) -> None:
 
 @contextlib.contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """A path to write a file or folder to, which appears as `path` at the end, whole or, as if not written, not at all.
-    """
+    """A path to write a file or folder to, which appears as `path` at the end, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         yield unfinished
-        if unfinished.exists():
-            unfinished.replace(path)
-            sync_folder(path.parent)
+        unfinished.replace(path)
+        sync_folder(path.parent)
     finally:
         if unfinished.is_dir():
             shutil.rmtree(unfinished)

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from pipeline.execution.executor import Outcome
     from pipeline.sweep.sweep import Summary
 
+#: Follows once stages were computed, given why which of them failed; it returns the file it wrote, if any.
+Afterwards = Callable[[Study, Mapping[str, str]], Path | None]
+
 
 @click.command("run", epilog=options.examples("run"))
 @click.argument("stages", nargs=-1, required=True, metavar="STAGE...", shell_complete=completion.stages)
@@ -72,13 +75,11 @@ def run_all(study: Study, force: bool, dry_run: bool, form: options.Form, verbos
 
 def _bring(
     study: Study, names: tuple[str, ...], *, forced: Iterable[str], jobs: int | None, dry_run: bool, wait: bool,
-    form: options.Form, verbose: bool,
-    afterwards: Callable[[Study, Mapping[str, str]], Path | None] | None = None,
+    form: options.Form, verbose: bool, afterwards: Afterwards | None = None,
 ) -> list[Outcome]:  # fmt: skip
     """Bring `names` up to date under the results folder's lock, or say what that would take.
 
-    `afterwards` follows under the same lock, given why which stages failed; it returns the file it wrote, if any.
-    Raises `StageFailed` after it where a stage said no or failed.
+    `afterwards` follows under the same lock. Raises `StageFailed` after it where a stage said no or failed.
     """
     if not dry_run and any(study.store.current(name) is None for name in names):
         from pipeline.execution.process import get_ready
@@ -90,26 +91,13 @@ def _bring(
     if dry_run:
         survey(study, values, form, frozenset(forced))
         return []
-    from pipeline.execution.executor import FAILING, Planner, State, bring_up_to_date
+    from pipeline.execution.executor import Planner, State, bring_up_to_date
 
     began, shows = time.perf_counter(), display.for_terminal(verbose, form.as_json)
     failed: StageFailed | None = None
     try:
         with disk.locked(study.results, shown(study.results), _typed(), wait, shows.note):
-            with contextlib.suppress(OSError):
-                study.store.sweep()
-            _say_what_gives_way(study, values, shows)
-            try:
-                outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs or os.cpu_count() or 1)
-            except StageFailed as error:
-                outcomes, failed = error.outcomes, error
-            why, written = {outcome.stage: outcome.summary for outcome in outcomes if outcome.how == FAILING}, None
-            try:
-                written = afterwards(study, why) if afterwards else None
-            except StudyError as error:
-                if failed is None:
-                    raise
-                shows.note(str(error))
+            outcomes, failed, written = _compute(study, values, forced, jobs or os.cpu_count() or 1, shows, afterwards)
             if written is not None and form.is_text:
                 click.echo(f"{written.stem:<13} written             {shown(written)}")
             bounds.hold(study.store, limits, shows.note)
@@ -126,6 +114,31 @@ def _bring(
     if failed is not None:
         raise failed
     return outcomes
+
+
+def _compute(
+    study: Study, values: Mapping[str, Any], forced: Iterable[str], jobs: int, shows: display.Display,
+    afterwards: Afterwards | None,
+) -> tuple[list[Outcome], StageFailed | None, Path | None]:  # fmt: skip
+    """What came of each stage, what failed, and the file that `afterwards` wrote."""
+    from pipeline.execution.executor import FAILING, bring_up_to_date
+
+    with contextlib.suppress(OSError):
+        study.store.sweep()
+    _say_what_gives_way(study, values, shows)
+    failed, written = None, None
+    try:
+        outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs)
+    except StageFailed as error:
+        outcomes, failed = error.outcomes, error
+    why = {outcome.stage: outcome.summary for outcome in outcomes if outcome.how == FAILING}
+    try:
+        written = afterwards(study, why) if afterwards else None
+    except StudyError as error:
+        if failed is None:
+            raise
+        shows.note(str(error))
+    return outcomes, failed, written
 
 
 def _typed() -> str:

@@ -82,7 +82,7 @@ def metadata(about: About, files: Mapping[str, File], runs: Iterable[Run]) -> by
         "@id": "./", "@type": "Dataset", "name": about.name, "description": about.description,
         "datePublished": about.published, "conformsTo": {"@id": _PROFILE}, "author": _ids(authors),
         "license": _ids(licenses), "hasPart": [{"@id": _address(path)} for path in files],
-        "mentions": [{"@id": f"#run-{run.stage}"} for run in runs], **({"citation": _ids(paper)} if paper else {}),
+        "mentions": [{"@id": f"#run-{run.stage}"} for run in runs], "citation": _ids(paper),
     }  # fmt: skip
     packages = [_package(name, version) for name, version in versions]
     graph = [

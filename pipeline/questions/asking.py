@@ -209,8 +209,7 @@ class Asked:
 
         Raises `StudyError` if something stands there already.
         """
-        if path.exists():
-            raise StudyError(f"{shown(path)}: is there already, and is not replaced")
+        vacant(path)
         with disk.whole(path) as unfinished:
             yield unfinished
 
@@ -226,15 +225,19 @@ class Asked:
                 unfinished = until_filled.enter_context(self.new_file(path))
             yield until_filled.enter_context(contextlib.closing(BlockTable(unfinished, columns, size, about)))
 
-    def leave(self, answer: Any, folder: Path) -> None:
+    def leave(self, answer: Any, into: Path) -> None:
         """Write what an answer leaves into a new folder: its files, and the parameter files with its values."""
+        if not answer.files and not answer.parameters:
+            self.note(f"note: this answer leaves nothing; {shown(into)} was not made")
+            return
         files = dict(answer.files)
         if answer.parameters:
             source = " ".join(["bipedstudy", *sys.argv[1:]])
             files |= rewritten(self._study.params, answer.parameters, self._study.settings, source)
-        folder.mkdir()
-        for name, content in files.items():
-            disk.write(folder / name, content)
+        with self.new_file(into) as folder:
+            folder.mkdir()
+            for name, content in files.items():
+                disk.write(folder / name, content)
 
     def _key(self, function: Callable[..., Any], closure: Closure, shared: str) -> str:
         """What the function's answers follow from beside its arguments: question, code, parameters, packages."""
@@ -245,6 +248,12 @@ class Asked:
             "parameters": loading.as_plain(self._parameters),
         }
         return disk.digest(json.dumps(parts, sort_keys=True).encode())[:32]
+
+
+def vacant(path: Path) -> None:
+    """Raise `StudyError` if something stands at `path` already."""
+    if path.exists():
+        raise StudyError(f"{shown(path)}: is there already, and is not replaced")
 
 
 def answered(row: Row) -> Row:

@@ -81,10 +81,12 @@ def _command(stage: str, question: Question) -> click.Command:
     def asked(study: Study, form: options.Form, figure: Path | None = None, jobs: int | None = None,
               cluster: cluster_options.Cluster = cluster_options.HERE, into: Path | None = None, **texts: Any
               ) -> None:  # fmt: skip
-        from pipeline.questions.asking import Asked
+        from pipeline.questions.asking import Asked, vacant
 
         if figure is not None:
             _check_ending(disk.replaceable(figure))
+        if into is not None:
+            vacant(into)
         with ExitStack() as until_answered:
             try:
                 values = {option.name: option.value(texts[option.name]) for option in given}
@@ -94,7 +96,6 @@ def _command(stage: str, question: Question) -> click.Command:
                 client, workers = until_answered.enter_context(cluster.client(_note))
                 asking = until_answered.enter_context(
                     Asked(study, stage, question, parameters[stage], workers or jobs, client))
-                folder = until_answered.enter_context(asking.new_file(into)) if into is not None else None
                 asking.say_if_cold()
                 answer = question.ask(parameters[stage], question.options(**values), asking)
             except question.wrong as wrong:
@@ -102,23 +103,15 @@ def _command(stage: str, question: Question) -> click.Command:
             except Exception as reason:
                 if not is_answer(reason, study.package):
                     raise
-                if form.as_json:
-                    form.give((), {question.key or question.name: None, "reason": str(reason)})
-                else:
-                    _note(str(reason))
+                _give_no_answer(question, form, str(reason))
                 sys.exit(ANSWER)
             asking.close()
             form.give((part for line in answer.lines for part in layout.folded(line)), answer.plain, answer.rows,
                       answer.tables)  # fmt: skip
-            if figure is not None and answer.draw is None:
-                _note("note: this answer has no picture; nothing was drawn")
-            elif figure is not None:
-                answer.draw(lambda drawn: drawn.savefig(figure, dpi=150))
-                _note(f"drawn: {shown(figure)}")
-            if folder is not None and (answer.files or answer.parameters):
-                asking.leave(answer, folder)
-            elif into is not None:
-                _note(f"note: this answer leaves nothing; {shown(into)} was not made")
+            if figure is not None:
+                _draw(answer, figure)
+            if into is not None:
+                asking.leave(answer, into)
         if answer.remark:
             _note(answer.remark)
         if answer.no:
@@ -141,6 +134,23 @@ def _command(stage: str, question: Question) -> click.Command:
 
 
 _note = functools.partial(click.echo, err=True)
+
+
+def _give_no_answer(question: Question, form: options.Form, reason: str) -> None:
+    """Say why there is no answer."""
+    if form.as_json:
+        form.give((), {question.key or question.name: None, "reason": reason})
+    else:
+        _note(reason)
+
+
+def _draw(answer: Any, figure: Path) -> None:
+    """Draw the answer's picture, if it has one."""
+    if answer.draw is None:
+        _note("note: this answer has no picture; nothing was drawn")
+        return
+    answer.draw(lambda drawn: drawn.savefig(figure, dpi=150))
+    _note(f"drawn: {shown(figure)}")
 
 
 class Described(dict[str, Any]):

@@ -133,9 +133,10 @@ def test_a_stopped_question_goes_on_where_it_was(toy, how):
     done = kept(toy)
     assert code != 0 and 3 <= done < 8
     if how == signal.SIGINT:
-        assert (code, errors) == (
-            130, f"error: stopped; {done} of 8 parts are done and kept: asked again, it goes on from there\n"
-        )  # fmt: skip
+        # one fewer where the signal came after a row was written, and before it was counted
+        assert code == 130 and errors in [
+            f"error: stopped; {said} of 8 parts are done and kept: asked again, it goes on from there\n"
+            for said in (done, done - 1)]  # fmt: skip
     time.sleep(0.7)  # what a process that outlived its parent would need to compute one more
     before = marks(toy)
     assert before <= done + 2

@@ -71,7 +71,6 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.gait.gait_search import find_gait
     from stages.analytic.gait.poincare import by_stability
     from stages.stability.blocks.borne import Borne
-    from stages.stability.questions.rough import EVEN
 
     friction, tolerance = parameters.analytic.limited(parameters.friction), parameters.analytic.tolerance
     allowed = errors(options.within)
@@ -80,14 +79,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     design = DesignPoint(parameters.biped, parameters.slope, friction)
     known = sensitive_names(design)
     vary = options.vary or tuple(name for name in VARIED if name in known)
-    refuse((options.goal in ON_BLOCKS and bool(refusal(design.walker())),
-            f"--goal {options.goal}: {refusal(design.walker())}"),
-           (options.goal == STEPS and parameters.blocks.block_height_rms == 0.0, f"--goal {STEPS}: {EVEN}"),
-           (options.goal == STEPS and options.maximise, f"--goal {STEPS} is made most without --maximise"))
     bounds = dict(bounds_of(design, text, options.share, known) for text in vary)
     held = dict(target_of(text, TARGETS) for text in options.target)
-    retracts = parameters.biped.feet_retract and "scuff" in (options.goal, *held)
-    refuse((retracts, "scuff: biped.feet_retract is true, and feet that retract touch nothing in swing"))
+    refuse(*senseless(parameters, options, refusal(design.walker()), held))
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     refuse((options.goal in ON_BLOCKS and by_stability(point) >= 1.0,
             f"--goal {options.goal}: the gait is unstable, and ends on even ground too"))
@@ -125,6 +119,20 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     rows = [{"parameter": name, **told_of} for name, told_of in plain["parameters"].items()]
     return Answer(lines, plain, rows=rows, draw=draw, parameters={name: found.design.value(name) for name in bounds},
                   no=not searches[0].met or bool(missed) or not all(one.met for one in answers))  # fmt: skip
+
+
+def senseless(
+    parameters: Parameters, options: Options, on_blocks: str, held: Targets
+) -> Iterator[tuple[bool, str]]:
+    """Whether there is nothing to search for, with a sentence each; `on_blocks` is why the design has no answer there.
+    """
+    from stages.stability.questions.rough import EVEN
+
+    yield options.goal in ON_BLOCKS and bool(on_blocks), f"--goal {options.goal}: {on_blocks}"
+    yield options.goal == STEPS and parameters.blocks.block_height_rms == 0.0, f"--goal {STEPS}: {EVEN}"
+    yield options.goal == STEPS and options.maximise, f"--goal {STEPS} is made most without --maximise"
+    yield (parameters.biped.feet_retract and "scuff" in (options.goal, *held),
+           "scuff: biped.feet_retract is true, and feet that retract touch nothing in swing")  # fmt: skip
 
 
 @dataclass(frozen=True)
