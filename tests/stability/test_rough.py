@@ -17,7 +17,7 @@ from stages.biped.question import WrongOption
 from stages.ground.blocks import Blocks, BlocksDoNotFit, drawn_heights
 from stages.stability.blocks import rare
 from stages.stability.blocks.passage import Counted, from_weighed
-from stages.stability.blocks.rare import BLOCKS, PATTERN, NoFalls, Patterns, generator_of, learnt_patterns, weighed
+from stages.stability.blocks.rare import PATTERN, PLACES, NoFalls, Patterns, generator_of, learnt_patterns, weighed
 from stages.stability.blocks.walks import KEPT, Rough, heights_of, some_walks, walk_on
 from stages.stability.questions import rough as question
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait
@@ -79,7 +79,7 @@ def test_parts_of_a_walk_have_the_same_blocks():
 def test_weighed_walks_fall_as_often_as_counted_ones(rms):
     rough, counted = rough_of(TABLE_1_RIGID, rms), Counted(10)
     counted.add(some_walks(rough, 0, 0, 60_000))
-    patterns = learnt_patterns(rough, 1)
+    patterns, _ = learnt_patterns(rough, 1)
     parts = [weighed(rough, Patterns.of(patterns.plain), generator_of(number), 1500) for number in range(2)]
     found, count = from_weighed(parts, counted), counted.passage()
     assert count.falls > 40 and found.steps_high / found.steps_low < 1.6
@@ -95,10 +95,14 @@ def test_blocks_so_low_that_no_walk_falls_are_said_to_be(monkeypatch):
 
 def test_weights_of_drawn_heights_are_those_of_normal_ones():
     patterns = Patterns(np.array([0.3, 0.7]), np.array([np.linspace(-1.0, 1.0, PATTERN), np.ones(PATTERN)]))
-    heights, weights = patterns.drawn(generator_of(3), 200_000)
-    assert weights.mean() == pytest.approx(1.0, abs=0.05) and weights.max() <= 1 / 0.1
-    assert (weights[:, None] * heights).mean(axis=0) == pytest.approx(np.zeros(BLOCKS), abs=0.05)
-    assert (weights[:, None] * heights**2).mean(axis=0) == pytest.approx(np.ones(BLOCKS), abs=0.1)
+    heights = patterns.drawn(generator_of(3), 200_000)
+    weights = patterns.weights(heights)
+    assert weights.max() <= 1 / 0.1
+    placed = [np.roll(heights, place, axis=1) for place in range(PLACES)]  # a branch is looked at with each place last
+    weights = np.array([patterns.weights(each) for each in placed])
+    assert weights.mean() == pytest.approx(1.0, abs=0.05)
+    assert np.mean(weights[..., None] * placed, axis=(0, 1)) == pytest.approx(np.zeros(KEPT), abs=0.05)
+    assert np.mean(weights[..., None] * np.square(placed), axis=(0, 1)) == pytest.approx(np.ones(KEPT), abs=0.1)
 
 
 class Asking(Listener):

@@ -1,12 +1,13 @@
 """Rare falls: importance sampling of the heights that lead to one, by the cross-entropy method.
 
-The inverse of the mean number of steps to a fall is the share of walks that fall in a step. Of a walk begun in its gait
-this is the expected number of falls in its steps from `SETTLED` on, over their number. It is an integral over as many
-independent normal heights, of which those that matter are far out. They are drawn about some of these instead, and
-weighed by the ratio of the densities.
+The inverse of the mean number of steps to a fall is the share of walks that fall in a step. It is an integral over the
+independent normal heights of the blocks before, of which those that matter are far out. They are drawn about some of
+these instead, and weighed by the ratio of the densities.
 
-What leads to a fall is a few blocks, and some steps later the walk falls or not. So heights are drawn about a short
-`pattern` of blocks, which may stand anywhere under the walk. Patterns are learnt from falls: on blocks so high that
+What leads to a fall is a few blocks, and some steps later the walk falls or not. So walks branch off from one on blocks
+as they are. They go over a `pattern` of a few blocks, about which heights are drawn, and some more. A fall there is
+weighed as if its pattern had been placed anywhere among the last blocks: each place is drawn as often (the balance
+heuristic: E. Veach and L. J. Guibas, SIGGRAPH 1995). Patterns are learnt from falls: on blocks so high that
 these are frequent, then on ever lower ones, where what was drawn about the patterns falls and is weighed, until the
 blocks are those asked for (cross-entropy: R. Y. Rubinstein, Methodology and Computing in Applied Probability 1, 1999).
 Some heights are drawn as they are, which bounds the weights.
@@ -14,6 +15,7 @@ Some heights are drawn as they are, which bounds the weights.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -22,16 +24,20 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from stages.analytic.result import REACHES
-from stages.stability.blocks.walks import Rough, some_walks, walk_on
+from stages.stability.blocks.walks import KEPT, Rough, Standing, some_walks, walk_on
 
-#: Blocks under a walk, and steps of it before falls are counted; blocks in a pattern.
-BLOCKS, SETTLED, PATTERN = 24, 8, 5
+#: Blocks in a pattern, and places of it among the last blocks.
+PATTERN = 5
+PLACES = KEPT - PATTERN + 1
+#: Steps before the first branch, and from one to the next.
+SETTLED, APART = 50, 4
 #: Share of the heights that is drawn as it is, patterns, and the least share of each.
 PLAIN, PATTERNS, LEAST = 0.1, 4, 0.05
-#: Falls that patterns are first learnt from, in so many steps, on blocks higher by this factor, at most so often.
-FALLS, WATCHED, HIGHER, TIMES = 60, 4000, 1.2, 13
+#: Falls that patterns are first learnt from, in so many steps, of which a part is looked at first, on blocks higher by
+#: this factor, at most so often.
+FALLS, WATCHED, LOOKS, HIGHER, TIMES = 60, 4000, 8, 1.2, 13
 #: Passes that share falls out among patterns; walks on blocks of one height; rounds on those asked for.
-PASSES, WALKS, ROUNDS = 15, 200, 4
+PASSES, WALKS, ROUNDS = 15, 200, 3
 
 
 class NoFalls(ValueError):
@@ -56,24 +62,26 @@ class Patterns:
         return [self.shares.tolist(), self.heights.tolist()]
 
     def likelihoods(self, heights: np.ndarray) -> np.ndarray:
-        """Densities (n, places, k) of heights (n, b) about each pattern at each place, over that asked for, times its
-        share; their sum over places and patterns is that of the mixture.
+        """Densities (n, PLACES, k) of heights (n, KEPT) about each pattern at each place, over that asked for, times
+        its share; their sum over places and patterns is that of the mixture.
         """
         there = sliding_window_view(heights, PATTERN, axis=1)
         ratios = np.exp(there @ self.heights.T - 0.5 * (self.heights**2).sum(axis=1)) * self.shares
-        return np.asarray(ratios / there.shape[1])
+        return np.asarray(ratios / PLACES)
 
-    def drawn(self, generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Heights (count, BLOCKS) and their weights (count,): the density asked for over that drawn from."""
-        heights = generator.standard_normal((count, BLOCKS))
+    def drawn(self, generator: np.random.Generator, count: int) -> np.ndarray:
+        """Heights (count, KEPT) of the blocks of branches, which begin with a pattern."""
+        heights = generator.standard_normal((count, KEPT))
         which = generator.choice(len(self.shares), count, p=self.shares)
-        first = generator.integers(0, BLOCKS - PATTERN + 1, count)
-        for row in np.flatnonzero(generator.random(count) >= PLAIN).tolist():
-            heights[row, first[row] : first[row] + PATTERN] += self.heights[which[row]]
-        return heights, 1.0 / (PLAIN + (1 - PLAIN) * self.likelihoods(heights).sum(axis=(1, 2)))
+        heights[:, :PATTERN] += self.heights[which] * (generator.random(count) >= PLAIN)[:, None]
+        return heights
+
+    def weights(self, heights: np.ndarray) -> np.ndarray:
+        """Weights (n,) of falls after heights (n, KEPT): the density asked for over that drawn from."""
+        return np.asarray(1.0 / (PLAIN + (1 - PLAIN) * self.likelihoods(heights).sum(axis=(1, 2))))
 
     def moved(self, heights: np.ndarray, weights: np.ndarray) -> Patterns:
-        """Patterns of weighed heights (n, b) before falls, shared out among patterns and places by likelihood."""
+        """Patterns of weighed heights (n, KEPT) before falls, shared out among patterns and places by likelihood."""
         found = self.likelihoods(heights)
         parts = found / found.sum(axis=(1, 2), keepdims=True) * (weights / weights.sum())[:, None, None]
         sums = parts.sum(axis=(0, 1))
@@ -96,43 +104,64 @@ class Weighed:
 
 
 def weighed(rough: Rough, patterns: Patterns, generator: np.random.Generator, count: int) -> Weighed:
-    """Walk over so many drawn sequences of blocks."""
-    heights, weights = patterns.drawn(generator, count)
-    walks = [walk_on(rough, row) for row in heights.tolist()]
-    falls = [(walk.ending, float(weight) / (BLOCKS - SETTLED), np.array(walk.last))
-             for walk, weight in zip(walks, weights, strict=True) if walk.ending != REACHES and walk.steps >= SETTLED]
-    return Weighed(count, sum(walk.steps + (walk.ending != REACHES) for walk in walks), falls)
+    """Walk over so many drawn patterns, each from another state of a walk on blocks as they are."""
+    last, steps, endings, heights = deque([0.0] * KEPT, maxlen=KEPT), SETTLED, [], []
+    at = under_way(rough, rough.start, last, generator.standard_normal(SETTLED))
+    for row in patterns.drawn(generator, count).tolist():
+        at = under_way(rough, at, last, generator.standard_normal(APART))
+        walk = walk_on(rough, row, at, last)
+        fell = walk.ending != REACHES
+        steps += APART + walk.steps + fell
+        if fell and walk.steps >= PATTERN - 1:
+            endings.append(walk.ending)
+            heights.append(walk.last)
+    found = np.array(heights).reshape(-1, KEPT)
+    return Weighed(count, steps, list(zip(endings, (patterns.weights(found) / PLACES).tolist(), found, strict=True)))
 
 
-def first_patterns(rough: Rough, seed: int) -> tuple[Rough, Patterns]:
-    """Blocks so high that falls are frequent, and the patterns before falls there. Raises NoFalls."""
-    for time in range(TIMES):
-        walks = some_walks(rough, seed, WATCHED * time, WATCHED)
-        last = np.array([walk.last for walk in walks if walk.ending != REACHES])
-        if len(last) >= FALLS:
+def under_way(rough: Rough, at: Standing, last: deque[float], heights: np.ndarray) -> Standing:
+    """After a step onto each of these heights, which become the `last`; a walk that falls begins anew."""
+    for height in heights.tolist():
+        last.append(height)
+        at, ending = rough.step(at, height)
+        if ending != REACHES:
+            at = rough.start
+    return at
+
+
+def first_patterns(rough: Rough, seed: int) -> tuple[Rough, Patterns, int]:
+    """Blocks so high that falls are frequent, the patterns before falls there, and steps. Raises NoFalls."""
+    steps = WATCHED
+    for _ in range(TIMES):
+        steps += WATCHED // LOOKS
+        looked = some_walks(rough, seed, 0, WATCHED // LOOKS)
+        if sum(walk.ending != REACHES for walk in looked) * LOOKS >= FALLS:
             break
         rough = replace(rough, rms=HIGHER * rough.rms)
     else:
         raise NoFalls(f"no walk falls even on blocks {HIGHER**TIMES:.0f} times as high")
+    last = np.array([walk.last for walk in some_walks(rough, seed, 0, WATCHED) if walk.ending != REACHES])
     begun = last[np.linspace(0, len(last) - 1, PATTERNS).astype(int), -PATTERN:]
     patterns = Patterns(np.full(PATTERNS, 1 / PATTERNS), begun)
     for _ in range(PASSES):
         patterns = patterns.moved(last, np.ones(len(last)))
-    return rough, patterns
+    return rough, patterns, steps
 
 
-def learnt_patterns(rough: Rough, seed: int) -> Patterns:
-    """The patterns on these blocks. Raises NoFalls."""
-    generator, (there, patterns) = generator_of(seed), first_patterns(rough, seed)
+def learnt_patterns(rough: Rough, seed: int) -> tuple[Patterns, int]:
+    """The patterns on these blocks, and the steps that this took. Raises NoFalls."""
+    generator, (there, patterns, steps) = generator_of(seed), first_patterns(rough, seed)
     rounds = 0
     while rounds < ROUNDS:
         lower = max(there.rms / HIGHER, rough.rms)
         patterns, there = replace(patterns, heights=patterns.heights * there.rms / lower), replace(rough, rms=lower)
         rounds += there.rms == rough.rms
-        falls = weighed(there, patterns, generator, WALKS).falls
-        if falls:
-            patterns = patterns.moved(np.array([last for *_, last in falls]), np.array([w for _, w, _ in falls]))
-    return patterns
+        found = weighed(there, patterns, generator, WALKS)
+        steps += found.steps
+        if found.falls:
+            patterns = patterns.moved(np.array([last for *_, last in found.falls]),
+                                      np.array([weight for _, weight, _ in found.falls]))  # fmt: skip
+    return patterns, steps
 
 
 def generator_of(seed: int) -> np.random.Generator:

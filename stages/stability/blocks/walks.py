@@ -93,9 +93,11 @@ def heights_of(seed: int, walk: int) -> Iterator[float]:
         first += DRAWN
 
 
-def walk_on(rough: Rough, heights: Iterable[float]) -> Walk:
-    """Walk over blocks of these heights until a fall or their end."""
-    at, last, made = rough.start, deque([0.0] * KEPT, maxlen=KEPT), 0
+def walk_on(
+    rough: Rough, heights: Iterable[float], at: Standing | None = None, last: Iterable[float] = (0.0,) * KEPT
+) -> Walk:
+    """Walk over blocks of these heights until a fall or their end: from the gait, or as it stands after the `last`."""
+    at, last, made = at or rough.start, deque(last, maxlen=KEPT), 0
     for height in heights:
         last.append(height)
         at, ending = rough.step(at, height)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stages.stability.result import Passage
 
 #: Steps that are walked at once; of these parts so many are counted at first, and weighed walks come in so many.
-PART, FIRST, WEIGHED = 2500, 8, 8
+PART, FIRST, WEIGHED = 2500, 4, 8
 #: Seeds, beside that of the blocks: of the patterns before falls, and of weighed walks.
 OF_PATTERNS, OF_WEIGHED = 1_000_000, 2_000_000
 EVEN = "ground.block_height_rms = 0 m: the ground is even, and nobody falls; allowed here: > 0 m"
@@ -65,7 +65,8 @@ def passage(
     import numpy as np
 
     from stages.stability.blocks.passage import FEW, Counted, from_weighed, ways_of
-    from stages.stability.blocks.rare import BLOCKS, Weighed
+    from stages.stability.blocks.rare import APART, Weighed
+    from stages.stability.blocks.walks import KEPT
 
     rough, counted = rough_of(parameters, z), Counted(options.ramp)
     parameters.blocks.under(0, rough.middle * rough.walker.length)  # refuses blocks that reach too far
@@ -74,8 +75,9 @@ def passage(
     if counted.falls * parts >= FEW * FIRST:
         walk_on(asking, z, range(FIRST, parts), counted)
         return counted.passage(), counted.ways()
-    [known] = asking.each(learnt, [0], z)
-    walks = (options.effort - counted.steps) // (BLOCKS * WEIGHED)
+    [(known, steps)] = asking.each(learnt, [0], z)
+    counted.steps += steps
+    walks = (options.effort - counted.steps) // ((APART + KEPT) * WEIGHED)
     parts_of = asking.each(weighed_part, list(range(WEIGHED)), z, known, walks)
     found_in = [Weighed(walks, steps, [(ending, weight, np.array(heights)) for ending, weight, heights in falls])
                 for steps, falls in parts_of]  # fmt: skip
@@ -116,11 +118,12 @@ def walked(parameters: Parameters, z: Sequence[float], part: int) -> list[list[f
     return [[walk.steps, walk.ending, *walk.last] for walk in walks]
 
 
-def learnt(parameters: Parameters, z: Sequence[float], number: int) -> list[Any]:
-    """Patterns of blocks that lead to a fall, for `Asking.each`."""
+def learnt(parameters: Parameters, z: Sequence[float], number: int) -> tuple[list[Any], int]:
+    """Patterns of blocks that lead to a fall and the steps walked for them, for `Asking.each`."""
     from stages.stability.blocks.rare import learnt_patterns
 
-    return learnt_patterns(rough_of(parameters, z), parameters.blocks.block_seed + OF_PATTERNS + number).plain
+    found, steps = learnt_patterns(rough_of(parameters, z), parameters.blocks.block_seed + OF_PATTERNS + number)
+    return found.plain, steps
 
 
 def weighed_part(
