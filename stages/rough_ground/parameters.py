@@ -36,6 +36,8 @@ class Settings:
         bound=Bound(minimum=10, maximum=10**6))
     share_to: float = parameter(
         "1", "largest factor on a parameter of the design, and least over it", bound=Bound(above=1, maximum=4))
+    speed_shares: tuple[float, ...] = parameter(
+        "1", "by how much a design of the least norm may walk faster or slower, as shares", bound=Bound(minimum=0))
     designs: int = parameter("1", "factors on each parameter", bound=Bound(minimum=3, maximum=99))
 
     def broken_rules(self) -> Iterator[Broken]:

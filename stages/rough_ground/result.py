@@ -28,12 +28,25 @@ class DesignNorm:
 
 
 @dataclass(frozen=True)
+class Reached(Passage):
+    """The design of the least gait sensitivity norm within a bound on its speed, on blocks of one rms height."""
+
+    block_height_rms: float = quantity("m", "rms of the blocks' heights")
+    speed_share: float = quantity("1", "by how much its speed may differ from the given design's, as a share")
+    speed: float = quantity("m/s", "its speed")
+    sensitivity_norm: float = quantity("s/m", "its gait sensitivity norm")
+    stopped_by: str = quantity("-", "bounds that it lies on: speed, or a parameter and which")
+    met: bool = quantity("-", "whether its speed is within the bound")
+
+
+@dataclass(frozen=True)
 class Result:
     """How long walks last on blocks, and what the design does to the spread of steps."""
 
     passages: tuple[OnHeight, ...] = quantity("-", "steps to a fall by model and height")
     norms: tuple[DesignNorm, ...] = quantity("-", "gait sensitivity norm of changed designs")
     sensitivity_norm: float = quantity("s/m", "gait sensitivity norm of the design")
+    front: tuple[Reached, ...] = quantity("-", "designs of the least norm over the bound on their speed", default=())
 
     def of(self, model: str) -> tuple[OnHeight, ...]:
         """A model's rows, from the least height."""

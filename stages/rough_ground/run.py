@@ -25,6 +25,7 @@ from stages.ground.blocks import Blocks
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.walk import begin, numbers_of
 from stages.planar.run import COMPLETED, rolling_state
+from stages.rough_ground.front import front
 from stages.rough_ground.parameters import Parameters, Settings
 from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN, DesignNorm, OnHeight, Result
 from stages.stability.blocks.passage import Counted
@@ -42,6 +43,8 @@ CHANGED = ("biped.foot_radius", "biped.foot_com", "biped.hip_mass")
 TOLERANCE = 1e-6
 #: Tolerance of the steps of which the norm is made.
 NORM_TOLERANCE = 1e-10
+#: Longest stride, in the logarithm of a factor, from one gait to the next: from farther another gait may be found.
+LONGEST = 0.06
 #: First number of walks over a ramp, beyond those that are walked until they fall, and how many fewer are dear ones.
 OF_RAMPS, FEWER = 1_000_000, 5
 
@@ -76,7 +79,10 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
                 counted = counting(walk, blocks, ramp, steps, ramps)
                 rows.append(OnHeight(**vars(counted.passage()), model=model, block_height_rms=rms))
     progress(0.9, "gait sensitivity norm of other designs")
-    return Result(tuple(rows), tuple(norms(design, z, settings)), norm_of(design, z)[0])
+    of_others = tuple(norms(design, z, settings))
+    progress(0.95, "designs of the least norm")
+    reached = tuple(front(design, z, replace(parameters.blocks, block_length=length), rows, settings))
+    return Result(tuple(rows), of_others, norm_of(design, z)[0], reached)
 
 
 def counting(walk: Walks, blocks: Blocks, ramp: int, steps: int, ramps: int) -> Counted:
@@ -124,13 +130,18 @@ def walkers(parameters: Parameters, analytic: Analytic, z: Vector) -> dict[str, 
 def norms(design: DesignPoint, z: Vector, settings: Settings) -> Iterator[DesignNorm]:
     """The norm over factors on single parameters, each gait searched from its neighbour's, from the design on."""
     count = settings.designs // 2
+    parts = int(np.ceil(np.log(settings.share_to) / (count * LONGEST)))
     for name in CHANGED:
         rows = {}
         for way in (-1, 1):
             there = z
-            for number in range(count + 1):
-                share = settings.share_to ** (way * number / count)
-                rows[share], there = norm_of(design.with_value(name, share * design.value(name)), there)
+            for number in range(count * parts + 1):
+                share = settings.share_to ** (way * number / (count * parts))
+                changed = design.with_value(name, share * design.value(name))
+                if number % parts == 0:
+                    rows[share], there = norm_of(changed, there)
+                elif (point := fixed_point(changed.walker(), there, NORM_TOLERANCE)) is not None:
+                    there = point.z
         yield from (DesignNorm(name, share, rows[share]) for share in sorted(rows))
 
 

@@ -21,7 +21,7 @@ from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
 from stages.ground.blocks import Blocks
 from stages.model_error.result import Result as ModelError
-from stages.rough_ground.result import MODELS, DesignNorm, OnHeight
+from stages.rough_ground.result import MODELS, DesignNorm, OnHeight, Reached
 from stages.rough_ground.result import Result as RoughGround
 from stages.studies.result import COMPLETED
 from stages.tradeoff.result import Errors, Reference, Row
@@ -141,7 +141,11 @@ def rough_ground():
     norms = tuple(DesignNorm(name, share, np.nan if share * slope > 1.3 else 72.0 / share**slope)
                   for name, slope in (("biped.foot_radius", 1.0), ("biped.hip_mass", 1.2))
                   for share in (0.8, 1.0, 1.25))  # fmt: skip
-    return RoughGround(rows, norms, 72.0)
+    front = tuple(Reached(mean, low, high, "counted", 30, 1000, 10, 0.9, 0.8, 1.0, 5e-4, share,
+                          0.33 * (1 + share), norm, "speed, biped.hip_mass lower", True)
+                  for share, mean, low, high, norm in (
+                      (0.0, 50.0, 40.0, 65.0, 60.0), (0.25, np.inf, 300.0, np.inf, 30.0)))  # fmt: skip
+    return RoughGround(rows, norms, 72.0, front)
 
 
 def stability():

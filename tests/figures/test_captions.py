@@ -47,6 +47,8 @@ def test_every_figure_has_a_title_and_a_caption_from_the_results_that_it_names(n
         "loses its double stance: the cycle of 2 at 3.4°."]),
     ("basin", {}, ["from 42 starts", "14.3 % come within 0.001", "after 1 to 5 steps", "falls forward: 14.3 %",
                    "In 14.3 % the trailing leg"]),
+    ("rough_ground", {}, ["of 0.5 mm, where the design makes 60 steps", "Within 25 % it makes more than 300;",
+                          "bounds reached: speed, biped.hip_mass lower."]),
     ("bifurcation", {"stability": SimpleNamespace(slope_deg=2.0, families=(), basin=None)},
      ["No gait could be followed."]),
     ("basin", {"stability": SimpleNamespace(slope_deg=2.0, families=(), basin=None)}, ["unstable"]),

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
-from stages.rough_ground.result import CONSTRAINT, MODELS, PENALTY, TWIN
+from stages.rough_ground.result import CONSTRAINT, MODELS, PENALTY, TWIN, OnHeight
 
 LOOKS = {CONSTRAINT: (style.ANALYTIC, "o"), PENALTY: (style.MULTIBODY, "s"), TWIN: (style.TWIN, "^")}
 #: Models are drawn beside each other, apart by this factor of the height.
@@ -17,9 +20,11 @@ LINES = ("-", "--", ":")
 
 
 def draw(given: Given) -> Figure:
-    """Steps and chance over the height with their intervals, and the norm over factors on the design."""
+    """Steps and chance over the height with their intervals, the norm over factors on the design, and what a search of
+    designs reaches.
+    """
     found = given.rough_ground
-    figure, (falls, ramp, norms) = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 2.6))
+    figure, ((falls, ramp), (norms, reached)) = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 4.8))
     for number, model in enumerate(MODELS):
         colour, mark = LOOKS[model]
         rows = found.of(model)
@@ -29,9 +34,7 @@ def draw(given: Given) -> Figure:
              [row.steps_high for row in rows]),
             (ramp, [row.ramp_chance for row in rows], [row.ramp_low for row in rows], [row.ramp_high for row in rows]),
         ):  # fmt: skip
-            ends = np.where(np.isfinite(high), high, 1e3 * np.array(low))
-            axes.vlines(heights, low, ends, color=colour, linewidth=1.0)
-            axes.plot(heights, middle, mark, color=colour, markersize=4, markerfacecolor="none", label=model)
+            bars(axes, heights, middle, low, high, colour=colour, mark=mark, label=model)
     seen = [row.steps_to_fall for row in found.passages if np.isfinite(row.steps_to_fall)]
     lows = [row.steps_low for row in found.passages]
     falls.set(xscale="log", yscale="log", xlabel="rms height of blocks [mm]", ylabel="mean steps to a fall [1]",
@@ -51,8 +54,41 @@ def draw(given: Given) -> Figure:
                  if axes.get_xlim()[0] <= height <= axes.get_xlim()[1]]  # fmt: skip
         axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axes.minorticks_off()
-    style.panel_labels((falls, ramp, norms))
+    draw_front(reached, given)
+    style.panel_labels((falls, ramp, norms, reached))
     return figure
+
+
+def bars(
+    axes: Axes, at: Sequence[float] | np.ndarray, middle: Sequence[float], low: Sequence[float],
+    high: Sequence[float], *, colour: str, mark: str, label: str
+) -> None:  # fmt: skip
+    """Values with their intervals; open at the top where these have no end."""
+    ends = np.where(np.isfinite(high), high, 1e3 * np.array(low))
+    axes.vlines(at, low, ends, color=colour, linewidth=1.0)
+    axes.plot(at, middle, mark, color=colour, markersize=4, markerfacecolor="none", label=label)
+
+
+def draw_front(axes: Axes, given: Given) -> None:
+    """Steps to a fall over the bound on speed, and those of the given design."""
+    rows = given.rough_ground.front
+    if rows:
+        bars(axes, [100 * row.speed_share for row in rows], [row.steps_to_fall for row in rows],
+             [row.steps_low for row in rows], [row.steps_high for row in rows], colour=style.ANALYTIC, mark="o",
+             label="least norm")  # fmt: skip
+        own, lows = given_row(given), [row.steps_low for row in rows]
+        axes.axhline(own.steps_to_fall, color=style.MULTIBODY, linestyle="--", linewidth=1.0, label="given design")
+        seen = [row.steps_to_fall for row in rows if np.isfinite(row.steps_to_fall)]
+        axes.set_ylim(0.5 * min([own.steps_to_fall, *lows]), 3.0 * max([own.steps_to_fall, *seen, *lows]))
+        axes.legend(loc="upper left")
+    axes.set(yscale="log", xlabel="bound on the change of speed [%]", ylabel="mean steps to a fall [1]")
+    axes.minorticks_off()
+
+
+def given_row(given: Given) -> OnHeight:
+    """The given design on the blocks of the front."""
+    found = given.rough_ground
+    return next(row for row in found.of(CONSTRAINT) if row.block_height_rms == found.front[0].block_height_rms)
 
 
 def changed(given: Given) -> list[str]:
@@ -76,7 +112,19 @@ def caption(given: Given) -> str:
     if best is not None:
         text = (f"{text} (c) The spread of a step's duration over the rms height, {found.sensitivity_norm:.3g} s/m for "
                 f"the design, is least with {best.parameter} times {best.share:.3g}: {best.sensitivity_norm:.3g} s/m.")
-    return text
+    return f"{text} {of_front(given)}".rstrip()
+
+
+def of_front(given: Given) -> str:
+    """What panel d shows, in words."""
+    rows = given.rough_ground.front
+    if not rows:
+        return ""
+    own, last = given_row(given), rows[-1]
+    steps = f"{last.steps_to_fall:.3g}" if np.isfinite(last.steps_to_fall) else f"more than {last.steps_low:.3g}"
+    return (f"(d) On blocks of {1e3 * own.block_height_rms:.2g} mm, where the design makes {own.steps_to_fall:.3g} "
+            "steps: designs of the least norm, their masses and radius searched, each with its speed within a bound. "
+            f"Within {100 * last.speed_share:.3g} % it makes {steps}; bounds reached: {last.stopped_by or 'none'}.")
 
 
 FIGURES = {
