@@ -12,6 +12,7 @@ from stages.calibration.following import robot_file
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Present
 from stages.calibration.following.robot_file import FittedRobot
+from stages.calibration.following.track import follow
 from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, usable
 from stages.calibration.observation.prediction import predict, walk
@@ -68,7 +69,7 @@ def errors(seed, steps):
     """Normalised squared errors of the states of a run, by component and of all together; strikes inside their 95 %
     intervals a tenth of a second before, of how many; and innovations."""
     run, design, unknowns = made(seed, steps)
-    instants = list(follower().follow(run))
+    instants = list(follow(follower(), run))
     times = np.array([one.time for one in instants])
     truth, lie = walk(design, (), unknowns, model()[1].layout, run.sampling, run.duration, 1e-9).states(times)
     same = [(one, state[:, 0]) for one, state, stretch in zip(instants, truth, lie, strict=True)
@@ -134,8 +135,8 @@ def test_over_many_runs_errors_have_the_size_that_is_said():
 def test_only_samples_up_to_a_time_tell_of_it():
     """What comes later is taken away, and nothing before it changes."""
     run, _, _ = made(3, 7)
-    whole = list(follower().follow(run))
-    part = list(follower().follow(run.upto(whole[len(whole) // 2].time + 0.3)))
+    whole = list(follow(follower(), run))
+    part = list(follow(follower(), run.upto(whole[len(whole) // 2].time + 0.3)))
     assert len(part) > 40
     for one, other in zip(part, whole, strict=False):
         assert one.time == other.time and np.array_equal(one.state, other.state) and one.strike == other.strike
@@ -176,7 +177,7 @@ def test_a_state_is_known_as_well_as_all_samples_until_then_allow():
     run, design, unknowns = made(4, 6)
     robot, fitted = model()
     names, layout = fitted.of_design, fitted.layout
-    told = [one for one in follower().follow(run) if 0.1 < (one.time % 0.5) < 0.12]
+    told = [one for one in follow(follower(), run) if 0.1 < (one.time % 0.5) < 0.12]
     prior = np.where(np.isfinite(layout.prior), layout.prior, 10 * layout.sizes)
     before = np.linalg.inv(np.diag(np.concatenate([np.diag(robot.of_design()), prior**2])))
     place = names.index(SLOPE)

@@ -9,10 +9,12 @@ points, given the leg that stands; all that goes not along with it is taken as a
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.gait.gait_report import energy
 from stages.analytic.model.walker import Vector
 from stages.calibration.observation.prediction import Walked
 
@@ -26,6 +28,8 @@ FACTORIALS = np.array([math.factorial(order) for order in ORDERS], dtype=float)
 #: A sample near a heel strike may be so many standard errors of its time nearer than it is thought to be; no strike is
 #: known worse than to this [s].
 WIDE, SOON = 2.0, 0.05
+#: Step of the differences of energy by the state.
+SMALL = 1e-5
 #: Points in standard deviations, and weights: far from all events, and near one.
 FEW, MANY = ((np.sqrt(2.0) * points, weights / weights.sum())
              for points, weights in map(np.polynomial.hermite.hermgauss, (3, 15)))  # fmt: skip
@@ -37,7 +41,9 @@ class Instant:
 
     The state (size,) in SI units with its `covariance`, the leg that stands, whether both bear, and when the next heel
     strike comes with its standard error [s]. `surprise` is the mean square of the readings' innovations, in their own
-    standard deviations; NaN without a reading.
+    standard deviations; NaN without a reading. `energy` [J] counts from the standing foot, with its standard error by
+    the state alone. Shortly before a heel strike `falls` are the probabilities to fall in the first, the first two and
+    so on of the steps after it.
     """
 
     time: float
@@ -48,6 +54,8 @@ class Instant:
     strike: float
     strike_sd: float
     surprise: float
+    energy: tuple[float, float]
+    falls: Sequence[float] = ()
 
 
 class Present:
@@ -59,7 +67,7 @@ class Present:
         self._strikes = walked.strikes()
         self._legs = np.array([one.stance_leg for one in walked.stretches])
         self._floor, self._scales = (SOLVED * tolerance) ** 2 * np.eye(walked.walker.size), walked.walker.scales()
-        self.ends = float(self._begins[-1]) * self._unit
+        self.ends = float(self._begins[-1] + walked.stretches[-1].duration[0]) * self._unit
 
     def at(self, time: float, moved: Vector, covariance: np.ndarray, surprise: float) -> Instant:
         """What is known at a time [s] of a walk whose unknowns are `moved` (n,) from its own, with a covariance."""
@@ -95,7 +103,15 @@ class Present:
                    + self._floor)  # fmt: skip
         stretch = self._walked.stretches[number]
         return Instant(time, mean * self._scales, covered * self._scales * self._scales[:, None], stretch.stance_leg,
-                       stretch.double, *self.strike(time, moved, covariance), surprise)  # fmt: skip
+                       stretch.double, *self.strike(time, moved, covariance), surprise,
+                       self._energy(mean, covered, stretch.stance_leg))  # fmt: skip
+
+    def _energy(self, state: Vector, covariance: np.ndarray, leg: int) -> tuple[float, float]:
+        """Energy of a dimensionless state and its standard error [J]."""
+        walker, steps = self._walked.walker.on(leg), SMALL * np.eye(len(state))
+        unit = walker.mass * (walker.length / walker.time) ** 2
+        by = np.array([sum(energy(walker, state + step)) - sum(energy(walker, state - step)) for step in steps])
+        return unit * sum(energy(walker, state)), unit * math.sqrt(by @ covariance @ by) / (2.0 * SMALL)
 
     def _number(self, begins: Vector, now: float) -> int:
         """The stretch at a time, where they begin at rising times (e,)."""
@@ -113,11 +129,14 @@ class Present:
     def is_near_a_strike(
         self, time: float, moved: Vector, covariance: np.ndarray, before: float, after: float
     ) -> bool:
-        """Whether a time is from `before` to `after` a heel strike [s], or `WIDE` of its standard errors beside."""
+        """Whether a time is from `before` to `after` a heel strike [s], or `WIDE` of its standard errors beside.
+
+        These are `before` at most: who knows nothing of a strike needs samples.
+        """
         for row in self._strikes:
             late = time - row[0] - row[1:] @ moved
             if -SOON - before < late < SOON + after:
-                wide = WIDE * math.sqrt(row[1:] @ covariance @ row[1:])
+                wide = min(WIDE * math.sqrt(row[1:] @ covariance @ row[1:]), before)
                 if -wide - before < late < wide + after:
                     return True
         return False

@@ -18,6 +18,7 @@ from stages.calibration.following import robot_file
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.stream import Stream, rows_of
+from stages.calibration.following.track import follow
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
@@ -70,7 +71,7 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
         asking.progress(number / max(len(runs), 1), name)
         instants = list[Instant]()
         try:
-            instants.extend(_late(one, robot) for one in follower.follow(run))
+            instants.extend(_late(one, robot) for one in follow(follower, run))
         except StepFailed as reason:
             lines.append(f"{name}: lost after {instants[-1].time if instants else 0.0:.2f} s: {reason}")
         if instants:
@@ -100,7 +101,9 @@ def _row(name: str, one: Instant) -> dict[str, Any]:
     for place, (key, unit) in enumerate(entries):
         for title, at, per in ((key, place, ""), (f"{key}_rate", half + place, "_s")):
             row[f"{title}_{unit}{per}"], row[f"{title}_sd"] = float(one.state[at]), float(sd[at])
-    return {**row, "next_heel_strike_s": one.strike, "next_heel_strike_sd_s": one.strike_sd}
+    row |= {"energy_J": one.energy[0], "energy_sd": one.energy[1]}
+    row |= {"next_heel_strike_s": one.strike, "next_heel_strike_sd_s": one.strike_sd}
+    return row | {f"falls_within_{steps}_steps": float(share) for steps, share in enumerate(one.falls, 1)}
 
 
 def _plain(instants: Sequence[Instant], run: MeasuredRun) -> Mapping[str, Any]:

@@ -6,6 +6,7 @@ filter; all again, about better unknowns, Gauss and Newton's method with what wa
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.run_fit import Model
+from stages.calibration.following.falls import falls
 from stages.calibration.following.present import Instant, Present
 from stages.calibration.observation.measured_run import SIDES, Sampling
 from stages.calibration.observation.prediction import Shown, Walked
@@ -41,11 +43,11 @@ class Sample:
 
 @dataclass
 class Taken:
-    """Times [s], readings (3,) and their variances (3,), infinite for what is not used, of one side's samples."""
+    """Times [s], readings (3,) and which of them are used (3,), of one side's samples."""
 
     times: list[float] = field(default_factory=list)
     readings: list[Vector] = field(default_factory=list)
-    variances: list[Vector] = field(default_factory=list)
+    used: list[np.ndarray] = field(default_factory=list)
 
 
 class Step:
@@ -59,7 +61,8 @@ class Step:
         self, model: Model, sampling: Sampling, belief: Belief, at: Vector, walked: Walked, tolerance: float,
         coming: Mapping[str, Vector],
     ) -> None:  # fmt: skip
-        self._model, self._sampling, self._belief, self._at = model, sampling, belief, at
+        self._model, self._sampling, self._at, self._walked = model, sampling, at, walked
+        self.belief, self._tolerance, self._coming = belief, tolerance, coming
         self._present, self.leg = Present(walked, tolerance), belief.leg
         self._shown = {side: Shown(walked, sampling, side) for side in SIDES}
         self._taken = {side: Taken() for side in SIDES}
@@ -78,21 +81,36 @@ class Step:
         """The unknowns (n,) by all samples so far."""
         return np.asarray(self._at + self._moved)
 
-    def take(self, sample: Sample, kept: bool = True) -> None:
-        """Take a sample that is not earlier than its side's last one; one that is not `kept` is not taken again."""
-        taken, side = self._taken[sample.side], sample.side
+    def take(self, sample: Sample, kept: bool = True) -> float:
+        """Take a sample that is not earlier than its side's last one; one that is not `kept` is not taken again.
+
+        Returns the mean square of its innovations, in their standard deviations; NaN where nothing is used.
+        """
+        taken, side, surprise = self._taken[sample.side], sample.side, math.nan
         variances = np.where(sample.used, np.square(self._model.noise), np.inf)
         if sample.used.any():
             expected = self._expected.get(side, {}).get(sample.time)
             if expected is None:
                 expected = self._shown[side].read(np.array([sample.time]))[0]
-            self._surprise += take_readings(self._moved, self.covariance, sample.reading - expected[:, 0],
-                                            expected[:, 1:], variances, self._model.robust)  # fmt: skip
-            self._count += int(sample.used.sum())
+            square = take_readings(self._moved, self.covariance, sample.reading - expected[:, 0], expected[:, 1:],
+                                   variances, self._model.robust)  # fmt: skip
+            count = int(sample.used.sum())
+            self._surprise, self._count, surprise = self._surprise + square, self._count + count, square / count
         if kept:
             taken.times.append(sample.time)
             taken.readings.append(sample.reading)
-            taken.variances.append(variances)
+            taken.used.append(sample.used)
+        return surprise
+
+    def has_landed(self, time: float) -> bool:
+        """Whether the step's heel strike is over at a time [s]."""
+        return time > self._present.strike(-math.inf, self._moved, self.covariance)[0]
+
+    def forget(self, since: float) -> None:
+        """Take no sample again that is not before a time [s]."""
+        for side, taken in self._taken.items():
+            count = sum(time < since for time in taken.times)
+            self._taken[side] = Taken(taken.times[:count], taken.readings[:count], taken.used[:count])
 
     def is_near_a_strike(self, time: float, before: float, after: float) -> bool:
         """Whether a time is from `before` to `after` a heel strike [s], or may be."""
@@ -104,16 +122,29 @@ class Step:
         self._surprise, self._count = 0.0, 0
         return self._present.at(time, self._moved, self.covariance, surprise)
 
+    def anew(self, belief: Belief, at: Vector, walked: Walked, known: Step | None = None) -> Step:
+        """The step with the unknowns `at` (n,), and without its samples; or as it is `known` by these, with them."""
+        prior = known.belief if known else belief
+        step = Step(self._model, self._sampling, prior, at, walked, self._tolerance, self._coming)
+        if known:
+            step._taken, step._moved, step.covariance = self._taken, belief.mean - at, belief.covariance.copy()
+        return step
+
+    def falls(self) -> Vector:
+        """Probabilities to fall within so many steps after the next heel strike, by what is known now."""
+        return falls(self._walked, self._moved, self.covariance)
+
     def again(self, at: Vector, walked: Walked) -> Belief:
         """What is known before the step from all that it took, with the unknowns `at` (n,), which have `walked` so."""
-        prior, n = self._belief, len(at)
+        prior, n = self.belief, len(at)
         matrix, right = np.zeros((n, n)), np.zeros(n)
         for side, taken in self._taken.items():
             if taken.times:
                 expected = Shown(walked, self._sampling, side).read(np.array(taken.times))
                 rows = expected[:, :, 1:].reshape(-1, n)
-                weighed = rows.T / np.ravel(taken.variances)
-                left = (np.array(taken.readings) - expected[:, :, 0]).ravel()
+                left, noise = np.array(taken.readings) - expected[:, :, 0], np.asarray(self._model.noise)
+                pull = np.maximum(np.abs(left) / noise / self._model.robust, 1.0)  # Huber's
+                left, weighed = left.ravel(), rows.T * np.ravel(np.array(taken.used) / (pull * noise**2))
                 matrix += weighed @ rows
                 right += weighed @ (left - rows @ (prior.mean - at))
         unit = np.sqrt(np.diag(prior.covariance))

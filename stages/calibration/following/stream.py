@@ -18,9 +18,10 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import Vector
 from stages.biped.question import WrongOption, refuse
 from stages.calibration.estimation.least_squares import NotIdentified
-from stages.calibration.following.follower import Follower, Track
+from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.step import Sample
+from stages.calibration.following.track import Track
 from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import FEWEST_STRIKES, FROM, measured

@@ -40,8 +40,11 @@ QUESTION = Question(
     """Tell the state of a robot while it walks, after each sample of its hip sensor and from nothing later.
 
     SOURCE is an SQLite file as `ingest` reads and writes it, with a hip and a foot sensor; the robot is the one that
-    calibrate --into left. Each row of --csv has the state with its standard errors, the phase, and when the next heel
-    strike comes. A run is followed from its second mid-stance on. It ends with 3 if no run can be followed.
+    calibrate --into left. Each row of --csv has state, energy, phase, next heel strike with errors, and shortly before
+    it the chance to fall in the steps after it. A run is followed from its second mid-stance on, or it ends with 3.
+
+    With - for SOURCE it reads lines of CSV, the first of which names place, device_stamp, ax, ay, az, gx, gy and gz in
+    any order. It answers in lines of JSON; given by --with, the first of them begins a broken stream anew.
     """,
     Options,
     ask,

@@ -1,0 +1,103 @@
+"""Robots of the model's kind that are pushed at a mid-stance: followed through it, and whether their fall is told."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stages.analytic.errors import StepFailed
+from stages.calibration.following.track import follow
+from stages.calibration.information.identifiability import SLOPE
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun
+from stages.calibration.observation.prediction import predict, taken, walk
+from tests.calibration.runs import DESIGN, disturbed
+from tests.calibration.test_following import follower, model
+
+#: A blow that makes the leg turn faster by this share lets half of the robots fall, three heel strikes later.
+HALF = 0.69
+#: Steps before a push, and after one that are looked at.
+BEFORE, AFTER = 4, 8
+PERIOD = 0.51
+
+
+def steps_of(design, start, layout, sampling, leg, count):
+    """Starts of steps (unknowns and leg) from one on, their heel strikes, and whether the walk fell."""
+    starts, strikes = [(start, leg)], []
+    while len(strikes) < count:
+        unknowns, leg = starts[-1]
+        there = dataclasses.replace(sampling, first_leg=leg)
+        try:
+            walked = walk(design, (), unknowns, layout, there, 1.25 * PERIOD, 1e-9)
+            following = walked.next_start()[:, 0]
+        except StepFailed:
+            last = walk(design, (), unknowns, layout, there, 0.05, 1e-9).strikes()
+            return starts, [*strikes, *last[:1, 0]], True
+        strikes.append(float(walked.strikes()[0, 0]))
+        later = unknowns.copy()
+        later[: layout.free], later[layout.place("mid_stance")] = following[:-1], following[-1]
+        starts.append((later, 1 - leg))
+    return starts, strikes, False
+
+
+def pushed(seed):
+    """A run up to the last heel strike, the time of the push, and whether the robot fell after it."""
+    robot, fitted = model()
+    rng, layout = np.random.default_rng(seed), fitted.layout
+    drawn = rng.multivariate_normal([DESIGN.value(name) for name in fitted.of_design], robot.of_design())
+    design = DESIGN.with_values(dict(zip(fitted.of_design, drawn, strict=True)))
+    spread = np.where(np.isfinite(layout.prior), layout.prior, layout.sizes) * rng.normal(size=len(layout.names))
+    spread[layout.place("mid_stance")] = 0.0
+    unknowns, (_, _, sampling) = layout.middle + spread, disturbed(seed, 4)
+    starts, strikes, _ = steps_of(design, unknowns, layout, sampling, 1, BEFORE)
+    start, leg = starts[-1]
+    start[layout.place("start_theta_rate")] *= 1.0 + HALF * rng.uniform(0.5, 2.0)
+    _, later, fell = steps_of(design, start, layout, sampling, leg, AFTER)
+    times = {"hip": np.arange(float(sampling.hip[0]), later[-1] - 0.005, 0.01)}
+    times["foot"] = times["hip"] + 0.003
+    samples, first = {side: [] for side in SIDES}, {side: [] for side in SIDES}
+    since = {side: taken(dict(zip(layout.names, start)), sampling, side, times[side]) for side in SIDES}
+    for is_after, (begin, on) in enumerate(((unknowns, 1), (start, leg))):
+        part = {side: times[side][(since[side] >= 0.0) == is_after] for side in SIDES}
+        found = predict(design, (), begin, layout, dataclasses.replace(sampling, first_leg=on, **part), 1e-9).samples
+        for side in SIDES:
+            samples[side].append(found[side][:, :, 0])
+            first[side].append(part[side])
+    shown = {side: np.vstack(parts) for side, parts in samples.items()}
+    shown = {side: one + rng.normal(size=one.shape) * fitted.noise for side, one in shown.items()}
+    slope = design.value(SLOPE) + 0.05 * rng.normal()
+    run = MeasuredRun("pushed", dataclasses.replace(sampling, **times), shown,
+                      {side: np.ones(one.shape, dtype=bool) for side, one in shown.items()},
+                      np.array([0.0, *strikes, *later]), {SLOPE: (slope, 0.05)})  # fmt: skip
+    return run, float(start[layout.place("mid_stance")]), fell
+
+
+def told(run, since):
+    """The largest probability to fall within three steps that is told before and after a time."""
+    found = {False: 0.0, True: 0.0}
+    try:
+        for one in follow(follower(), run):
+            if one.falls:
+                found[one.time > since] = max(found[one.time > since], one.falls[-1])
+    except StepFailed:
+        pass  # a robot that falls is followed no further
+    return found[False], found[True]
+
+
+def test_a_fall_is_told_a_step_ahead_and_none_where_there_is_none():
+    """Two robots that fall and two that do not, and none of them before it is pushed."""
+    found = []
+    for seed in (3, 4, 5, 7):
+        run, time, fell = pushed(seed)
+        before, after = told(run, time)
+        found.append(fell)
+        assert before < 0.05 and (after > 0.5) == fell
+    assert len(set(found)) == 2
+
+
+@pytest.mark.slow
+def test_of_many_pushed_robots_falls_are_told_and_few_others():
+    found = [(fell, *told(run, time)) for run, time, fell in map(pushed, range(1000, 1200))]
+    falls, others = [one for one in found if one[0]], [one for one in found if not one[0]]
+    assert min(len(falls), len(others)) > 40
+    assert np.mean([after > 0.5 for _, _, after in falls]) >= 0.95
+    assert np.mean([max(before, after) > 0.5 for _, before, after in others]) <= 0.05
