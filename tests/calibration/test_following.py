@@ -30,7 +30,10 @@ def model():
     sd = design_sizes(DESIGN, found.of_design) * KNOWN_TO
     d = len(found.shared)
     mounting = np.array([[0.0, 1e-3], [0.0, 0.03]])
-    robot = FittedRobot(DESIGN, found.shared, np.diag(sd[:d] ** 2), found.own, sd[d:], mounting, 1.0, 1.0, 0.0, 1e-3)
+    values = np.array([DESIGN.value(name) for name in found.shared])
+    robot = FittedRobot(DESIGN, found.shared, np.diag(sd[:d] ** 2), found.own, sd[d:], mounting, 1.0, 1.0, 0.0, 1e-3,
+                        np.diag(sd[:d] ** -2), values, values, (), 9, 0.01, False,
+                        {"slope_deg": (0.01, 0.1)})  # fmt: skip
     return robot, robot.model(found)
 
 

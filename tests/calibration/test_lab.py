@@ -58,6 +58,32 @@ def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
     assert "analytic" in planned.stdout + planned.stderr
 
 
+def test_the_run_of_a_robot_is_its_own_and_is_learned_from_once_more(repository, lab):
+    folder, _ = lab
+    robot, again, results = folder / "robot", folder / "robot_again", folder / "results"
+    same = commands.run("same", folder / "lab.sqlite", "--as", robot, "--results", results, "--json", cwd=repository)
+    assert same.returncode == 0, same.stderr
+    answer = json.loads(same.stdout)
+    assert answer["same"] and len(answer["runs"]) == 1 and answer["all_runs"]["probability"] > 0.05
+    done = commands.run("calibrate", folder / "lab.sqlite", "--continue", robot, "--into", again, "--results", results,
+                        "--json", cwd=repository)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    before, after = (json.loads((each / "robot.json").read_text()) for each in (robot, again))
+    assert after["runs"] == 2 and after["known"] == before["known"]
+    for row, name in enumerate(after["parameters"]):  # the same run twice
+        assert after["estimate"][row] == pytest.approx(before["estimate"][row], rel=2e-3), name
+    twice = np.diag(after["information"]) / np.diag(before["information"])
+    np.testing.assert_allclose(twice, 2.0, rtol=0.2)
+    refused = commands.run("calibrate", folder / "lab.sqlite", "--continue", robot, "--with", folder / "known.yaml",
+                           "--results", results, cwd=repository)  # fmt: skip
+    assert refused.returncode == 2 and "known is that of the robot" in refused.stderr
+    older = folder / "older"
+    older.mkdir()
+    (older / "robot.json").write_text(json.dumps(before | {"kind": "bipedstudy fitted robot 1"}))
+    refused = commands.run("same", folder / "lab.sqlite", "--as", older, cwd=repository)
+    assert refused.returncode == 2 and "of another version; fit the robot again" in refused.stderr
+
+
 def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(repository, lab):
     """What they miss is made up here: as much as fits of the twin did, so that the robot's numbers are held."""
     folder, truth = lab

@@ -32,7 +32,17 @@ from stages.calibration.estimation.least_squares import (
     known_equations,
     least_squares,
 )
-from stages.calibration.estimation.run_fit import Equations, Model, RunFit, design_sizes, fit_run, lowest, run_equations
+from stages.calibration.estimation.run_fit import (
+    Equations,
+    Model,
+    RunFit,
+    begun,
+    design_sizes,
+    fit_near,
+    fit_run,
+    lowest,
+    run_equations,
+)
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling
 from stages.calibration.parameters import Parameters
@@ -195,7 +205,8 @@ class Joint:
                     run_equations, repeat(there), others[:, :o], others[:, o:], self.runs, repeat(self.model)))
         except StepFailed:
             return None
-        matrix, right, cost = known_equations(self.known, [one.of(there) for one in self.known], self.model.shared)
+        matrix, right, cost = known_equations(
+            self.known, [one.of(there) for one in self.known], self.model.shared, there)
         eliminated = 0.0
         for one in found:
             more, other = one.eliminated(len(x))
@@ -237,18 +248,20 @@ def from_plain(plain: Mapping[str, Any]) -> MeasuredRun:
 
 
 def fitted_alone(
-    parameters: Parameters, drawn: dict[str, Any], names: list[str], known: list[list[Any]], place: float,
+    parameters: Parameters, drawn: dict[str, Any], names: list[str], known: list[list[Any]], place: float, near: bool,
     plain: Mapping[str, Any],
 ) -> dict[str, Any]:
     """The fit of one run from the design `drawn` (its biped's fields), in plain values; or why there is none.
 
-    `place` [m] is the standard error of the foot sensor's.
+    `place` [m] is the standard error of the foot sensor's; `near`: the design is the robot's, not a drawing.
     """
     parameters = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, lever_arm_sd=place))
     design = DesignPoint(Biped(**drawn), parameters.slope)
     model = first_model(design, names, parameters)
     try:
-        fit = fit_run(design, from_plain(plain), model, [Known(*one) for one in known])
+        run, told = from_plain(plain), [Known(*one) for one in known]
+        fit = fit_near(design, begun(design, run, model), run, model, told) if near else fit_run(
+            design, run, model, told)
     except StepFailed as reason:
         return {"why_none": str(reason)}
     return {"design": fit.design.tolist(), "own": fit.own.tolist(), "unknowns": fit.unknowns.tolist(),

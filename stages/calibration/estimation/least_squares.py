@@ -5,8 +5,9 @@ Every fit brings equations of its own (matrix and right side), with what touches
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -16,6 +17,10 @@ from stages.analytic.model.walker import Vector
 
 State = TypeVar("State")
 TOTAL_MASS = "total_mass"
+#: A direction is told of if it may not change by so many usual changes, in one over their square.
+SEEN = 1e-6
+#: A parameter known to a third of itself, in one over the square of that, is taken by its logarithm.
+WELL = 9.0
 #: How much of each parameter a known sum has.
 SUMS = {TOTAL_MASS: {"biped.hip_mass": 1.0, "biped.foot_mass": 2.0, "biped.frame_mass": 2.0}}
 
@@ -26,16 +31,23 @@ class NotIdentified(ValueError):
 
 @dataclass(frozen=True)
 class Known:
-    """A value with its standard deviation: of the parameter `name` ("biped.leg_length"), or of a sum ("total_mass")."""
+    """A value with its standard deviation: of the parameter `name` ("biped.leg_length"), of a sum ("total_mass"), or of
+    parameters times `weights` (by name). Of those in `about` it has the logarithm of their share of a value: the scale
+    of mass moves it nowhere, however far the parameters are from there."""
 
     name: str
     value: float
     sd: float
     source: str = ""
+    weights: Mapping[str, float] = field(default_factory=dict, hash=False)
+    about: Mapping[str, float] = field(default_factory=dict, hash=False)
 
-    def row(self, names: Sequence[str]) -> Vector:
+    def row(self, names: Sequence[str], design: DesignPoint | None = None) -> Vector:
         """Its derivative by the parameters `names`, (n,), of a design whose legs are alike where these have no other
-        leg's."""
+        leg's; at a `design`, which logarithms need."""
+        if self.weights:
+            return np.array([self.weights.get(name, 0.0) / (
+                design.value(name) if design is not None and name in self.about else 1.0) for name in names])
         parts = dict(SUMS.get(self.name, {self.name: 1.0}))
         for name in (name for name in names if self.name in SUMS and name.startswith("biped.other_")):
             first = name.replace("other_", "")
@@ -45,28 +57,45 @@ class Known:
 
     def of(self, design: DesignPoint) -> float:
         """What a design has of it."""
+        if self.weights:
+            return sum(weight * (math.log(design.value(name) / self.about[name]) if name in self.about
+                                 else design.value(name)) for name, weight in self.weights.items())
         return design.biped.total_mass if self.name == TOTAL_MASS else design.value(self.name)
 
 
-def information_of(known: Iterable[Known], names: Sequence[str]) -> np.ndarray:
-    """What known values add to the information (n, n) about the parameters `names`."""
+def combinations(names: Sequence[str], middle: Vector, information: np.ndarray, sizes: Vector) -> tuple[Known, ...]:
+    """What an information matrix (n, n) tells of the parameters `names` about `middle` (n,): a known sum, with a
+    standard deviation of one, for each direction that it tells anything of. `sizes` (n,) are changes for numerics."""
+    values, vectors = np.linalg.eigh(information * sizes * sizes[:, None])
+    rows = (vectors[:, values > SEEN] * np.sqrt(values[values > SEEN])).T / sizes
+    shares = np.diag(information) * middle**2 > WELL
+    about = {name: float(value) for name, value, by_share in zip(names, middle, shares, strict=True) if by_share}
+    return tuple(Known(f"sum {number}", float(row[~shares] @ middle[~shares]), 1.0, "", dict(zip(
+        names, (row * np.where(shares, middle, 1.0)).tolist(), strict=True)), about)
+        for number, row in enumerate(rows, 1))  # fmt: skip
+
+
+def information_of(
+    known: Iterable[Known], names: Sequence[str], design: DesignPoint | None = None
+) -> np.ndarray:
+    """What known values add to the information (n, n) about the parameters `names`, at a design."""
     total = np.zeros((len(names), len(names)))
     for one in known:
-        row = one.row(names)
+        row = one.row(names, design)
         total += np.outer(row, row) / one.sd**2
     return total
 
 
 def known_equations(
-    known: Sequence[Known], found: Sequence[float], names: Sequence[str]
+    known: Sequence[Known], found: Sequence[float], names: Sequence[str], design: DesignPoint | None = None
 ) -> tuple[np.ndarray, Vector, float]:
-    """What known values add to matrix, right side and cost where what was `found` of them stands."""
+    """What known values add to matrix, right side and cost where what was `found` of them stands, at a design."""
     right, cost = np.zeros(len(names)), 0.0
     for one, value in zip(known, found, strict=True):
         off = value - one.value
-        right -= one.row(names) * off / one.sd**2
+        right -= one.row(names, design) * off / one.sd**2
         cost += 0.5 * (off / one.sd) ** 2
-    return information_of(known, names), right, cost
+    return information_of(known, names, design), right, cost
 
 
 @dataclass(frozen=True)
@@ -186,7 +215,7 @@ def _step(at: Point[State], sizes: Vector, low: Vector, damping: float) -> tuple
 def covariance_of(matrix: np.ndarray, sizes: Vector) -> np.ndarray:
     """Inverse of an information matrix, in equal units for numerics; infinite along what nothing is told of."""
     values, vectors = np.linalg.eigh(matrix * sizes * sizes[:, None])
-    seen = values > 1e-6
+    seen = values > SEEN
     inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
     blind = (np.abs(vectors[:, ~seen]) > 1e-3).any(axis=1)
     inverse[blind, blind] = np.inf

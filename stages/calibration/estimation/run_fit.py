@@ -237,10 +237,27 @@ def fit_near(
     Raises StepFailed as that does.
     """
     with contextlib.suppress(StepFailed):
-        fit = _fit(design, begin, [(run.duration, one) for one in WHOLE], run, model, known)
+        fit = fit_from(design, begin, run, model, known, WHOLE)
         if fit.converged:
             return fit
     return fit_run(design, run, model, known)
+
+
+def fit_from(
+    design: DesignPoint, begin: Vector, run: MeasuredRun, model: Model, known: Sequence[Known],
+    louder: Sequence[float] = (1.0,),
+) -> RunFit:
+    """Fit a whole run from a design and unknowns (k,), with noise so many times `louder` one after another.
+
+    Raises StepFailed where the robot does not walk it.
+    """
+    return _fit(design, begin, [(run.duration, one) for one in louder], run, model, known)
+
+
+def begun(design: DesignPoint, run: MeasuredRun, model: Model) -> Vector:
+    """The unknowns (k,) of a run of a robot that is known, from its first two steps. Raises StepFailed."""
+    first = replace(run.upto(float(run.strikes[2])), strikes=run.strikes[:3])
+    return fit_run(design, first, replace(model, shared=(), own=("ground.slope_deg",)), ()).unknowns
 
 
 def fit_run(
@@ -326,7 +343,7 @@ def _fit(
                 found = run_equations(there, at[d:o], at[o:], part, heard)
             except StepFailed:
                 return None
-            matrix, right, cost = known_equations(known, [one.of(there) for one in known], model.shared)
+            matrix, right, cost = known_equations(known, [one.of(there) for one in known], model.shared, there)
             more, other = found.matrix.copy(), found.right.copy()
             more[:d, :d] += matrix
             other[:d] += right

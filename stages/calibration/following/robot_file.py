@@ -8,8 +8,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,23 +19,27 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.design import Biped
 from stages.biped.question import WrongOption
+from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.observation.measured_run import Layout
 from stages.ground.slope import Slope
 
-NAME, KIND = "robot.json", "bipedstudy fitted robot 1"
+NAME, KIND = "robot.json", "bipedstudy fitted robot 2"
 #: What belongs to sensors that stay on the robot, and is known better after a fit: unknowns of a run.
 OF_MOUNTING = ("foot_place", "bandwidth")
-#: Two runs or more tell how a mounting differs between them; with fewer the fit's own error is taken so many times.
-ONE_RUN = 2.0
 
 
 @dataclass(frozen=True)
 class FittedRobot:
     """A robot with the parameters `names` (d,) that all runs share, their `covariance` (d, d) and the spread (o,) of
     those that are each run's `own`. `mounting` (m, 2) has mean and standard error of `OF_MOUNTING`. Residuals were
-    `sigmas` times the sensors' noise, and errors are `wider` for it. Heel strikes are found `late` [s] after the
-    model's, on average, with a standard deviation `late_sd`. SI units."""
+    `sigmas` times the sensors' noise, `sigmas_sd` apart, and errors are `wider` for it. Heel strikes are found `late`
+    [s] after the model's, on average, with a standard deviation `late_sd`.
+
+    What `runs` runs told by themselves is the `information` (d, d) about `middle` (d,), with the sensors' noise as it
+    is; with what was `known` beside them, the fit is the `estimate` (d,), in which the model's error still is.
+    `of_parts`: whether the fit began with the bill of parts. Parts look changed in the runs by `usual` amounts (mean,
+    standard deviation between runs), as the model lacks something. SI units."""
 
     design: DesignPoint
     names: tuple[str, ...]
@@ -48,6 +51,14 @@ class FittedRobot:
     wider: float
     late: float
     late_sd: float
+    information: np.ndarray
+    middle: Vector
+    estimate: Vector
+    known: tuple[Known, ...]
+    runs: int
+    sigmas_sd: float
+    of_parts: bool
+    usual: Mapping[str, tuple[float, float]]
 
     def content(self) -> bytes:
         """The file."""
@@ -59,6 +70,11 @@ class FittedRobot:
             "mounting": dict(zip(OF_MOUNTING, self.mounting.tolist(), strict=True)),
             "residuals_in_sigmas": self.sigmas, "errors_widened": self.wider,
             "strikes_late_s": self.late, "strikes_late_sd_s": self.late_sd,
+            "information": self.information.tolist(), "information_about": self.middle.tolist(),
+            "estimate": self.estimate.tolist(), "runs": self.runs,
+            "known": [[one.name, one.value, one.sd, one.source] for one in self.known],
+            "residuals_sd": self.sigmas_sd, "of_parts": self.of_parts,
+            "usual_changes": {name: list(each) for name, each in self.usual.items()},
         }  # fmt: skip
         return json.dumps({**plain, "sha256": _digest(plain)}, indent=1, allow_nan=False).encode() + b"\n"
 
@@ -80,35 +96,28 @@ class FittedRobot:
         return whole
 
 
-def mounted(unknowns: np.ndarray, variances: Sequence[np.ndarray], layout: Layout) -> np.ndarray:
-    """Mean and standard error (m, 2) of the mounting in another run, of runs' unknowns (r, k) with variances (k,)."""
-    rows = []
-    for name in OF_MOUNTING:
-        place = layout.place(name)
-        values, own = unknowns[:, place], math.sqrt(float(np.mean([one[place] for one in variances])))
-        spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
-        rows.append([float(values.mean()), max(spread, own if len(values) > 1 else ONE_RUN * own)])
-    return np.array(rows)
-
-
-def read(folder: Path) -> FittedRobot:
-    """The robot of a folder. Raises WrongOption where it has none or one that was changed."""
+def read(folder: Path, option: str = "as") -> FittedRobot:
+    """The robot of a folder that an `option` names. Raises WrongOption where it has none or one that was changed."""
     path = folder / NAME
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
         said = plain.pop("sha256")
     except FileNotFoundError:
-        raise WrongOption(f"as: {folder} has no {NAME}, which calibrate --into leaves; fit the robot again") from None
+        raise WrongOption(
+            f"{option}: {folder} has no {NAME}, which calibrate --into leaves; fit the robot again") from None
     except (OSError, ValueError, KeyError, AttributeError, TypeError):
-        raise WrongOption(f"as: {path} is no fitted robot that calibrate --into left") from None
+        raise WrongOption(f"{option}: {path} is no fitted robot that calibrate --into left") from None
     if plain.get("kind") != KIND or said != _digest(plain):
-        raise WrongOption(f"as: {path} was changed, or is of another version; fit the robot again")
+        raise WrongOption(f"{option}: {path} was changed, or is of another version; fit the robot again")
     design = DesignPoint(Biped(**plain["biped"]), Slope(**plain["slope"]))
     return FittedRobot(
         design, tuple(plain["parameters"]), np.array(plain["covariance"]), tuple(plain["of_each_run"]),
         np.array(plain["of_each_run_sd"]), np.array([plain["mounting"][name] for name in OF_MOUNTING]),
         plain["residuals_in_sigmas"], plain["errors_widened"],
-        plain["strikes_late_s"], plain["strikes_late_sd_s"])  # fmt: skip
+        plain["strikes_late_s"], plain["strikes_late_sd_s"], np.array(plain["information"]),
+        np.array(plain["information_about"]), np.array(plain["estimate"]), tuple(Known(*one) for one in plain["known"]),
+        plain["runs"], plain["residuals_sd"], plain["of_parts"],
+        {name: (each[0], each[1]) for name, each in plain["usual_changes"].items()})  # fmt: skip
 
 
 def _digest(plain: Mapping[str, Any]) -> str:

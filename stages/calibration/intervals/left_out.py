@@ -83,7 +83,7 @@ def scores(
     there = with_all(model.robot(design, fit.design), names)
     at = [run_equations(there, own, unknowns, run, wide)
           for own, unknowns, run in zip(fit.own, fit.unknowns, fit.runs, strict=True)]  # fmt: skip
-    matrix, right, _ = known_equations(known, [one.of(there) for one in known], wide.shared)
+    matrix, right, _ = known_equations(known, [one.of(there) for one in known], wide.shared, there)
     for one in at:
         more, other = one.eliminated(len(wide.shared))
         matrix, right = matrix + more, right + other

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
-from stages.biped.question import Answer, Asking, Question, WrongOption, option
+from stages.biped.question import Answer, Asking, Question, WrongOption, option, refuse
 
 if TYPE_CHECKING:
     from stages.calibration.parameters import Parameters
@@ -25,6 +25,9 @@ class Options:
         "-", "What is known beside the recordings, and what is looked for: this YAML file", name="with", default=None)
     identifiability: bool = option(
         "-", "Say how well such measurements determine each parameter, before anything is fitted", default=False)
+    robot: str | None = option(
+        "-", "Go on from the robot in this folder, which --into left, without its runs", name="continue",
+        metavar="FOLDER", default=None)
     runs: int | None = option(
         "1", "Runs that are planned (default: calibration.planned_runs)", default=None,
         bound=Bound(minimum=1, maximum=10_000))
@@ -33,18 +36,28 @@ class Options:
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
     recorded = "" if options.identifiability else options.source or ""
-    if recorded.lower().endswith((".csv", ".c3d")):
+    of_angles = recorded.lower().endswith((".csv", ".c3d"))
+    refuse((options.robot is not None and (of_angles or not recorded),
+            "continue: goes on with recordings of sensors at hip and foot alone, in a database"))
+    if of_angles:
         from stages.calibration.reports.angle_report import answered, calibrated
 
         asking.progress(0.1, "the robot and each step's start")
         return answered(calibrated(parameters.biped, parameters.slope, options.about, Path(recorded),
                                    asking.reading))
-    from stages.calibration.estimation.request import request_of
+    from stages.calibration.estimation.request import PARTS, request_of
 
     if recorded:
+        from stages.calibration.following import robot_file
         from stages.calibration.reports.sensor_report import calibrated as from_sensors
 
-        return from_sensors(parameters, request_of(options.about), Path(recorded), asking)
+        request, before = request_of(options.about), None
+        if options.robot is not None:
+            refuse(*((bool(getattr(request, key)), f"with: {key} is that of the robot in {options.robot}; leave it out")
+                     for key in ("known", "free", "fixed")),
+                   (request.design == PARTS, "with: design is that of the robot; leave it out"))  # fmt: skip
+            before = robot_file.read(Path(options.robot), "continue")
+        return from_sensors(parameters, request, Path(recorded), asking, before)
     request = request_of(options.about)
     if options.identifiability:
         from stages.calibration.reports.identifiability_report import told
@@ -68,6 +81,7 @@ QUESTION = Question(
     Options,
     ask,
     examples=("bipedstudy calibrate --identifiability --runs 30", "bipedstudy calibrate lab.sqlite --with known.yaml",
+              "bipedstudy calibrate more.sqlite --continue robot --into robot_2",
               "bipedstudy calibrate steps.csv --with robot.yaml --figure residuals.png"),
     draws=True,
     pool=True,

@@ -19,10 +19,11 @@ from stages.analytic.model.walker import Vector
 from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.estimation.campaign import CampaignFit, as_plain, fit_campaign, fit_of, fitted_alone
 from stages.calibration.estimation.held_out import explained, trace
-from stages.calibration.estimation.least_squares import NotIdentified
+from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
-from stages.calibration.estimation.run_fit import Model, design_sizes
-from stages.calibration.following.robot_file import NAME, FittedRobot, mounted
+from stages.calibration.estimation.run_fit import Model
+from stages.calibration.following.fitted import fitted_robot, judged_again, told_before, widened_again
+from stages.calibration.following.robot_file import NAME, FittedRobot
 from stages.calibration.information.identifiability import (
     SLOPE,
     described,
@@ -48,8 +49,6 @@ NOISY = 1.2
 #: What a parameter folder of another robot says of the twin: the bill of parts is that of this one.
 PLANAR = {"twin.inertia": "planar"}
 FRAME = "biped.frame_mass"
-#: A ramp that is set again, and a leg that is put on again, differ by these shares at least.
-OF_SLOPE, OF_LEG = 0.03, 3e-4
 #: Parameters that a model without frames gets wrong, however well it fits.
 OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
@@ -58,7 +57,7 @@ OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 class Calibrated:
     """What came out, from a `design`: the fit and why runs are left out of it, how well the robot explains those held
     out (None where it does not walk them), residuals in noises and the factor on intervals, values with intervals, what
-    the model leaves out, and whether the bill of parts was begun with."""
+    the model leaves out, whether the bill of parts was begun with, what was `known`, and the robot `before`."""
 
     design: DesignPoint
     model: Model
@@ -70,40 +69,55 @@ class Calibrated:
     held_out: dict[str, HeldOut | None] = field(default_factory=dict)
     causes: Sequence[Cause] = ()
     of_parts: bool = False
+    known: tuple[Known, ...] = ()
+    before: FittedRobot | None = None
 
 
-def calibrated(parameters: Parameters, request: Request, source: Path, asking: Asking) -> Answer:
-    """Fit the runs of a lab's database and see how well they explain those held out.
+def calibrated(
+    parameters: Parameters, request: Request, source: Path, asking: Asking, before: FittedRobot | None = None
+) -> Answer:
+    """Fit the runs of a lab's database, from a robot where it was fitted `before`, and see how well they explain those
+    held out.
 
     Raises WrongOption, NoGait, NotIdentified.
     """
-    of_parts = request.design == PARTS
+    of_parts = request.design == PARTS if before is None else before.of_parts
     parameters = as_mounted(parameters) if of_parts else parameters
-    design = drawn_design(parameters) if of_parts else guess(parameters)
-    there = looked_for(design) if of_parts else (
-        *free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else []))
-    names = tuple(dict.fromkeys(request.looked_for(there)))
-    request.check(names, design)
+    if before is None:
+        design = drawn_design(parameters) if of_parts else guess(parameters)
+        there = looked_for(design) if of_parts else (
+            *free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else []))
+        names, all_known = tuple(dict.fromkeys(request.looked_for(there))), request.known
+        request.check(names, design)
+    else:
+        design, names, all_known = before.design, (*before.names, *before.own), before.known
     model = first_model(design, names, parameters)
     runs, refused = _runs(source, design, model, parameters, asking)
-    fitted, out = _split(runs, request)
-    known = [[one.name, one.value, one.sd, one.source] for one in request.known]
+    fitted, out = _split(runs, request, 3 if before is None else len(runs))
+    given = all_known if before is None else (*all_known, *told_before(before))
+    known = [[one.name, one.value, one.sd, one.source, dict(one.weights), dict(one.about)] for one in given]
     answers = list(asking.each(fitted_alone, [as_plain(run) for run in fitted], dataclasses.asdict(design.biped),
-                               list(names), known, parameters.settings.lever_arm_sd))
+                               list(names), known, parameters.settings.lever_arm_sd, before is not None))
     asking.progress(0.9, "all runs together")
     try:
-        fit = fit_campaign(design, fitted, model, request.known, enumerate(
-            fit_of(answer, run, design, model) for answer, run in zip(answers, fitted, strict=True)))
+        own_fits = enumerate(
+            fit_of(answer, run, design, model) for answer, run in zip(answers, fitted, strict=True))
+        fit = fit_campaign(design, fitted, model, given, own_fits)
     except StepFailed as reason:
         raise NotIdentified(f"the runs cannot be fitted: {reason}") from None
     found = model.robot(design, fit.design, fit.own.mean(axis=0)).with_value(SLOPE, design.value(SLOPE))
     held = {run.name: _explained(found, run, model, parameters.settings.begun_s) for run in out}
     sigmas, wider = widening(fit.equations)
-    told = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, request.known, design,
-                  float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
-    others = causes(design, fit, model, request.known)
+    if before is None:
+        told = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, all_known, design,
+                      float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
+    else:
+        sigmas, wider = widened_again(sigmas, wider, len(fit.runs), before)
+        told = judged_again(fit, before, wider)
+    others = causes(design, fit, model, given)
     told = dataclasses.replace(told, sd=widened(told.sd, others))
-    return answered(Calibrated(design, model, fit, told, sigmas, wider, refused, held, others, of_parts))
+    return answered(Calibrated(
+        design, model, fit, told, sigmas, wider, refused, held, others, of_parts, all_known, before))
 
 
 def _runs(
@@ -118,16 +132,18 @@ def _runs(
     return runs, refused
 
 
-def _split(runs: Sequence[MeasuredRun], request: Request) -> tuple[list[MeasuredRun], list[MeasuredRun]]:
-    """Runs that are fitted, and those held out: every other one where the file does not say. Raises WrongOption,
-    NotIdentified."""
+def _split(
+    runs: Sequence[MeasuredRun], request: Request, few: int
+) -> tuple[list[MeasuredRun], list[MeasuredRun]]:
+    """Runs that are fitted, and those held out: every other one of more than a `few` where the file does not say.
+    Raises WrongOption, NotIdentified."""
     names, both = [run.name for run in runs], set(request.held_out) & set(request.fitted)
     refuse(*((name not in names, f"{name}: no run of that name can be used; there are {', '.join(names)}")
              for name in (*request.held_out, *request.fitted)),
            *((True, f"{one}: cannot be both fitted and held out") for one in both))  # fmt: skip
     out = [run for run in runs if run.name in request.held_out]
     fitted = [run for run in runs if run not in out and (not request.fitted or run.name in request.fitted)]
-    if not out and not request.fitted and len(fitted) > 3:
+    if not out and not request.fitted and len(fitted) > few:
         fitted, out = fitted[::2], fitted[1::2]
     if not fitted:
         raise NotIdentified("every run is held out: none is left to fit")
@@ -163,7 +179,8 @@ def answered(result: Calibrated) -> Answer:
             "held_out": {name: _plain(one) for name, one in result.held_out.items()},
         },
         draw=partial(_draw, fit, model),
-        files={NAME: _robot(result).content()} if fit.converged else {},
+        files={NAME: fitted_robot(design, model, fit, told, (result.sigmas, result.wider), result.known,
+                                  result.of_parts, result.before).content()} if fit.converged else {},
         parameters=_left(result) if fit.converged else {},
         no=not fit.converged,
     )  # fmt: skip
@@ -172,7 +189,8 @@ def answered(result: Calibrated) -> Answer:
 def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
     """What is to be said beside the tables."""
     fit, told, design, model = result.fit, result.told, result.design, result.model
-    lines = [f"{len(fit.runs)} runs fitted, residuals {result.sigmas:.2f} times the sensors' noise"
+    before = f", after {result.before.runs} before" if result.before else ""
+    lines = [f"{len(fit.runs)} runs fitted{before}, residuals {result.sigmas:.2f} times the sensors' noise"
              + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
     lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(result.refused)
     blind = np.isinf(told.sd).astype(float)
@@ -233,23 +251,6 @@ def _left(result: Calibrated) -> dict[str, Any]:
     frame = left.pop(FRAME, {"value": biped.frame_mass})
     hip = _with_error(biped.hip_mass + 2.0 * frame["value"], 2.0 * frame.get("uncertainty", math.inf))
     return {"biped.leg_inertia": biped.leg_inertia, "biped.hip_mass": hip, **left, **PLANAR}
-
-
-def _robot(result: Calibrated) -> FittedRobot:
-    """The robot for what follows it. Parameters that no sensor shows keep the spread that a design's have."""
-    fit, told, model = result.fit, result.told, result.model
-    sd = np.where(np.isfinite(told.sd), told.sd, design_sizes(result.design, fit.names))
-    own = np.sqrt(np.diag(fit.covariance))
-    correlation = fit.covariance / np.outer(own, own)
-    found = model.robot(result.design, told.values, fit.own.mean(axis=0))
-    alone = [np.diag(one.others(np.eye(len(model.layout.names)))) for one in fit.equations]
-    between = fit.own.std(axis=0, ddof=1) if len(fit.runs) > 1 else np.zeros(len(model.own))
-    late = np.concatenate([run.strikes[1 : 1 + len(one.predicted.strikes)] - one.predicted.strikes[:, 0][
-        : len(run.strikes) - 1] for run, one in zip(fit.runs, fit.equations, strict=True)])
-    least = [(OF_SLOPE if name == SLOPE else OF_LEG) * abs(found.value(name)) for name in model.own]
-    return FittedRobot(
-        found, fit.names, correlation * np.outer(sd, sd), model.own, np.maximum(between, least),
-        mounted(fit.unknowns, alone, model.layout), result.sigmas, result.wider, float(late.mean()), float(late.std()))
 
 
 def _with_error(value: float, sd: float) -> dict[str, float]:

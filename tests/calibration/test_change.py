@@ -1,0 +1,100 @@
+"""Whether runs are of a robot that was fitted: alarms by chance, and changed parts by their names."""
+
+import dataclasses
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stages.calibration.blind_score import _run, model_of
+from stages.calibration.following.change import Comparison, Evidence, Held
+from stages.calibration.following.robot_file import FittedRobot
+from stages.calibration.recordings import as_mounted
+from stages.calibration.reports.change_report import sentence
+from tests.calibration.runs import DESIGN, SHORT
+
+#: The foot sensor stays where it was mounted.
+SETTING = as_mounted(dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, planned_steps=5)))
+
+
+@cache
+def comparison():
+    """With a robot that is known to a tenth of a percent."""
+    _, model = model_of(SETTING)
+    values = np.array([DESIGN.value(name) for name in model.shared])
+    covariance = np.diag((1e-3 * values) ** 2)
+    mounting = np.array([[0.0, 1e-5], [0.0, 0.05]])
+    robot = FittedRobot(DESIGN, model.shared, covariance, model.own, np.array([0.06]), mounting, 1.0, 1.0, 0.0, 1e-3,
+                        np.linalg.inv(covariance), values, values, (), 9, 0.01, False, {})  # fmt: skip
+    return Comparison(robot, model)
+
+
+def run_of(seed, **changed):
+    """A run of that robot with some of its numbers times a share."""
+    there = DESIGN.with_values({f"biped.{key}": share * DESIGN.value(f"biped.{key}") for key, share in changed.items()})
+    drawing, model = model_of(SETTING)
+    return _run(there, drawing, model, SETTING, seed, np.random.default_rng([5, seed]))[0]
+
+
+@cache
+def unchanged():
+    return comparison().held(run_of(1))
+
+
+def test_a_run_of_the_robot_is_its_own():
+    verdict = comparison().verdict_of(unchanged())
+    assert verdict.same and verdict.probability > 0.05
+    assert verdict.residuals == pytest.approx(1.0, abs=0.08)
+    assert sentence(verdict, verdict.probability, True).startswith("the same robot")
+
+
+def test_a_part_that_has_changed_is_named_with_its_change():
+    """Of both legs, and of one: the other's foot, by its mass, where the first one's cannot be meant."""
+    for changed, name in (({"stiffness": 1.02}, "stiffness of both legs"),
+                          ({"other_foot_mass": 1.003}, "foot_mass of the other leg")):  # fmt: skip
+        verdict = comparison().verdict_of(comparison().held(run_of(3, **changed)))
+        best, share = verdict.changes[0], next(iter(changed.values())) - 1.0
+        assert not verdict.same and best.part.name == name, (name, [one.part.name for one in verdict.changes[:3]])
+        right = share * DESIGN.value(f"biped.{next(iter(changed))}")
+        assert abs(best.change - right) < 4.0 * best.sd + 0.05 * right
+        assert name in sentence(verdict, verdict.probability, False)
+
+
+def test_one_run_in_a_hundred_is_no_more_than_told_another():
+    """Scores as noise and the robot's covariance make them, with the information of a run."""
+    told, d = unchanged().told, len(comparison().robot.names)
+    spread = np.zeros_like(told.matrix)
+    spread[:d, :d] = comparison().robot.covariance
+    values, vectors = np.linalg.eigh(told.matrix @ spread @ told.matrix + told.matrix)
+    half = vectors * np.sqrt(np.maximum(values, 0.0))
+    rng = np.random.default_rng(7)
+    scores = rng.normal(size=(2000, len(values))) @ half.T
+    alarms = sum(not comparison().verdict(Evidence(told.matrix, right, told.count, told.count)).same
+                 for right in scores)  # fmt: skip
+    assert 2 <= alarms <= 30
+
+
+def test_a_shift_of_a_part_is_found_with_its_size():
+    """In a model that is linear, from scores without noise."""
+    told, d = unchanged().told, len(comparison().robot.names)
+    for place, part in enumerate(comparison().parts):
+        right = told.matrix[:, d + place]
+        found = next(one for one in comparison().verdict(dataclasses.replace(told, right=right)).changes
+                     if one.part == part)  # fmt: skip
+        assert found.change == pytest.approx(1.0, rel=1e-6), part.name
+
+
+def test_runs_are_added_and_parts_that_explain_as_much_are_named_together():
+    told = unchanged().told
+    both = Held(told, told) + Held(told, told)
+    assert both.told.runs == 2 and both.told.count == 2 * told.count
+    np.testing.assert_array_equal(both.told.matrix, 2.0 * told.matrix)
+    verdict = comparison().verdict(both.told)
+    best = verdict.changes[0].sigmas ** 2
+    assert [one.sigmas**2 > best - 2.0 for one in verdict.changes] == [one in verdict.named for one in verdict.changes]
+
+
+def test_residuals_that_no_part_explains_are_another_robots():
+    told = unchanged().told
+    verdict = comparison().verdict(dataclasses.replace(told, misfit=2.0 * told.misfit))
+    assert not verdict.same and verdict.residuals > 1.3
