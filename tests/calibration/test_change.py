@@ -6,11 +6,17 @@ from functools import cache
 import numpy as np
 import pytest
 
+from stages.biped.question import WrongOption
 from stages.calibration.blind_score import _run, model_of
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.estimation.request import Request
+from stages.calibration.estimation.run_fit import fit_run
 from stages.calibration.following.change import Comparison, Evidence, Held
 from stages.calibration.following.robot_file import FittedRobot
+from stages.calibration.information.identifiability import first_model
 from stages.calibration.recordings import as_mounted
 from stages.calibration.reports.change_report import sentence
+from stages.calibration.reports.sensor_report import _with_more
 from tests.calibration.runs import DESIGN, SHORT
 
 #: The foot sensor stays where it was mounted.
@@ -90,11 +96,26 @@ def test_runs_are_added_and_parts_that_explain_as_much_are_named_together():
     assert both.told.runs == 2 and both.told.count == 2 * told.count
     np.testing.assert_array_equal(both.told.matrix, 2.0 * told.matrix)
     verdict = comparison().verdict(both.told)
-    best = verdict.changes[0].sigmas ** 2
-    assert [one.sigmas**2 > best - 2.0 for one in verdict.changes] == [one in verdict.named for one in verdict.changes]
+    best = verdict.changes[0].explains
+    assert best == max(one.explains for one in verdict.changes)
+    assert [one.explains > best - 2.0 for one in verdict.changes] == [one in verdict.named for one in verdict.changes]
 
 
 def test_residuals_that_no_part_explains_are_another_robots():
     told = unchanged().told
     verdict = comparison().verdict(dataclasses.replace(told, misfit=2.0 * told.misfit))
     assert not verdict.same and verdict.residuals > 1.3
+
+
+def test_one_legs_own_number_is_fitted_where_it_is_named():
+    """A spring that is 3 % stiffer than the first leg's."""
+    design = _with_more(DESIGN, Request(also=("biped.other_stiffness",)))
+    names = ("biped.hip_mass", "biped.foot_mass", "biped.stiffness", "biped.damping", "biped.other_stiffness")
+    model = first_model(design, (*names, "ground.slope_deg"), SETTING)
+    fit = fit_run(design, run_of(3, other_stiffness=1.03), model,
+                  [Known(TOTAL_MASS, DESIGN.biped.total_mass, 1e-4, "scale")])  # fmt: skip
+    assert fit.converged
+    assert fit.design[4] / fit.design[2] == pytest.approx(1.03, abs=2e-3)
+    with pytest.raises(WrongOption, match="also: hip_damping is not looked for; known are other_foot_radius"):
+        _with_more(DESIGN, Request(also=("biped.hip_damping",)))
+    assert _with_more(DESIGN, Request(also=("biped.hip_friction",))).biped.hip_friction > 0.0

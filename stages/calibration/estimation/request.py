@@ -21,7 +21,7 @@ Given = TypeVar("Given", bound=Collection[str])
 #: Where an entry stands in the file, by its keys.
 Place = Callable[..., str]
 ENTRY = ("value", "uncertainty", "unit", "source")
-KEYS = ("known", "free", "fixed", "fitted", "held_out", "design")
+KEYS = ("known", "free", "fixed", "also", "fitted", "held_out", "design")
 #: A known value may differ from the design's by this factor.
 FAR = 2.0
 #: What a fit begins from: the design of biped.yaml, or the bill of parts seen from the side, as the study's own fits.
@@ -36,7 +36,8 @@ DECLARED: dict[str, Mapping[str, Any]] = {
 @dataclass(frozen=True)
 class Request:
     """Known values; names of parameters that are looked for (all, if there are none) and that keep their value; names
-    of runs that are held out, and of those that are fitted (all others, if there are none); the `design` to begin from.
+    of runs that are held out, and of those that are fitted (all others, if there are none); the `design` to begin from;
+    names that are looked for `also`, which the design need not have.
     """
 
     known: tuple[Known, ...] = ()
@@ -45,6 +46,7 @@ class Request:
     held_out: tuple[str, ...] = ()
     fitted: tuple[str, ...] = ()
     design: str = BIPED
+    also: tuple[str, ...] = ()
 
     def check(self, names: tuple[str, ...], design: DesignPoint) -> None:
         """Raise WrongOption where nothing, or what the `design` does not have, is looked for (`names` is what is), and
@@ -53,7 +55,7 @@ class Request:
         drawn = {one: one.of(design) for one in self.known}
         refuse(
             *((True, f"free: {short(name)} is not looked for, as the design has none: give it a value in "
-                     f"{name.partition('.')[0]}.yaml") for name in absent),
+                     f"{name.partition('.')[0]}.yaml, or name it under also") for name in absent),
             (not names, "free, fixed: nothing is left that is looked for"),
             *((value != 0.0 and not 1.0 / FAR <= one.value / value <= FAR,
                f"known.{short(one.name)}: {one.value:g}, where the design that the fit begins with has {value:g}: "
@@ -77,11 +79,12 @@ def request_of(about: Mapping[str, Any] | None) -> Request:
     known = tuple(
         known_value(full_name(key, (*SUMS, *parameter_names()), place("known", key), "no such quantity"), entry, place,
                     key) for key, entry in entries.items())
-    free, fixed = (
+    free, fixed, also = (
         tuple(full_name(name, parameter_names(), place(key, row), f"{name} is no parameter of the design")
-              for row, name in enumerate(_listed(about, key, "parameters", place))) for key in ("free", "fixed"))
+              for row, name in enumerate(_listed(about, key, "parameters", place)))
+        for key in ("free", "fixed", "also"))
     held_out, fitted = (tuple(map(str, _listed(about, key, "names of runs", place))) for key in ("held_out", "fitted"))
-    return Request(known, free, fixed, held_out, fitted, str(design))
+    return Request(known, free, fixed, held_out, fitted, str(design), also)
 
 
 def only(

@@ -51,11 +51,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Change:
-    """How much a part would have changed, with its standard error, and that in standard errors."""
+    """How much a part would have changed, with its standard error, and what it `explains` of the run in chi-square."""
 
     part: Part
     change: float
     sd: float
+    explains: float
 
     @property
     def sigmas(self) -> float:
@@ -98,8 +99,7 @@ class Verdict:
     @property
     def named(self) -> tuple[Change, ...]:
         """The part that explains most, and those that cannot be told apart from it."""
-        best = self.changes[0].sigmas ** 2
-        return tuple(one for one in self.changes if one.sigmas**2 > best - ALIKE)
+        return tuple(one for one in self.changes if one.explains > self.changes[0].explains - ALIKE)
 
 
 @dataclass(frozen=True)
@@ -258,10 +258,11 @@ class Comparison:
             apart = abs(mean) if self.robot.runs == 1 else apart  # one run does not say how others are
             if part.moves != (FRICTION,) or shift > mean:
                 more = apart * math.sqrt(1.0 / told.runs + 1.0 / self.robot.runs)
-                changes.append(Change(part, float(shift - mean), math.hypot(sd, more)))
-        changes.sort(key=attrgetter("sigmas"), reverse=True)
+                changes.append(Change(part, float(shift - mean), math.hypot(sd, more), float((shift - mean) / sd) ** 2))
+        changes.sort(key=attrgetter("explains"), reverse=True)
         residuals, of_residuals = self._residuals(told)
-        every = 2.0 * len(self.parts) * float(ndtr(-changes[0].sigmas)) / PARTS, of_residuals / RESIDUALS
+        most = max(one.sigmas for one in changes)
+        every = 2.0 * len(self.parts) * float(ndtr(-most)) / PARTS, of_residuals / RESIDUALS
         return Verdict(min(1.0, *every), tuple(changes), residuals, of_residuals >= LEVEL)
 
     def verdict_of(self, held: Held) -> Verdict:

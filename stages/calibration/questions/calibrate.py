@@ -54,7 +54,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         request, before = request_of(options.about), None
         if options.robot is not None:
             refuse(*((bool(getattr(request, key)), f"with: {key} is that of the robot in {options.robot}; leave it out")
-                     for key in ("known", "free", "fixed")),
+                     for key in ("known", "free", "fixed", "also")),
                    (request.design == PARTS, "with: design is that of the robot; leave it out"))  # fmt: skip
             before = robot_file.read(Path(options.robot), "continue")
         return from_sensors(parameters, request, Path(recorded), asking, before)

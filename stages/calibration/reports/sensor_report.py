@@ -33,7 +33,7 @@ from stages.calibration.information.identifiability import (
     listed,
     short,
 )
-from stages.calibration.intervals.left_out import Cause, causes, in_words, widened
+from stages.calibration.intervals.left_out import FRICTION, OTHER, Cause, causes, in_words, widened, with_all
 from stages.calibration.intervals.model_error import Judged, judged, told_structure, widening
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters
@@ -84,10 +84,10 @@ def calibrated(
     of_parts = request.design == PARTS if before is None else before.of_parts
     parameters = as_mounted(parameters) if of_parts else parameters
     if before is None:
-        design = drawn_design(parameters) if of_parts else guess(parameters)
+        design = _with_more(drawn_design(parameters) if of_parts else guess(parameters), request)
         there = looked_for(design) if of_parts else (
             *free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else []))
-        names, all_known = tuple(dict.fromkeys(request.looked_for(there))), request.known
+        names, all_known = tuple(dict.fromkeys([*request.looked_for(there), *request.also])), request.known
         request.check(names, design)
     else:
         design, names, all_known = before.design, (*before.names, *before.own), before.known
@@ -118,6 +118,15 @@ def calibrated(
     told = dataclasses.replace(told, sd=widened(told.sd, others))
     return answered(Calibrated(
         design, model, fit, told, sigmas, wider, refused, held, others, of_parts, all_known, before))
+
+
+def _with_more(design: DesignPoint, request: Request) -> DesignPoint:
+    """The design with one leg's own numbers and friction at the hip where the request looks for them. Raises
+    WrongOption."""
+    refuse(*((name not in (*OTHER, FRICTION), f"also: {short(name)} is not looked for; known are "
+              f"{', '.join(map(short, (*OTHER, FRICTION)))}") for name in request.also),
+           (bool(request.also) and design.biped.legs != "compliant", "also: only a robot with compliant legs has them"))
+    return with_all(design, [name for name in request.also if name != FRICTION or not design.value(name)])
 
 
 def _runs(
