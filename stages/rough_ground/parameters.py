@@ -37,7 +37,7 @@ class Settings:
     share_to: float = parameter(
         "1", "largest factor on a parameter of the design, and least over it", bound=Bound(above=1, maximum=4))
     speed_shares: tuple[float, ...] = parameter(
-        "1", "by how much a design of the least norm may walk faster or slower, as shares", bound=Bound(minimum=0))
+        "1", "bounds on the change of speed in a search", bound=Bound(minimum=0))
     designs: int = parameter("1", "factors on each parameter", bound=Bound(minimum=3, maximum=99))
 
     def broken_rules(self) -> Iterator[Broken]:
