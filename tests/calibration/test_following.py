@@ -127,6 +127,16 @@ def test_a_state_is_known_as_well_as_it_says():
     assert [innovation for *_, innovation in found] == pytest.approx([1.0, 1.0], abs=0.15)
 
 
+def test_what_a_model_puts_wrong_widens_errors():
+    """Those of all states, and of no heel strike less."""
+    run, _, _ = made(2, 9)
+    found = {size: list(follow(dataclasses.replace(follower(), discrepancy=size), run)) for size in (0.0, 0.1)}
+    for one, other in zip(found[0.0], found[0.1], strict=False):
+        wider = np.sqrt(np.diag(other.covariance) / np.diag(one.covariance))
+        assert one.time == other.time and wider.min() > 1.0 and wider.max() > 2.0
+        assert np.isnan(one.strike_sd) or other.strike_sd >= one.strike_sd
+
+
 @pytest.mark.slow
 def test_over_many_runs_errors_have_the_size_that_is_said():
     found = [errors(seed, 12) for seed in range(1000, 1100)]
@@ -157,7 +167,7 @@ def test_a_state_near_a_heel_strike_has_the_moments_of_walks_of_drawn_unknowns(l
     sizes[len(names) + layout.place("mid_stance")] = 6e-4
     covariance = np.diag(sizes**2)
     time = float(walked.strikes()[0, 0]) + late
-    told = Present(walked, 1e-9).at(time, np.zeros(len(sizes)), covariance, 0.0)
+    told = Present(walked, 1e-8).at(time, np.zeros(len(sizes)), covariance, 0.0)
     assert 6e-4 < told.strike_sd < 8e-4 or late > 0.0
     rng, states = np.random.default_rng(4), []
     values = np.array([design.value(name) for name in names])

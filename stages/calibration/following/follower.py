@@ -29,6 +29,10 @@ AHEAD = 1.2
 HALVED = 5
 #: Walks are solved to this: of a state, sensors and dampers leave less open than a calibration's tolerance.
 TOLERANCE = 1e-9
+#: Errors of a walk, in tolerances of its integrator: of Table 1's robot over a step, against 1e-13.
+SOLVED = 10.0
+#: A usual change of a state, dimensionless.
+USUAL = 0.01
 #: What has no prior begins with so many of its usual changes for a standard deviation.
 OPEN = 10.0
 
@@ -39,7 +43,8 @@ class Follower:
 
     `covariance` (o, o) is that of the design's parameters `model.of_design`. Samples count from `settling` [s] after a
     mid-stance on, when the low pass has forgotten that its walk began there; and not from `before` to `after` a heel
-    strike [s].
+    strike [s]. What the model itself puts wrong in each step is a `discrepancy`: of a start in its usual changes, of a
+    state in hundredths of the walker's units.
     """
 
     design: DesignPoint
@@ -48,6 +53,20 @@ class Follower:
     settling: float
     before: float
     after: float
+    discrepancy: float = 0.0
+
+    @property
+    def wrong(self) -> float:
+        """Standard deviation of what is wrong in a state, by the integrator and by the model, dimensionless."""
+        return max(SOLVED * TOLERANCE, USUAL * self.discrepancy)
+
+    def drift(self) -> np.ndarray:
+        """Covariance (n, n) of what the model puts wrong in a step's start, at each mid-stance."""
+        o, layout = len(self.model.of_design), self.model.layout
+        wrong = np.zeros(len(self.model.names))
+        start = [*range(layout.free), layout.place("mid_stance")]
+        wrong[[o + place for place in start]] = self.discrepancy * layout.sizes[start]
+        return np.diag(wrong**2)
 
     def begin(self, run: MeasuredRun) -> tuple[Belief, Vector]:
         """What is known at the first mid-stance before its samples are seen, and unknowns (n,) near those of its walk.

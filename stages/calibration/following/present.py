@@ -18,8 +18,8 @@ from stages.analytic.gait.gait_report import energy
 from stages.analytic.model.walker import Vector
 from stages.calibration.observation.prediction import Walked
 
-#: Errors of a walk, in tolerances of its integrator: of Table 1's robot over a step at 1e-9, against 1e-13.
-SOLVED = 10.0
+#: What is wrong in a state comes with so many times as much in its time, in units of the walker: contacts take theirs.
+LATE = 10.0
 #: So many standard errors of its time from an event a state may be before or after it.
 NEAR = 6.0
 #: Derivatives by time that tell of a state so near to another that no event lies between, and their factorials.
@@ -59,14 +59,15 @@ class Instant:
 
 
 class Present:
-    """The states of a walk to which its integrator is right by a `tolerance`, at any time."""
+    """The states of a walk at any time, which are `wrong` by so much beside what is known of it, dimensionless."""
 
-    def __init__(self, walked: Walked, tolerance: float) -> None:
+    def __init__(self, walked: Walked, wrong: float) -> None:
         self._walked, self._unit = walked, walked.walker.time
         self._begins, self._begins_by = walked.begins()
         self._strikes = walked.strikes()
         self._legs = np.array([one.stance_leg for one in walked.stretches])
-        self._floor, self._scales = (SOLVED * tolerance) ** 2 * np.eye(walked.walker.size), walked.walker.scales()
+        self._floor, self._scales = wrong**2 * np.eye(walked.walker.size), walked.walker.scales()
+        self._late = LATE * wrong
         self.ends = float(self._begins[-1] + walked.stretches[-1].duration[0]) * self._unit
 
     def at(self, time: float, moved: Vector, covariance: np.ndarray, surprise: float) -> Instant:
@@ -100,7 +101,7 @@ class Present:
         mean = weights @ state
         off = state - mean
         covered = (np.tensordot(weights, by @ rest @ by.swapaxes(1, 2), 1) + off.T @ (weights[:, None] * off)
-                   + self._floor)  # fmt: skip
+                   + self._floor + self._late**2 * np.outer(weights @ rate, weights @ rate))  # fmt: skip
         stretch = self._walked.stretches[number]
         return Instant(time, mean * self._scales, covered * self._scales * self._scales[:, None], stretch.stance_leg,
                        stretch.double, *self.strike(time, moved, covariance), surprise,

@@ -28,6 +28,9 @@ from stages.calibration.result import HALF_WIDTH
 #: Names of the state's entries with their units; rigid legs have no lengths.
 LEGS = (("stance_leg_angle", "rad"), ("stance_leg_length", "m"), ("leg_opening_angle", "rad"),
         ("swing_leg_length", "m"))  # fmt: skip
+#: What a model puts wrong in a step's start, in usual changes, where residuals are as large again as noise alone (root
+#: of the sum of squares): of three walks of the twin with the numbers of the model.
+DRIFT = 0.06
 #: Forecasts of heel strikes are held against the measured ones from so long before on, in steps.
 AHEAD = 0.2
 
@@ -37,7 +40,7 @@ def _follower(parameters: Parameters, robot: robot_file.FittedRobot) -> Follower
     settings = parameters.settings
     model = robot.model(first_model(robot.design, (*robot.names, *robot.own), parameters))
     return Follower(robot.design, model, robot.of_design(), settings.settling_s, settings.before_strike_s,
-                    settings.after_strike_s)  # fmt: skip
+                    settings.after_strike_s, DRIFT * math.sqrt(max(robot.wider**2 - 1.0, 0.0)))  # fmt: skip
 
 
 def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], asking: Asking) -> Answer:

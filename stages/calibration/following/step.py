@@ -51,19 +51,20 @@ class Taken:
 
 
 class Step:
-    """A step from a mid-stance on, `walked` with the unknowns `at` (n,) to a tolerance.
+    """A step from a mid-stance on, `walked` with the unknowns `at` (n,); its states are `wrong` by so much,
+    dimensionless.
 
     The times of samples that will come (m,) [s] are known of a recording, and all that should be read is computed at
     once.
     """
 
     def __init__(
-        self, model: Model, sampling: Sampling, belief: Belief, at: Vector, walked: Walked, tolerance: float,
+        self, model: Model, sampling: Sampling, belief: Belief, at: Vector, walked: Walked, wrong: float,
         coming: Mapping[str, Vector],
     ) -> None:  # fmt: skip
         self._model, self._sampling, self._at, self._walked = model, sampling, at, walked
-        self.belief, self._tolerance, self._coming = belief, tolerance, coming
-        self._present, self.leg = Present(walked, tolerance), belief.leg
+        self.belief, self._wrong, self._coming = belief, wrong, coming
+        self._present, self.leg = Present(walked, wrong), belief.leg
         self._shown = {side: Shown(walked, sampling, side) for side in SIDES}
         self._taken = {side: Taken() for side in SIDES}
         self._moved, self.covariance = belief.mean - at, belief.covariance.copy()
@@ -125,7 +126,7 @@ class Step:
     def anew(self, belief: Belief, at: Vector, walked: Walked, known: Step | None = None) -> Step:
         """The step with the unknowns `at` (n,), and without its samples; or as it is `known` by these, with them."""
         prior = known.belief if known else belief
-        step = Step(self._model, self._sampling, prior, at, walked, self._tolerance, self._coming)
+        step = Step(self._model, self._sampling, prior, at, walked, self._wrong, self._coming)
         if known:
             step._taken, step._moved, step.covariance = self._taken, belief.mean - at, belief.covariance.copy()
         return step

@@ -16,7 +16,7 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import Vector
-from stages.calibration.following.follower import TOLERANCE, Follower
+from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.step import Belief, Sample, Step
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
@@ -170,7 +170,7 @@ class Track:
             if np.all(np.abs(mean - at) <= MOVED * np.sqrt(np.diag(known.covariance))):
                 break
         found, grown = follower.onwards(at, walked)
-        mean, covariance = found + grown @ (mean - at), grown @ known.covariance @ grown.T
+        mean, covariance = found + grown @ (mean - at), grown @ known.covariance @ grown.T + follower.drift()
         self._period = follower.mid_stance(mean) - follower.mid_stance(at)
         self._enter(Belief(mean, 0.5 * (covariance + covariance.T), 1 - step.leg), mean)
 
@@ -184,7 +184,7 @@ class Track:
         self._end()
         coming = {side: times[(times >= self._since) & (times < self._until + LATER)]
                   for side, times in self._coming.items()}
-        self._step = Step(follower.model, self._sampling, belief, at, walked, TOLERANCE, coming)
+        self._step = Step(follower.model, self._sampling, belief, at, walked, follower.wrong, coming)
         if jolt > -math.inf:
             self._push(jolt)
 
