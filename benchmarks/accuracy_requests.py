@@ -43,7 +43,7 @@ def drawn(seed: int, index: int) -> tuple[tuple[str, ...], dict[str, float]]:
 def parameters(settings: tuple[str, ...], asked: str) -> dict[str, Any]:
     """The parameters of both stages as the command line makes them."""
     request = (("accuracy", asked),) if asked else ()
-    return dict(Study(ROOT, ROOT / "params", ROOT / "results", settings, asked=request).parameters(STAGES))
+    return dict(Study(ROOT, ROOT / "params", ROOT / "results", settings, requested=request).parameters(STAGES))
 
 
 def walks(own: dict[str, Any], stages: tuple[str, ...] = STAGES) -> dict[str, Walk | str]:

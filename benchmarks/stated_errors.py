@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument("--level", choices=LEVELS, default="draft")
     parser.add_argument("--stages", nargs="+", default=STAGES)
     asked = parser.parse_args()
-    study = Study(ROOT, ROOT / "params", ROOT / "results", asked=(("accuracy", asked.level),))
+    study = Study(ROOT, ROOT / "params", ROOT / "results", requested=(("accuracy", asked.level),))
     rng, left_out, stages = np.random.default_rng(SEED), 0, tuple(asked.stages)
     rows: dict[str, list[tuple[str, float, float, float]]] = {name: [] for name in stages}
     for _ in range(asked.designs):

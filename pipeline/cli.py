@@ -88,17 +88,17 @@ def _questions() -> tuple[dict[str, tuple[str, click.Command]], Any]:
         return {}, error.sentences
 
 
-def _version(ctx: click.Context, parameter: click.Parameter, asked: bool) -> None:
+def _version(ctx: click.Context, parameter: click.Parameter, requested: bool) -> None:
     """Print the version, the commit and a digest of the code, if asked."""
-    if asked and not ctx.resilient_parsing:
+    if requested and not ctx.resilient_parsing:
         version = importlib.import_module("importlib.metadata").version(DISTRIBUTION)
         click.echo(program(engine() / "stages", f"{DISTRIBUTION}, version {version}"))
         ctx.exit()
 
 
-def _trust(ctx: click.Context, parameter: click.Parameter, asked: bool) -> None:
+def _trust(ctx: click.Context, parameter: click.Parameter, requested: bool) -> None:
     """Note whether this command agrees to the study's code."""
-    trust.agree(asked and not ctx.resilient_parsing, True)
+    trust.agree(requested and not ctx.resilient_parsing, True)
 
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

@@ -28,20 +28,20 @@ Request = ModuleType
 Asked = tuple[Request, str, Any]
 
 
-def all_asked(study: Study, values: Mapping[str, Any]) -> Iterator[Asked]:
+def all_requested(study: Study, values: Mapping[str, Any]) -> Iterator[Asked]:
     """What requests ask of stages; `values` is stage -> parameters."""
     for stage, own in values.items():
         for request in study.requests:
             section = next((section for section in vars(own).values() if stage == section.FILE), None)
-            asked = getattr(section, request.NAME, request.FREE)
-            if stage in request.FILES and asked != request.FREE:
-                yield request, stage, asked
+            requested = getattr(section, request.NAME, request.FREE)
+            if stage in request.FILES and requested != request.FREE:
+                yield request, stage, requested
 
 
 def to_verify(study: Study, stages: Iterable[str]) -> list[Asked]:
     """What is asked of these stages. Raises `StudyError` if nothing is."""
     names = [study.graph.stage(name).name for name in stages]
-    found = list(all_asked(study, study.parameters(names)))
+    found = list(all_requested(study, study.parameters(names)))
     if not found:
         options = " or ".join(f"--{request.NAME}" for request in study.requests)
         raise StudyError(f"--verify estimates an error that was asked for, and none is asked of {', '.join(names)}; "
@@ -49,24 +49,24 @@ def to_verify(study: Study, stages: Iterable[str]) -> list[Asked]:
     return found
 
 
-def verify(study: Study, chosen: list[Asked], *, told: bool) -> None:
-    """Keep what each stage's result tells of its request beside the artefact and, if `told`, print it.
+def verify(study: Study, chosen: list[Asked], *, show: bool) -> None:
+    """Keep what each stage's result tells of its request beside the artefact and, if `show`, print it.
 
     Holds the lock.
     """
     from pipeline.cache import artefact  # with h5py, which takes its time
 
     with disk.locked(study.results, shown(study.results), "bipedstudy --verify", True, click.echo):
-        for request, stage, asked in chosen:
+        for request, stage, requested in chosen:
             path = study.graph.stages[stage].artefact
             content = disk.content(study.store.place(path), shown(study.store.place(path)))
             key = artefact.provenance(content, path)["key"]
             result = artefact.decode(content, result_class(study.package, stage), path)
-            found = {"stage": stage, "artefact_key": key, **request.verified(asked, result)}
+            found = {"stage": stage, "artefact_key": key, **request.verified(requested, result)}
             place, text = record_of(study, request, stage), yaml.safe_dump(found, sort_keys=False)
             disk.inside(study.results, place, shown(place))
             disk.write(place, f"{text}{_SEAL}{disk.digest(text.encode())}\n".encode())
-            if told:
+            if show:
                 click.echo(f"{request.line(found)}; {shown(place)}")
 
 

@@ -26,7 +26,7 @@ from pipeline.stage_modules import home_of, importable, result_class, stage_modu
 
 @dataclass(frozen=True)
 class Study:
-    """Where everything is. `settings` are the texts given to `--set`, `asked` those given to requests, by name.
+    """Where everything is. `settings` are the texts given to `--set`, `requested` those given to requests, by name.
 
     `cache` is one of another results folder, which is read as well. A `borrowed` study is not the user's: it was taken
     because there is none around the working folder. One that was `found` there has its code run once that is agreed
@@ -38,7 +38,7 @@ class Study:
     results: Path
     settings: tuple[str, ...] = ()
     package: str = "stages"
-    asked: tuple[tuple[str, str], ...] = ()
+    requested: tuple[tuple[str, str], ...] = ()
     borrowed: bool = False
     cache: Path | None = None
     found: bool = False
@@ -94,7 +94,7 @@ class Study:
         if problems:
             raise StudyError(problems)
         return loading.load(self.params, self.settings, wanted, list(known.values()), shown(self.params),
-                            self.requests, dict(self.asked), _remark)  # fmt: skip
+                            self.requests, dict(self.requested), _remark)  # fmt: skip
 
     def parameters_classes(self) -> dict[str, type]:
         """The `Parameters` class of each stage that has one, by name. Raises `StudyError` for a module without it."""

@@ -29,10 +29,10 @@ _OTHERS = 0o022
 _agrees = _is_command = False
 
 
-def agree(asked: bool, is_command: bool = False) -> None:
+def agree(requested: bool, is_command: bool = False) -> None:
     """Say whether this process, perhaps that of a command, agrees to the study it meets (`--trust`)."""
     global _agrees, _is_command
-    _agrees, _is_command = asked, is_command
+    _agrees, _is_command = requested, is_command
 
 
 def check(root: Path, package: str, has_code: bool) -> bool:

@@ -122,9 +122,9 @@ def hold(store: Store, bounds: Bounds, say: Callable[[str], None]) -> None:
     for one in gone:
         shutil.rmtree(one.folder, ignore_errors=True)
     if gone:
-        say(f"earlier results of {told(sum(one.size for one in gone))} are gone, as {FILE_NAME} has it")
+        say(f"earlier results of {in_units(sum(one.size for one in gone))} are gone, as {FILE_NAME} has it")
     if bounds.max_size is not None and (left := sum(one.size for one in stored(store))) > bounds.max_size:
-        say(f"the current results stay, though they take {told(left)}, more than max_size in {FILE_NAME}")
+        say(f"the current results stay, though they take {in_units(left)}, more than max_size in {FILE_NAME}")
 
 
 def size_of(place: Path) -> int:
@@ -133,6 +133,6 @@ def size_of(place: Path) -> int:
     return sum(path.lstat().st_size for path in paths if not path.is_dir())
 
 
-def told(number: float) -> str:
+def in_units(number: float) -> str:
     """A size in words: 0.4 MB, 2.1 GB."""
     return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.1f} MB"

@@ -266,14 +266,14 @@ def locked(folder: Path, name: str, command: str, wait: bool, waiting: Callable[
             f"{name}: cannot be written ({error.strerror}); choose another folder with --results"
         ) from None
     with file:
-        told = False
+        announced = False
         while not free(file, name):
             sentence = f"{name} is in use by {_holder(path)}"
             if not wait:
                 raise StudyError(f"{sentence}; wait for it with --wait, or choose another folder with --results")
-            if not told:
+            if not announced:
                 waiting(f"{sentence}; waiting")
-                told = True
+                announced = True
             time.sleep(0.1)
         with contextlib.suppress(OSError):
             holder = {"pid": os.getpid(), "command": command, "since": time.strftime("%Y-%m-%d %H:%M:%S")}

@@ -204,8 +204,8 @@ def made_as_here(about: Mapping[str, str]) -> bool:
 def _asked(parts: Ingredients, request: Any) -> str:
     """What a request asked of the stage; nothing where nothing was asked."""
     own = parts["parameters"].get(parts["stage"], {}) if parts["stage"] in request.FILES else {}
-    asked = own.get(request.NAME, request.FREE)
-    return "" if asked == request.FREE else f"asked: {compact(asked)}"
+    requested = own.get(request.NAME, request.FREE)
+    return "" if requested == request.FREE else f"asked: {compact(requested)}"
 
 
 def parameter_text(files: Mapping[str, Mapping[str, Any]]) -> str:

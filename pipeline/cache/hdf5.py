@@ -193,8 +193,8 @@ def names(
     for field, shape in shapes.items():
         said, own = tuple(declared.get(field, ())), list[str]()
         for axis, size in enumerate(shape or ()):
-            asked = said[axis] if axis < len(said) else _TIME if axis == 0 and _TIME in shapes else ""
-            wanted = first if first and axis == 0 else asked
+            requested = said[axis] if axis < len(said) else _TIME if axis == 0 and _TIME in shapes else ""
+            wanted = first if first and axis == 0 else requested
             free = (f"{field}_{axis}" + "_" * more for more in itertools.count())
             name = next(name for name in itertools.chain([wanted] * bool(wanted), free)
                         if name not in own and fits(name, size))  # fmt: skip

@@ -76,7 +76,7 @@ def _digest(study: Study, places: Iterable[str]) -> str | None:
         return None
     if max(max(written, changed) for *_, written, changed in stamps) > began - _IN_DOUBT_NS:
         return None
-    return disk.digest(json.dumps([sys.version, study.settings, study.asked, stamps]).encode())
+    return disk.digest(json.dumps([sys.version, study.settings, study.requested, stamps]).encode())
 
 
 def _beneath(folder: str) -> Iterator[_Stamp]:

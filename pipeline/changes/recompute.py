@@ -83,7 +83,7 @@ def held(study: Study, folder: Path, recordings: Path, share: float, seed: int, 
     if lacking:
         raise StudyError(f"{shown(folder)}: has no {lacking[0]}.h5, and so no parameters for what {needed[-1]} needs")
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as place:
-        mine = dataclasses.replace(study, results=Path(place, "results"), settings=(), asked=(), cache=None,
+        mine = dataclasses.replace(study, results=Path(place, "results"), settings=(), requested=(), cache=None,
                                    recordings=recordings)  # fmt: skip
         failed = _computed(mine, {name: values[name] for name in study.graph.stages if name in {*needed}}, jobs)
         stages = [{"stage": name, "exactly": fingerprint.made_as_here(about[name]), "differences": [

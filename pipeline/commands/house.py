@@ -21,7 +21,7 @@ import click
 
 from pipeline import layout, wheels
 from pipeline.cache import bounds, disk, processor
-from pipeline.cache.bounds import size_of, told
+from pipeline.cache.bounds import in_units, size_of
 from pipeline.cache.fingerprint import installed
 from pipeline.cache.store import QUESTIONS, SWEEPS
 from pipeline.commands import options
@@ -273,9 +273,9 @@ def clean(
             if not dry_run:
                 _remove(place)
             if form.is_text:
-                click.echo(layout.beside(f"{told(size):>9}  ", f"{what}: {shown(place)}"))
+                click.echo(layout.beside(f"{in_units(size):>9}  ", f"{what}: {shown(place)}"))
     plain = [{"folder": shown(folder), "what": what, "bytes": size} for folder, what, size in found]
-    total, how = told(sum(size for _, _, size in found)), "would be removed" if dry_run else "removed"
+    total, how = in_units(sum(size for _, _, size in found)), "would be removed" if dry_run else "removed"
     form.give([f"{total:>9}  in {len(found)} places {how}"], {"removed": not dry_run, "folders": plain})
 
 

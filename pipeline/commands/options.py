@@ -75,15 +75,15 @@ def requests(function: Command) -> Command:
     @functools.wraps(function)
     def with_requests(found: Study, verify: bool = False, **options: Any) -> Any:
         texts = {request.NAME: options.pop(request.NAME) for request in offered}
-        asked = dataclasses.replace(found, asked=tuple((name, text) for name, text in texts.items() if text))
+        study = dataclasses.replace(found, requested=tuple((name, text) for name, text in texts.items() if text))
         if not verify:
-            return function(asked, **options)
+            return function(study, **options)
         from pipeline import requests
 
-        chosen = requests.to_verify(asked, options.get("stages") or tuple(asked.graph.stages))
-        done = function(asked, **options)
+        chosen = requests.to_verify(study, options.get("stages") or tuple(study.graph.stages))
+        done = function(study, **options)
         if not options.get("dry_run"):
-            requests.verify(asked, chosen, told=not options.get("as_json"))
+            requests.verify(study, chosen, show=not options.get("as_json"))
         return done
 
     command: Command = with_requests
@@ -170,9 +170,9 @@ def answers(function: Command, *, rows: bool = True, others: Sequence[str] = ())
     @functools.wraps(function)
     def with_form(*given: Any, as_json: bool, as_csv: bool = False, **options: Any) -> Any:
         forms = {"json": as_json, "csv": as_csv, **{name: options[name] for name in others}}
-        asked = [f"--{name}" for name, value in forms.items() if value]
-        if len(asked) > 1:
-            raise click.UsageError(f"{' and '.join(asked)} exclude each other")
+        requested = [f"--{name}" for name, value in forms.items() if value]
+        if len(requested) > 1:
+            raise click.UsageError(f"{' and '.join(requested)} exclude each other")
         return function(*given, form=Form(as_json, as_csv), **options)
 
     if rows:

@@ -158,9 +158,9 @@ def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.
             was, will = before.get(file, {}).get(key), now.get(file, {}).get(key)
             if was is not None and was != will:
                 changed[f"{file}.{key}"] = f"{file}.{key} = {compact(was)} give way to those of {compact(will)}"
-    kept, asked = map(max, zip((0, 0), *ranks))
-    if kept > asked:
-        shows.note(f"these results are of accuracy {levels.LEVELS[kept]} and give way to {levels.LEVELS[asked]}; they "
+    kept, wanted = map(max, zip((0, 0), *ranks))
+    if kept > wanted:
+        shows.note(f"these results are of accuracy {levels.LEVELS[kept]} and give way to {levels.LEVELS[wanted]}; they "
                    "are kept, and come back at once when that accuracy is asked for again")  # fmt: skip
     if changed:
         shows.note(f"results of {', of '.join(changed.values())}; they are kept, and come back at once without "
@@ -176,8 +176,8 @@ def _rank(plain: Mapping[str, Mapping[str, Any]]) -> int:
 def _say_if_large(study: Study, shows: display.Display) -> None:
     size = sum(one.size for one in bounds.beyond(study.store, bounds.Bounds()))
     if size > house.WORTH_A_WORD:
-        shows.note(f"earlier results take {bounds.told(size)} in {shown(study.store.folder)}; bipedstudy clean removes "
-                   f"them, and {bounds.FILE_NAME} bounds them (see its --help)")  # fmt: skip
+        shows.note(f"earlier results take {bounds.in_units(size)} in {shown(study.store.folder)}; bipedstudy clean "
+                   f"removes them, and {bounds.FILE_NAME} bounds them (see its --help)")  # fmt: skip
 
 
 @click.command("sweep", epilog=options.examples("sweep"))

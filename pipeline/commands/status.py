@@ -110,18 +110,18 @@ class Standing:
 
     def said(self, names: Iterable[str]) -> str:
         """What is to be said of the results of these stages; nothing where all are current."""
-        asked = set(names)
-        stale = [name for name in self.found if name in asked]
+        requested = set(names)
+        stale = [name for name in self.found if name in requested]
         if self.doubt or not stale:
             return self.doubt
         why: dict[tuple[str, ...], list[str]] = {}
         for name in stale:
             why.setdefault(tuple(self._reasons(name)), []).append(name)
-        told = "; ".join(f"{', '.join(alike)} ({in_short(reasons)})" for reasons, alike in why.items())
+        causes = "; ".join(f"{', '.join(alike)} ({in_short(reasons)})" for reasons, alike in why.items())
         last = [name for name in stale if not any(
             name in self.study.graph.needed_for((other,)) for other in stale if other != name)]  # fmt: skip
         command = " ".join(["bipedstudy run", *last, *map(shlex.quote, self._options())])
-        return f"not current: {told}; make {'them' if len(stale) > 1 else 'it'} current with: {command}"
+        return f"not current: {causes}; make {'them' if len(stale) > 1 else 'it'} current with: {command}"
 
     def _reasons(self, name: str) -> dict[str, None]:
         """What changed for a stage, and, where it waits for others, for these."""

@@ -27,7 +27,7 @@ def give(study: Study, content: bytes, name: str, field: artefacts.Field | None,
     made = list(chain(study, {"stage": "?", **artefacts.provenance(content, name)}, name))
     head = [name] if field is None else list(_of_field(field, artefacts.tree(content, name), name))
     form.give(
-        [*head, *(line for place, one in enumerate(made) for line in _told(one, made[:place]))],
+        [*head, *(line for place, one in enumerate(made) for line in _lines(one, made[:place]))],
         {"file": name, "field": field and field.path, "made": made},
         ({"stage": one["stage"], **each} for one in made for each in one["parameters"]),
     )
@@ -98,7 +98,7 @@ def _of_field(field: artefacts.Field, tree: list[artefacts.Field], name: str) ->
             yield from layout.folded(f"  {one.path.replace('/', '.')}: {one.value}", 4)
 
 
-def _told(one: Row, before: list[Row]) -> Iterator[str]:
+def _lines(one: Row, before: list[Row]) -> Iterator[str]:
     """A stage in words; parameters that one of those `before` used as well are only counted."""
     fresh = [each for each in one["parameters"] if not any(each in other["parameters"] for other in before)]
     above = len(one["parameters"]) - len(fresh)

@@ -269,9 +269,9 @@ class _Run:
             self.lacking.append(name)  # what follows from a failure may be another's next, and is not kept
             self._go_on_without(name, failure["text"])
         else:  # where a stage says no, that is kept in place of a result
-            told = message.get("done") or {"outs": {}, "summary": failure["text"]}
+            result = message.get("done") or {"outs": {}, "summary": failure["text"]}
             used = 0.0 if "failed" in message else message["processor_seconds"]
-            self._guarded(name, self._keep, running, told, seconds, used)
+            self._guarded(name, self._keep, running, result, seconds, used)
         shutil.rmtree(running.folder, ignore_errors=True)
 
     def _go_on_without(self, name: str, reason: str) -> None:

@@ -83,8 +83,8 @@ def given(
     values |= {MISSING: missing} if missing else {}
     solved = {name: value for name, value in looser.items() if value is not None}
     other = inputs(**{**values, **solved}) if inputs and solved else None
-    told = {LOOSER: other} if LOOSER in fields else {}
-    return inputs and inputs(**values, **told), other, open_files
+    beside = {LOOSER: other} if LOOSER in fields else {}
+    return inputs and inputs(**values, **beside), other, open_files
 
 
 def _lying(

@@ -13,7 +13,7 @@ import click
 
 from pipeline import layout
 from pipeline.cache import disk
-from pipeline.cache.bounds import told
+from pipeline.cache.bounds import in_units
 from pipeline.commands import options, status
 from pipeline.errors import StudyError
 from pipeline.graph import CLAIMS, FILE_NAME, is_inside
@@ -56,7 +56,7 @@ def package(study: Study, file: Path, date: datetime.datetime | None, form: opti
     who = "; ".join(map(crate.named, about.authors))
     citation = f"{who} ({about.published[:4]}): {about.name}. {programs}. RO-Crate, sha256 {digest}"
     refused = {run.stage: run.refusal for run in runs if run.refusal}
-    made = [f"{shown(file)}: {len(files) + 1} files, {told(size)}, dated {about.published}",
+    made = [f"{shown(file)}: {len(files) + 1} files, {in_units(size)}, dated {about.published}",
             *(f"without a result of {stage}, which said no: {why}" for stage, why in refused.items()),
             f"cite it as: {citation}"]  # fmt: skip
     form.give((line for sentence in made for line in layout.folded(sentence)),

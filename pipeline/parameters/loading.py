@@ -38,18 +38,18 @@ def load(
     known: Iterable[type],
     shown_as: str | None = None,
     requests: Sequence[Any] = (),
-    asked: Mapping[str, str] | None = None,
+    requested: Mapping[str, str] | None = None,
     remark: Callable[[str], None] = lambda sentence: None,
 ) -> dict[str, Any]:
     """Parameters of each stage in `wanted` (stage name -> its `Parameters` class).
 
     `settings` are the texts given to `--set`; `known` are the `Parameters` classes of all stages, which decide what a
-    known key is; `shown_as` is how messages name the folder; `requests` are those of `pipeline.requests`, `asked` the
-    texts given to them by name; `remark` is told what is taken, but not as the rest of its file is. Raises `StudyError`
-    with one sentence for each error.
+    known key is; `shown_as` is how messages name the folder; `requests` are those of `pipeline.requests`, `requested`
+    the texts given to them by name; `remark` is told what is taken, but not as the rest of its file is. Raises
+    `StudyError` with one sentence for each error.
     """
     loading = _Loading(folder, shown_as or str(folder), known, requests)
-    stages = loading.load(settings, wanted, asked or {})
+    stages = loading.load(settings, wanted, requested or {})
     for sentence in loading.remarks:
         remark(sentence)
     return stages
@@ -132,8 +132,8 @@ class _Loading:
         self._entries = cache(self._read)
         self.level = levels.DEFAULT
 
-    def load(self, settings: Sequence[str], wanted: Mapping[str, type], asked: Mapping[str, str]) -> dict[str, Any]:
-        self._ask(asked, sections(wanted.values()))
+    def load(self, settings: Sequence[str], wanted: Mapping[str, type], requested: Mapping[str, str]) -> dict[str, Any]:
+        self._ask(requested, sections(wanted.values()))
         self._read_settings(settings)
         self._read_level()
         built: dict[type, Any] = {}
@@ -150,13 +150,13 @@ class _Loading:
             raise StudyError(sentence for _, _, sentence in sorted(dict.fromkeys(self.problems)))
         return stages
 
-    def _ask(self, asked: Mapping[str, str], read: Mapping[str, list[type]]) -> None:
+    def _ask(self, requested: Mapping[str, str], read: Mapping[str, list[type]]) -> None:
         """Take a request as a change of the level, and of every file that has its key and is read; `--set` goes before.
 
         A word is a level, and changes nothing else.
         """
         for request in self.requests:
-            if text := asked.get(request.NAME):
+            if text := requested.get(request.NAME):
                 value, said = node_of(request, text), f"--{request.NAME} {text}"
                 changes = {levels.FILE: (levels.KEY, Node(request.level(value.plain()), 0))}
                 if not isinstance(value.value, str):

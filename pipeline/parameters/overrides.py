@@ -60,15 +60,15 @@ def node_of(request: Any, text: str) -> Node:
     """The text given to a request (see `pipeline.requests`) as it would stand in a file. Raises `StudyError`."""
     said = f"--{request.NAME} {text}"
     try:
-        asked = request.parsed(text)
+        requested = request.parsed(text)
     except KeyError as unknown:
         raise StudyError(f"{said}: the form is {request.FORM}{nearest(unknown.args[0], request.words())}") from None
-    if isinstance(asked, str):
-        return Node(asked, 0)
-    values = {key: yaml_text.scalar(value) for key, value in asked.items()}
+    if isinstance(requested, str):
+        return Node(requested, 0)
+    values = {key: yaml_text.scalar(value) for key, value in requested.items()}
     for key, value in values.items():
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise StudyError(f"{said}: {key} = {asked[key]!r} is not a number; allowed: > 0")
+            raise StudyError(f"{said}: {key} = {requested[key]!r} is not a number; allowed: > 0")
     return Node({key: Node(float(value), 0) for key, value in values.items()}, 0)
 
 

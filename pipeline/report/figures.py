@@ -160,10 +160,10 @@ def _strictness(study: Study, exact: bool, tolerance: float | None, against: Pat
 
 
 def draw(
-    study: Study, asked: Iterable[str], folder: Path, *, marked: bool = True
+    study: Study, requested: Iterable[str], folder: Path, *, marked: bool = True
 ) -> Iterator[tuple[list[Path], str, str]]:
-    """Draw every figure whose name begins with one of `asked` into `folder`; gives the files and the caption of each,
-    and what is to be said of the results it shows, which stands in the picture too where that is to be `marked`.
+    """Draw every figure whose name begins with one of `requested` into `folder`; gives files and caption of each, and
+    what is to be said of the results it shows, which stands in the picture too where that is to be `marked`.
 
     Reads only the results that these figures name, and draws with the parameters that these were made with. Raises
     `StudyError` for an unknown figure, for a missing or foreign artefact, and if no stage makes results/figures or the
@@ -172,7 +172,7 @@ def draw(
     """
     stage, drawn = _register(study)
     places = {Path(path).stem: path for path in reversed(stage.inputs)}
-    chosen = [name for each in asked for name in _chosen(each, drawn.NAMES)]
+    chosen = [name for each in requested for name in _chosen(each, drawn.NAMES)]
     shows = {name: _makers(study, [places[key] for key in drawn.figure(name).inputs]) for name in chosen}
     values = study.parameters((stage.name,))[stage.name]
     surveyed = status.Standing(study, set().union(*shows.values())) if marked else None
@@ -217,12 +217,12 @@ def _register(study: Study) -> tuple[Stage, Any]:
     return stage, drawn
 
 
-def _chosen(asked: str, names: tuple[str, ...]) -> list[str]:
-    chosen = [name for name in names if name.startswith(asked)]
+def _chosen(requested: str, names: tuple[str, ...]) -> list[str]:
+    chosen = [name for name in names if name.startswith(requested)]
     if not chosen:
-        hint = nearest(asked, [*names, *(name[: len(asked) + 1] for name in names)])
-        raise StudyError(f'there is no figure "{asked}" (figures: {", ".join(names)}){hint}')
-    return [asked] if asked in chosen else chosen
+        hint = nearest(requested, [*names, *(name[: len(requested) + 1] for name in names)])
+        raise StudyError(f'there is no figure "{requested}" (figures: {", ".join(names)}){hint}')
+    return [requested] if requested in chosen else chosen
 
 
 def _parameters(study: Study, values: Any, makers: Sequence[str]) -> Any:

@@ -167,8 +167,8 @@ class _Process:
             os.close(send)
             self._answer: IO[bytes] = os.fdopen(listen, "rb")
         else:
-            asked = [sys.path, reader.__module__, reader.__qualname__, str(source), given, writes and str(writes)]
-            self._popen = subprocess.Popen([sys.executable, "-m", __name__, json.dumps(asked)], cwd=engine(),
+            requested = [sys.path, reader.__module__, reader.__qualname__, str(source), given, writes and str(writes)]
+            self._popen = subprocess.Popen([sys.executable, "-m", __name__, json.dumps(requested)], cwd=engine(),
                                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)  # fmt: skip
             assert self._popen.stdout is not None
             self._answer = self._popen.stdout
@@ -211,7 +211,7 @@ class _Process:
                 return
 
 
-def _begin(send: int, *asked: Any) -> NoReturn:
+def _begin(send: int, *requested: Any) -> NoReturn:
     """Be the forked process of a reading: without what its parent has open, and without its ways to end."""
     with contextlib.suppress(BaseException):
         for ending in (signal.SIGINT, signal.SIGTERM):
@@ -221,7 +221,7 @@ def _begin(send: int, *asked: Any) -> NoReturn:
             os.dup2(nothing, number)
         os.dup2(send, 3)
         os.closerange(4, os.sysconf("SC_OPEN_MAX"))
-        _answer(3, *asked)
+        _answer(3, *requested)
     os._exit(1)
 
 
@@ -230,8 +230,8 @@ def _begun_afresh(path: list[str], module: str, name: str, source: str, given: l
     sys.path[:] = path
     send = os.dup(1)
     os.dup2(2, 1)
-    asked = Path(source)
-    _answer(send, named(module, name), asked, given, Path(writes) if writes else None, Limits(_size(asked, asked.name)))
+    file = Path(source)
+    _answer(send, named(module, name), file, given, Path(writes) if writes else None, Limits(_size(file, file.name)))
 
 
 def _answer(send: int, reader: Reader, source: Path, given: Any, writes: Path | None, limits: Limits) -> None:

@@ -33,7 +33,7 @@ class Watch:
     def __init__(self, root: str, allowed: Iterable[Path | str]) -> None:
         self._allowed = _places([*of_stages(root), *(Path(each) for each in allowed)])
         self._root, self._of_all = _places([root])[0], _places([*STAGES, "/proc"])
-        self._told = tempfile.TemporaryFile("a+b")  # noqa: SIM115 - `seen` closes it; forked processes write to it too
+        self._log = tempfile.TemporaryFile("a+b")  # noqa: SIM115 - `seen` closes it; forked processes write to it too
         self._known = set[str]()
         self.wished = False  # a socket for the network, which may have been refused
 
@@ -47,17 +47,17 @@ class Watch:
             if path.startswith(self._allowed) or (path.startswith(self._of_all) and not path.startswith(self._root)):
                 return
             if Path(path).is_file():
-                os.write(self._told.fileno(), path.encode(errors="surrogateescape") + b"\0")
+                os.write(self._log.fileno(), path.encode(errors="surrogateescape") + b"\0")
 
     def ask(self) -> None:
         """Keep that the network was asked."""
-        os.write(self._told.fileno(), _NETWORK + b"\0")
+        os.write(self._log.fileno(), _NETWORK + b"\0")
 
     def seen(self) -> list[str]:
         """The files, from the study's folder where they lie in it."""
-        with self._told as told:
-            told.seek(0)
-            found = told.read().decode(errors="surrogateescape").split("\0")[:-1]
+        with self._log as log:
+            log.seek(0)
+            found = log.read().decode(errors="surrogateescape").split("\0")[:-1]
         return [path.removeprefix(self._root) for path in dict.fromkeys(found)]
 
 
@@ -98,12 +98,12 @@ def _hear() -> None:
         return
     begin = h5py.File.__init__
 
-    def told(self: Any, name: Any, *arguments: Any, **keywords: Any) -> None:
+    def log(self: Any, name: Any, *arguments: Any, **keywords: Any) -> None:
         if _watched is not None:
             _watched.see(name)
         begin(self, name, *arguments, **keywords)
 
-    h5py.File.__init__, h5py.File.tells = told, True
+    h5py.File.__init__, h5py.File.tells = log, True
     sys.addaudithook(_audited)
 
 

@@ -75,8 +75,8 @@ def is_open(address: str) -> bool:
 
 def unconfined(client: Any) -> list[str]:
     """The machines of the cluster that cannot keep what they compute from other files."""
-    told = client.run(landlock, on_error="ignore")
-    return sorted({str(urlsplit(worker).hostname) for worker, version in told.items() if not version})
+    answers = client.run(landlock, on_error="ignore")
+    return sorted({str(urlsplit(worker).hostname) for worker, version in answers.items() if not version})
 
 
 def threads(client: Any) -> int:
@@ -139,13 +139,13 @@ def _rows(future: Any) -> list[tuple[int, Row]]:
     if error := _error(future):
         raise StageFailed(f"a machine of the cluster cannot compute this: {_first_line(error)}; {_SAME}")
     try:
-        told = json.loads(future.result())
+        answers = json.loads(future.result())
     except (CancelledError, OSError):  # the one that a lost connection raises is a CancelledError
         raise StageFailed("the dask scheduler was lost, and the workers ended with it; what came back is kept: start "
                           "both again, then run the sweep again") from None
-    if "refused" in told:
-        raise StageFailed(told["refused"])
-    return [(index, Row(**row)) for index, row in told["rows"]]
+    if "refused" in answers:
+        raise StageFailed(answers["refused"])
+    return [(index, Row(**row)) for index, row in answers["rows"]]
 
 
 def _again(tasks: list[Task], attempts: dict[int, int], send: Any) -> Iterator[tuple[int, Row]]:

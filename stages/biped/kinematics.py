@@ -99,5 +99,5 @@ def specific_force(acceleration: np.ndarray, leg_angle: np.ndarray, gravity: tup
     `acceleration` (n, 2) and `gravity` in the slope frame, `leg_angle` (n,) [rad].
     """
     forward, upward = leg_axes(leg_angle)
-    felt = acceleration - np.asarray(gravity)
-    return np.stack([(felt * forward).sum(axis=-1), (felt * upward).sum(axis=-1)], axis=-1)
+    sensed = acceleration - np.asarray(gravity)
+    return np.stack([(sensed * forward).sum(axis=-1), (sensed * upward).sum(axis=-1)], axis=-1)

@@ -126,7 +126,7 @@ class Result:
             sensors = [getattr(run, place) for run in self.runs]
             peaks = [(s.peak, s.peak_filtered, s.peak_sampled) for s in sensors]
             rows.append((place, *(f"{value:.1f}" for value in np.median(peaks, axis=0))))
-        felt: list[tuple[str, ...]] = [
+        sensed: list[tuple[str, ...]] = [
             (f"{one.share:g}", f"{one.contact_stiffness:.3g}", f"{one.hip_peak:.0f}", f"{one.foot_peak:.0f}",
              f"{1e3 * one.time_above_range:.2f}")
             for one in self.spikes
@@ -135,5 +135,5 @@ class Result:
         columns = ("sensor", "simulated m/s^2", "behind the low pass m/s^2", "in the samples m/s^2")
         return [
             ("Spike at heel strike (synthetic)", columns, rows),
-            ("The twin's spike on the family of the contact set towards the rigid limit", sets, felt),
+            ("The twin's spike on the family of the contact set towards the rigid limit", sets, sensed),
         ]

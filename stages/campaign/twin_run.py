@@ -139,12 +139,12 @@ def rolling_leg(
     foot = hip + apart * turn + apart * pull
     gravity = np.array(slope.gravity_vector)
 
-    def felt(movement: np.ndarray) -> SensorMotion:
+    def sensed(movement: np.ndarray) -> SensorMotion:
         force = movement - gravity
         on_body = np.stack([(force * forward).sum(axis=1), (force * up).sum(axis=1), np.zeros(len(phi))], axis=1)
         return SensorMotion(time, on_body, np.stack([np.zeros(len(phi)), np.zeros(len(phi)), rate], axis=1))
 
-    return felt(hip), felt(foot)
+    return sensed(hip), sensed(foot)
 
 
 def joined(before: SensorMotion, after: SensorMotion) -> SensorMotion:

@@ -135,8 +135,8 @@ def compare_twin(twin: Twin, strides: Mapping[str, Stride]) -> TwinAgreement:
     last = walk.time >= start
     hip, foot = (np.abs(force[last]).max(axis=1) for force in (walk.hip_specific_force, walk.foot_specific_force))
     above = np.maximum(hip, foot) > FULL_SCALE
-    felt = np.column_stack([walk.hip_specific_force, walk.foot_specific_force, walk.hip_angular_velocity])
-    peaks = largest_magnitudes(walk.time[last], felt[last])
+    sensed = np.column_stack([walk.hip_specific_force, walk.foot_specific_force, walk.hip_angular_velocity])
+    peaks = largest_magnitudes(walk.time[last], sensed[last])
     steps = int((walk.heel_strike_time >= start).sum()) - 1
     return TwinAgreement(
         steps_to_settle=twin.settling.steps_to_settle,

@@ -52,8 +52,8 @@ def _row(name: str, error: np.ndarray, said: np.ndarray, scale: float) -> tuple[
     known = np.isfinite(error) & np.isfinite(said)
     if not known.any():
         return name, float("nan"), float("nan"), float("nan")
-    rms, told = (scale * float(np.sqrt(np.mean(one[known] ** 2))) for one in (error, said))
-    return name, rms, told, float(np.mean(np.abs(error) <= HALF_WIDTH * said, where=known))
+    rms, stated = (scale * float(np.sqrt(np.mean(one[known] ** 2))) for one in (error, said))
+    return name, rms, stated, float(np.mean(np.abs(error) <= HALF_WIDTH * said, where=known))
 
 
 def score_legs(
@@ -95,13 +95,13 @@ def way_by_acceleration(run: Run, strikes: np.ndarray, gravity: float, quick: fl
     The specific force is turned by the leg's angle, gravity added, its holes drawn over, and what is left of it in the
     still stand taken off. NaN without a hip sensor.
     """
-    time, felt = run.hip.time, run.hip.specific_force
-    known = np.isfinite(felt).all(axis=1) & (time <= strikes[-1]) if len(time) else np.zeros(0, dtype=bool)
+    time, sensed = run.hip.time, run.hip.specific_force
+    known = np.isfinite(sensed).all(axis=1) & (time <= strikes[-1]) if len(time) else np.zeros(0, dtype=bool)
     if known.sum() < 2:
         return float("nan")
     at, angle = time[known], np.interp(time[known], run.leg.time, run.leg.angle)
     down = gravity * np.sin(np.radians(run.report.slope_deg))
-    along = np.cos(angle) * felt[known, 0] - np.sin(angle) * felt[known, 1] + down
+    along = np.cos(angle) * sensed[known, 0] - np.sin(angle) * sensed[known, 1] + down
     still = at < strikes[0] - BEFORE_S / quick
     along = np.where(still, 0.0, along - (along[still].mean() if still.any() else 0.0))
     speed = running_integral(along, at)

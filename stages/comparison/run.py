@@ -122,8 +122,8 @@ def as_yaml(
     lines += [f"- {quoted(sentence)}" for sentence in headlines]
     lines.append("claims:")
     for claim in claims:
-        told = {**asdict(claim), "numbers": [str(number) for number in claim.numbers]}
-        parts = [f"{key}: {quoted(value)}" for key, value in told.items()]
+        printed = {**asdict(claim), "numbers": [str(number) for number in claim.numbers]}
+        parts = [f"{key}: {quoted(value)}" for key, value in printed.items()]
         lines += [f"- {parts[0]}", *(f"  {part}" for part in parts[1:])]
     lines.append("tables:")
     for title, columns, rows in tables:

@@ -73,12 +73,12 @@ def last_stride(walk: Walk, points: int) -> Stride:
         return np.column_stack([np.interp(times, walk.time, column) for column in columns.T])
 
     half = 0.5 * (end - start) / (points - 1)
-    felt = sensor_signals(walk)
+    sensed = sensor_signals(walk)
     position = at(walk.hip_position)
     position[:, 0] -= position[0, 0]
-    inside = felt[(walk.time >= start) & (walk.time <= end)]
+    inside = sensed[(walk.time >= start) & (walk.time <= end)]
     peaks = inside[np.abs(inside).argmax(axis=0), np.arange(inside.shape[1])]
-    signals = means(walk.time, felt, times - half, times + half)
+    signals = means(walk.time, sensed, times - half, times + half)
     return Stride(phase, end - start, position, at(walk.hip_velocity), signals, peaks)
 
 

@@ -120,7 +120,7 @@ class Shares(NamedTuple):
         return np.asarray((8.0 * self.near - 6.0 * self.middle + self.far) / 3.0)
 
     @property
-    def foretold(self) -> np.ndarray:
+    def predicted(self) -> np.ndarray:
         """The last share from the other two, by the first order."""
         return np.asarray(self.middle + (self.middle - self.far) / 2.0**ORDER)
 
@@ -140,7 +140,7 @@ class Convergence:
             return rms_of_columns(curve, compared)
 
         order = np.log2([rms(far - middle) / rms(middle - near) for far, middle, near in curves])
-        return cls(share, order, np.array([rms(shares.near - shares.foretold) for shares in curves]))
+        return cls(share, order, np.array([rms(shares.near - shares.predicted) for shares in curves]))
 
 
 @dataclass(frozen=True)

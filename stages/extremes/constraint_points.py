@@ -243,8 +243,8 @@ def estimate(usual: Parameters, here: Parameters, point: Point) -> Finding:
     exact = fixed_point(walker, found.z, tight)
     if exact is None or tight > tolerance / 50.0:
         return Finding(UNCONFIRMED, reason="no walk is so much more exact that it could tell")
-    walks = [walk_from_mid_stance(walker, one.z, STEPS, asked, RATE / walker.time)[0]
-             for one, asked in ((found, tolerance), (exact, tight))]  # fmt: skip
+    walks = [walk_from_mid_stance(walker, one.z, STEPS, requested, RATE / walker.time)[0]
+             for one, requested in ((found, tolerance), (exact, tight))]  # fmt: skip
     true = walk_differences(*walks)["hip_position_m"]
     ratio = said.hip_position / true if true > 0.0 else np.inf
     reference, error = f"tolerance {tight:.0e}", abs(said.hip_position - true) / walker.length

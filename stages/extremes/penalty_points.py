@@ -60,8 +60,8 @@ def one_step(usual: Parameters, here: Parameters, point: Point) -> Finding:
         tree = here.changed((("multibody.assembly", "tree"), ("multibody.tolerance", 1e-9)))
         checked = answer_of(tree, TREE, *start)
         if engine == JOINTS or "gets nowhere" not in checked.outcome:
-            asked = np.nan if engine == JOINTS else tolerance
-            return compared(answer, checked, here.biped, asked, limit, "tree, tolerance 1e-9")
+            requested = np.nan if engine == JOINTS else tolerance
+            return compared(answer, checked, here.biped, requested, limit, "tree, tolerance 1e-9")
     tighter = max(TIGHTEST, tolerance * TIGHTER)
     checked = answer_of(
         here.changed(((f"{file}.tolerance", tighter), (f"{file}.largest_step", 5e-4))), engine, *start)
@@ -83,8 +83,8 @@ def compared(
     times = np.linspace(0.0, end, GRID)
     gap = [np.interp(times, one.time, one.hip[:, i]) for one in (answer, other) for i in (0, 1)]
     error = max(np.abs(gap[0] - gap[2]).max(), np.abs(gap[1] - gap[3]).max()) / biped.leg_length
-    asked = 0.0 if np.isnan(tolerance) else tolerance / biped.leg_length
-    return judged(float(error), answer.audit, asked, limit, reference)
+    requested = 0.0 if np.isnan(tolerance) else tolerance / biped.leg_length
+    return judged(float(error), answer.audit, requested, limit, reference)
 
 
 def answer_of(here: Parameters, engine: str, stance: StanceState, force: float) -> Answer:

@@ -34,15 +34,15 @@ class Finding:
     reason: str = ""
 
 
-def judged(error: float, audit: float, asked: float, limit: float, reference: str) -> Finding:
+def judged(error: float, audit: float, requested: float, limit: float, reference: str) -> Finding:
     """Verdict on an answer: `error` is its distance from the reference and `audit` its own energy residual.
 
-    `asked` is the tolerance asked for, `limit` the error up to which an answer is called right. NaN as audit: the
+    `requested` is the tolerance asked for, `limit` the error up to which an answer is called right. NaN as audit: the
     model has none.
     """
     if error <= limit:
         return Finding(RIGHT, error, audit, reference)
-    if error <= GROWTH * asked:
+    if error <= GROWTH * requested:
         return Finding(INACCURATE, error, audit, reference, f"within {GROWTH:g} times the requested tolerance")
     if audit > limit:
         return Finding(INACCURATE, error, audit, reference, "its own energy audit does not close")

@@ -59,19 +59,19 @@ MEASURES: dict[str, tuple[tuple[str, ...], Evaluate]] = {
 
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Try every point; none of them can fail the stage."""
-    asked = points(parameters)
+    tried = points(parameters)
     settings = parameters.settings
 
     def done(count: int) -> None:
-        progress(count / len(asked), f"{count} of {len(asked)} points")
+        progress(count / len(tried), f"{count} of {len(tried)} points")
 
     progress(0.0, "compiling")
-    usual = compile_once(parameters, {point.engine for point in asked})
-    known = {i: usual[point.engine] for i, point in enumerate(asked) if point.engine in usual and not point.changes}
-    others = [point for i, point in enumerate(asked) if i not in known]
+    usual = compile_once(parameters, {point.engine for point in tried})
+    known = {i: usual[point.engine] for i, point in enumerate(tried) if point.engine in usual and not point.changes}
+    others = [point for i, point in enumerate(tried) if i not in known]
     rest = iter(compute(
         evaluate, parameters, others, processes=settings.processes, longest_s=settings.longest_s, done=done))
-    return as_result(settings.resolution, asked, [known[i] if i in known else next(rest) for i in range(len(asked))])
+    return as_result(settings.resolution, tried, [known[i] if i in known else next(rest) for i in range(len(tried))])
 
 
 def compile_once(parameters: Parameters, engines: Collection[str]) -> dict[str, Finding]:
@@ -118,9 +118,9 @@ def located(parameters: Parameters, point: Point) -> Parameters:
     return here
 
 
-def as_result(resolution: str, asked: Sequence[Point], found: Sequence[Finding]) -> Result:
+def as_result(resolution: str, requested: Sequence[Point], found: Sequence[Finding]) -> Result:
     """Points and findings as columns."""
-    rows = [{**vars(point), **vars(finding), "changes": in_words(point)} for point, finding in zip(asked, found)]
+    rows = [{**vars(point), **vars(finding), "changes": in_words(point)} for point, finding in zip(requested, found)]
     return as_columns(Result, rows, resolution=resolution)
 
 

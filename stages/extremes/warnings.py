@@ -139,7 +139,7 @@ def distance(one: Place, other: Place) -> float:
     return math.dist([one.numbers[name] for name in one.numbers], [other.numbers[name] for name in one.numbers])
 
 
-def warning(engine: str, here: Place, tried: Sequence[Tried], accuracy_asked: bool) -> str | None:
+def warning(engine: str, here: Place, tried: Sequence[Tried], accuracy_requested: bool) -> str | None:
     """What is to be said of a design outside what the map found right, with the nearest point; None inside.
 
     Whoever asked for an accuracy is not told of inaccuracy.
@@ -149,12 +149,12 @@ def warning(engine: str, here: Place, tried: Sequence[Tried], accuracy_asked: bo
     if nearest is None or away == math.inf:
         chosen = ", ".join(f"{name} = {choice}" for name, choice in here.choices.items())
         return f"the map of extremes has no point of the model {engine} with {chosen}; nothing is known of its errors"
-    fine = (RIGHT, INACCURATE) if accuracy_asked else (RIGHT,)
+    fine = (RIGHT, INACCURATE) if accuracy_requested else (RIGHT,)
     if nearest.status in fine and away <= REACH:
         return None
     said = f"{nearest.status} by {nearest.error:.1e} leg lengths" if nearest.status == INACCURATE else nearest.status
-    told = f"the nearest point tried, {engine} at {nearest.what}, came out as {said}"
-    told += f": {nearest.reason}" if nearest.reason and nearest.status != RIGHT else ""
+    point = f"the nearest point tried, {engine} at {nearest.what}, came out as {said}"
+    point += f": {nearest.reason}" if nearest.reason and nearest.status != RIGHT else ""
     if nearest.status in fine:
-        return f"these parameters are a factor {10**away:.2g} away from all that the map of extremes has tried; {told}"
-    return f"these parameters lie outside what the map of extremes found right; {told}"
+        return f"these parameters are a factor {10**away:.2g} away from all that the map of extremes has tried; {point}"
+    return f"these parameters lie outside what the map of extremes found right; {point}"

@@ -48,7 +48,7 @@ class Answered:
     measure: str
     value: float
     share: bool
-    asked: float
+    requested: float
     met: bool
     solver: float
     model: float
@@ -168,8 +168,8 @@ class Ladder:
         """Why a rung does not do."""
         if not math.isfinite(error):
             return f"the error of the {RUNGS[rung].name} is not known"
-        told = f"{100 * error:.2g} %" if SHARED[measure] else f"{error:.2g}"
-        return f"the {RUNGS[rung].name} has an error of up to {told}{how}"
+        printed = f"{100 * error:.2g} %" if SHARED[measure] else f"{error:.2g}"
+        return f"the {RUNGS[rung].name} has an error of up to {printed}{how}"
 
     def closer(self, measure: int, wanted: float) -> str:
         """What an error ten times smaller would take."""

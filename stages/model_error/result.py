@@ -59,10 +59,10 @@ class Result:
     def summary(self) -> str:
         """One line of what was found."""
         frequency = NAMES.index("step_frequency")
-        told = [f"{name} {100 * found.mean():+.2f} % with a spread of {100 * found.std():.2f} %"
+        parts = [f"{name} {100 * found.mean():+.2f} % with a spread of {100 * found.std():.2f} %"
                 for rung, name in enumerate(MODELS[:PENALTY])
                 if len(found := self.misses(rung)[:, frequency])]  # fmt: skip
-        return f"{len(self.numbers)} designs; the penalty walker's step frequency from the " + ", the ".join(told)
+        return f"{len(self.numbers)} designs; the penalty walker's step frequency from the " + ", the ".join(parts)
 
     def tables(self) -> list[Table]:
         """Mean and spread of each rung's misses, as (title, columns, rows)."""

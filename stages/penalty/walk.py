@@ -287,10 +287,10 @@ def recorded(walk: Ongoing, state: PlanarState, biped: Biped, signals: Collectio
     change, pushes = read[:, :RATES] * units[RATES:] / walk.scales.time, read[:, RATES:] * walk.scales.size("N")
     count = len(rows)
     force = pushes[:, [1, 0, 3, 2]].reshape(count, 2, 2) if GROUND_REACTION in signals else np.zeros((count, 0, 2))
-    felt = foot_acceleration(place, motion, change, biped) if IMU in signals else np.zeros((count, 0))
+    sensed = foot_acceleration(place, motion, change, biped) if IMU in signals else np.zeros((count, 0))
     return Trajectory(
         time=rows[:, 0].copy(), position=place.copy(), velocity=motion.copy(), acceleration=change.copy(),
-        foot_acceleration=felt, ground_reaction=force, in_play_at_start=state.in_play,
+        foot_acceleration=sensed, ground_reaction=force, in_play_at_start=state.in_play,
         switches=tuple(walk.switches), exact_acceleration=True,
     )  # fmt: skip
 

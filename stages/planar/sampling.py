@@ -140,11 +140,11 @@ def sample(trajectory: Trajectory, biped: Biped, slope: Slope, rate_hz: float) -
     events, pendulum_time = find_events(trajectory, radii), scales_of(biped, slope.gravity).time
     time = refined_times(float(trajectory.time[-1]), rate_hz, events.heel_strike_time, pendulum_time)
     position, velocity = trajectory.at(time)
-    felt, loaded = trajectory.foot_acceleration.shape[1] > 0, trajectory.ground_reaction.shape[1] > 0
-    turning = velocity[:, 2] if felt else np.zeros(0)
+    sensed, loaded = trajectory.foot_acceleration.shape[1] > 0, trajectory.ground_reaction.shape[1] > 0
+    turning = velocity[:, 2] if sensed else np.zeros(0)
 
     def force_at(acceleration: np.ndarray) -> np.ndarray:
-        if not felt:
+        if not sensed:
             return np.zeros((0, 2))
         between = np.asarray(PchipInterpolator(trajectory.time, acceleration)(time))
         return specific_force(between, position[:, 2], slope.gravity_vector)

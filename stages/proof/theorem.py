@@ -139,33 +139,33 @@ def record(biped: Biped, slope: Slope, steps: int, phases: list[str], centre: di
 def read(content: bytes, name: str) -> tuple[Biped, Slope, dict[str, Any]]:
     """The design and the content of a proof file. Raises WrongOption."""
     try:
-        told: Any = json.loads(content)
-        if set(told) != set(KEYS) or told["kind"] != KIND:
+        given: Any = json.loads(content)
+        if set(given) != set(KEYS) or given["kind"] != KIND:
             raise ValueError(f"it has kind: {KIND!r} and the keys {', '.join(KEYS[1:])}")
-        biped, slope = Biped(**told["biped"]), Slope(**told["ground"])
+        biped, slope = Biped(**given["biped"]), Slope(**given["ground"])
         if broken := [*faults(biped), *faults(slope)]:
             raise ValueError(f"biped or ground has a value that no design may have: {broken[0]}")
-        if tuple(told["centre"]) != (names := STATE[:: 2 if biped.legs == "rigid" else 1]):
+        if tuple(given["centre"]) != (names := STATE[:: 2 if biped.legs == "rigid" else 1]):
             raise ValueError(f"centre has the entries {', '.join(names)}")
-        if told["steps"] not in (1, 2, 4, 8):
-            raise ValueError(f"steps = {told['steps']!r}; allowed: 1, 2, 4 or 8")
-        pairs = [(low, high) for low, high in told["enclosures"].values()]
-        numbers = [told["radius"], *told["centre"].values(), *(each for pair in pairs for each in pair)]
+        if given["steps"] not in (1, 2, 4, 8):
+            raise ValueError(f"steps = {given['steps']!r}; allowed: 1, 2, 4 or 8")
+        pairs = [(low, high) for low, high in given["enclosures"].values()]
+        numbers = [given["radius"], *given["centre"].values(), *(each for pair in pairs for each in pair)]
         if not all(isinstance(each, str) and DECIMAL.fullmatch(each) for each in numbers):
             raise ValueError("radius, centre and enclosures are decimals, as text")
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         refuse((True, f"{name} is no proof file: {error}"))
-    return biped, slope, told
+    return biped, slope, given
 
 
-def confirm(told: Mapping[str, Any], anew: Mapping[str, Any], name: str) -> None:
+def confirm(given: Mapping[str, Any], anew: Mapping[str, Any], name: str) -> None:
     """Raise NotProven where the file `name` says what a proof made anew does not."""
     for key in ("phases", "stable", "says"):
-        if told[key] != anew[key]:
-            raise NotProven(f"{name} is not confirmed: its {key} is {told[key]}, and a proof made anew has {anew[key]}")
-    if set(told["enclosures"]) != set(anew["enclosures"]):
+        if given[key] != anew[key]:
+            raise NotProven(f"{name} is not confirmed: its {key} is {given[key]}, and a new proof has {anew[key]}")
+    if set(given["enclosures"]) != set(anew["enclosures"]):
         raise NotProven(f"{name} is not confirmed: its enclosures are not those of a proof made anew")
     for key, found in anew["enclosures"].items():
-        (low, high), (at_least, at_most) = map(Decimal, told["enclosures"][key]), map(Decimal, found)
+        (low, high), (at_least, at_most) = map(Decimal, given["enclosures"][key]), map(Decimal, found)
         if not low <= at_least <= at_most <= high:
             raise NotProven(f"{name} is not confirmed: a proof made anew shows {key} in {' .. '.join(found)} alone")

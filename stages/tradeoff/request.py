@@ -16,18 +16,18 @@ KEYS = tuple(Accuracy.__annotations__)
 FREE = CUSTOM
 
 
-def level(asked: str | Mapping[str, float]) -> str:
+def level(requested: str | Mapping[str, float]) -> str:
     """The level of the study that is requested, or the least accurate one that is for such errors, else the last."""
-    if isinstance(asked, str):
-        return asked
-    return next((name for name in LEVELS if all(LEVEL_ERRORS[name][key] <= error for key, error in asked.items())),
+    if isinstance(requested, str):
+        return requested
+    return next((name for name in LEVELS if all(LEVEL_ERRORS[name][key] <= error for key, error in requested.items())),
                 REFERENCE)  # fmt: skip
 
 
-def verified(asked: Accuracy, result: Any) -> dict[str, Any]:
+def verified(requested: Accuracy, result: Any) -> dict[str, Any]:
     """The estimates in a stage's result as plain values, beside what was asked."""
     return {
-        "asked": asked.errors,
+        "asked": requested.errors,
         "estimated": {row.name: float(f"{row.estimated:.1e}") for row in result.errors},  # it has no more digits
         "settings": result.errors[0].settings,
     }
@@ -36,8 +36,8 @@ def verified(asked: Accuracy, result: Any) -> dict[str, Any]:
 def line(found: Mapping[str, Any]) -> str:
     """A verification in one line."""
     estimated = ", ".join(f"{key} {value:.1e}" for key, value in found["estimated"].items())
-    asked = ", ".join(f"{key} {value:g}" for key, value in found["asked"].items())
-    return f"{found['stage']}: asked {asked}; used {found['settings']}; estimated {estimated} (from a coarser walk)"
+    requested = ", ".join(f"{key} {value:g}" for key, value in found["asked"].items())
+    return f"{found['stage']}: asked {requested}; used {found['settings']}; estimated {estimated} (from a coarser walk)"
 
 
 NAME = "accuracy"
@@ -62,10 +62,10 @@ def parsed(text: str) -> str | dict[str, str]:
     """The text after `--accuracy` as a level, or as the errors asked for. Raises KeyError with an unknown key."""
     if text in LEVELS:
         return text
-    asked = {}
+    requested = {}
     for part in text.split(","):
         key, equals, value = (piece.strip() for piece in part.partition("="))
         if not equals or key not in KEYS:
             raise KeyError(key)
-        asked[key] = value
-    return asked
+        requested[key] = value
+    return requested

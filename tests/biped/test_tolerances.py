@@ -16,7 +16,7 @@ STAGES = ("analytic", "multibody", "contact_study", "error_budget", "twin", "cam
 
 
 def at(*settings, asked="paper"):
-    study = dataclasses.replace(locate(settings=settings, start=HOME), asked=(("accuracy", asked),))
+    study = dataclasses.replace(locate(settings=settings, start=HOME), requested=(("accuracy", asked),))
     return study.parameters(STAGES)
 
 

@@ -73,7 +73,7 @@ def test_the_walkers_order_and_its_last_share(approach):
     found = Convergence.of(0.1, [Shares(*hips[:3])], compared)
     assert found.order[0, 1] == pytest.approx(ORDER, abs=0.1), found.order
     assert found.order[0, 3] == pytest.approx(ORDER, abs=0.15), found.order
-    last = rms_of_columns(hips[3] - Shares(hips[1], hips[2], hips[3]).foretold, compared)
+    last = rms_of_columns(hips[3] - Shares(hips[1], hips[2], hips[3]).predicted, compared)
     way = rms_of_columns(hips[3] - hips[0], compared)
     assert np.all(last[[1, 3]] < 0.02 * way[[1, 3]]) and np.all(last < 0.2 * way), last / way
 

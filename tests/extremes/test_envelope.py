@@ -22,7 +22,7 @@ STAGES = ("analytic", "multibody", "twin")
 
 def said(repository, *settings, accuracy="", stages=STAGES):
     """The sentences for the study with `settings`, and its checked parameters."""
-    study = dataclasses.replace(locate(settings=settings, start=repository), asked=(("accuracy", accuracy),))
+    study = dataclasses.replace(locate(settings=settings, start=repository), requested=(("accuracy", accuracy),))
     values = study.parameters(stages)
     return study.warnings(values), values
 

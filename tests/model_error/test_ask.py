@@ -67,7 +67,7 @@ def test_an_error_in_the_measures_unit_is_that_share_of_it(ladder):
     share = ladder.within("period", 0.01, share=True)
     number = ladder.within("period", 0.01 * share.value, share=False)
     assert (number.rung, number.value) == (share.rung, share.value)
-    assert number.asked == pytest.approx(0.01)
+    assert number.requested == pytest.approx(0.01)
 
 
 def test_what_no_rung_has_is_refused_with_every_rungs_reason(parameters, small):

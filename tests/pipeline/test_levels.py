@@ -16,7 +16,7 @@ from tests.pipeline.toy import HOME
 
 
 def study(*settings: str, asked: str = "") -> Study:
-    return dataclasses.replace(locate(settings=settings, start=HOME), asked=(("accuracy", asked),))
+    return dataclasses.replace(locate(settings=settings, start=HOME), requested=(("accuracy", asked),))
 
 
 def at(text: str, level: str) -> object:

@@ -91,7 +91,7 @@ def test_a_stage_that_says_why_is_run_once(toy):
 
 
 def test_every_stage_that_solves_has_looser_settings_or_says_why_not():
-    study = Study(ROOT, ROOT / "params", ROOT / "results", (), asked=(("accuracy", "paper"),))
+    study = Study(ROOT, ROOT / "params", ROOT / "results", (), requested=(("accuracy", "paper"),))
     loosened = set()
     for name, parameters in study.parameters(study.graph.stages).items():
         why = getattr(stage_module("stages", name, "run"), "ONCE", "")
@@ -103,7 +103,7 @@ def test_every_stage_that_solves_has_looser_settings_or_says_why_not():
 
 @pytest.mark.parametrize("level", ["draft", "paper", "reference"])
 def test_looser_settings_are_so_many_times_the_tolerances_whatever_is_requested(level):
-    study = Study(ROOT, ROOT / "params", ROOT / "results", (), asked=(("accuracy", level),))
+    study = Study(ROOT, ROOT / "params", ROOT / "results", (), requested=(("accuracy", level),))
     given = study.parameters(("multibody", "twin_pushes", "campaign"))
     assert all(looser(parameters).biped == parameters.biped for parameters in given.values())
     one, other = given["multibody"].settings, looser(given["multibody"]).settings

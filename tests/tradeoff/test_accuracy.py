@@ -23,11 +23,11 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def study(*settings, asked=""):
-    return Study(ROOT, ROOT / "params", ROOT / "results", settings, asked=(("accuracy", asked),))
+    return Study(ROOT, ROOT / "params", ROOT / "results", settings, requested=(("accuracy", asked),))
 
 
 def asked_of(found, values):
-    return {stage: asked.errors for _, stage, asked in requests.all_asked(found, values)}
+    return {stage: asked.errors for _, stage, asked in requests.all_requested(found, values)}
 
 
 def with_key(folder, line, *settings, stage="twin"):
@@ -81,7 +81,7 @@ def test_the_key_of_a_file_asks_as_the_option_does(tmp_path, line):
 
 def test_the_option_goes_before_the_key_and_set_before_both(tmp_path):
     found, _, _ = with_key(tmp_path, "accuracy: {hip_position_m: 1e-3}")
-    asked = dataclasses.replace(found, asked=(("accuracy", "hip_position_m=1e-7"),))
+    asked = dataclasses.replace(found, requested=(("accuracy", "hip_position_m=1e-7"),))
     assert asked.parameters(("twin",))["twin"].settings.accuracy.hip_position_m == 1e-7
     mine = dataclasses.replace(asked, settings=("twin.accuracy=custom", "twin.tolerance=3e-6"))
     assert mine.parameters(("twin",))["twin"].settings.tolerance == 3e-6
@@ -161,7 +161,7 @@ def test_walks_are_compared_at_common_times():
 @pytest.fixture
 def verifiable(tmp_path):
     """A study in whose results the twin's artefact lies, one whose run estimated an error."""
-    study = Study(ROOT, ROOT / "params", tmp_path, (), asked=(("accuracy", "hip_position_m=1e-8"),))
+    study = Study(ROOT, ROOT / "params", tmp_path, (), requested=(("accuracy", "hip_position_m=1e-8"),))
     place = study.store.place(study.graph.stages["twin"].artefact)
     place.parent.mkdir(parents=True, exist_ok=True)
     place.write_bytes(b"made up")

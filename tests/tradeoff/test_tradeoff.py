@@ -220,7 +220,7 @@ def test_an_error_below_what_the_reference_is_unsure_of_is_shown_as_less_than_th
 
 def test_the_same_steps_are_walked_at_every_level(repository):
     """Else a level's period would be another step's."""
-    levels = [Study(repository, repository / "params", repository / "results", asked=(("accuracy", level),))
+    levels = [Study(repository, repository / "params", repository / "results", requested=(("accuracy", level),))
               for level in LEVELS]  # fmt: skip
     assert len({study.parameters(("tradeoff",))["tradeoff"].settings.walked_steps for study in levels}) == 1
 

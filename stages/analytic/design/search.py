@@ -283,18 +283,18 @@ def curved_steps(problem: Problem, path: Path) -> None:
     """Go on by SLSQP, which learns the curvature, near by; it asks at v = (x, t), t in units of the start's value."""
     here, count, unit = path.taken[-1], len(problem.names), problem.unit
     x = problem.position(here)
-    asked: dict[bytes, Candidate] = {}
+    requested: dict[bytes, Candidate] = {}
 
     def at(v: Vector) -> Candidate:
         inside = np.clip(v[:-1], problem.lower, problem.upper)
-        if inside.tobytes() not in asked:
+        if inside.tobytes() not in requested:
             there = problem.candidate(inside, path.taken[-1].point.z)
             if there is None:
                 raise StepFailed("the gait is lost")
             if len(there.parts) != len(here.parts):
                 raise StepFailed("the hip has another number of events")
-            asked[inside.tobytes()] = there
-        return asked[inside.tobytes()]
+            requested[inside.tobytes()] = there
+        return requested[inside.tobytes()]
 
     def slopes(v: Vector, kind: int) -> np.ndarray:
         found = problem.gradients(at(v))

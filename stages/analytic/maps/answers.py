@@ -384,7 +384,7 @@ class Anchors:
 
 NAMES = [column.name for column in COLUMNS]
 #: Columns of which the range is told.
-TOLD = ("period_s", "step_length_m", "speed_m_s", "largest_multiplier", "friction_single_stance", NORM.name)
+SUMMARISED = ("period_s", "step_length_m", "speed_m_s", "largest_multiplier", "friction_single_stance", NORM.name)
 
 
 class Counts:
@@ -423,7 +423,7 @@ class Counts:
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Least and largest value of some columns."""
-        places = {name: self._columns[name][0] for name in TOLD if name in self._columns}
+        places = {name: self._columns[name][0] for name in SUMMARISED if name in self._columns}
         return {name: (float(self._least[at]), float(self._most[at])) for name, at in places.items()}
 
     def as_plain(self) -> dict[str, Any]:

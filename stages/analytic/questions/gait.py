@@ -51,7 +51,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         found = report_gait(walker, each, tolerance, parameters.friction.static_friction)
         stable = "stable" if found.gait.stable else "unstable"
         lines += [f"gait {number} of {len(points)}, {stable}"] if options.every else []
-        more, about = told(found, gait_error(walker, each, tolerance), on_blocks(walker, each, tolerance))
+        more, about = in_words(found, gait_error(walker, each, tolerance), on_blocks(walker, each, tolerance))
         lines += more
         plain.append(about)
     cycle_plain = None
@@ -72,7 +72,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
                   rows=[{"gait": number, **each} for number, each in enumerate(plain, 1)])  # fmt: skip
 
 
-def told(found: GaitReport, error: GaitError, rough: OnBlocks | None) -> tuple[list[str], dict[str, Any]]:
+def in_words(found: GaitReport, error: GaitError, rough: OnBlocks | None) -> tuple[list[str], dict[str, Any]]:
     """A gait in words and as JSON."""
     from stages.analytic.walk.on_a_ramp import on_a_ramp
 

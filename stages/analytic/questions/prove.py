@@ -110,11 +110,11 @@ def confirmed(path: Path, asking: Asking) -> tuple[tuple[Biped, Slope], bytes, d
         content = path.read_bytes()
     except OSError as error:
         raise WrongOption(f"--check {path}: {error.strerror}") from None
-    biped, slope, told = read(content, str(path))
+    biped, slope, given = read(content, str(path))
     refuse_rough(biped, False)
-    centre = list(told["centre"].values())
-    confirm(told, prove(biped, slope, centre, told["radius"], told["steps"], 1, asking.progress), str(path))
-    return (biped, slope), content, told
+    centre = list(given["centre"].values())
+    confirm(given, prove(biped, slope, centre, given["radius"], given["steps"], 1, asking.progress), str(path))
+    return (biped, slope), content, given
 
 
 QUESTION = Question(

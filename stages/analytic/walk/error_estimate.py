@@ -197,7 +197,7 @@ def estimate_errors(walker: Walker, point: FixedPoint, steps: int, tolerance: fl
         off = missed(one, other)
         if off <= OFF:
             checked = f"at {named} the tolerance results differ by what is estimated, to {off:.1g} of it"
-            return told(walker, one, other, checked)
+            return numerical_error(walker, one, other, checked)
         reasons.append(f"at {named} the tolerance results differ otherwise than estimated, by {off:.1g} of it")
     return not_given("; ".join(reasons))
 
@@ -235,7 +235,7 @@ def missed(one: Estimated, other: Estimated) -> float:
     return max(parts)
 
 
-def told(walker: Walker, one: Estimated, other: Estimated, checked: str) -> NumericalError:
+def numerical_error(walker: Walker, one: Estimated, other: Estimated, checked: str) -> NumericalError:
     """The errors in SI units.
 
     The gait's numbers have two estimates, of which that from the finer results is the better one. Where leading terms

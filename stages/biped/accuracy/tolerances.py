@@ -105,9 +105,9 @@ class Accuracy:
             yield Broken("hip_position_m", "at least one of " + ", ".join(vars(self)))
 
 
-def errors_asked(asked: str | Accuracy) -> dict[str, float]:
+def errors_requested(requested: str | Accuracy) -> dict[str, float]:
     """The errors that an accuracy stands for, by the keys of `Accuracy`; none for `custom`."""
-    return {} if isinstance(asked, str) else asked.errors
+    return {} if isinstance(requested, str) else requested.errors
 
 
 def accuracy(chosen: str) -> Any:

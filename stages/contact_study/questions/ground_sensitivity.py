@@ -64,24 +64,24 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     distance = over_a_walk("a step of the gait", Machine(*model), section_state(gait.section_state, start))
     EngineAgreement(0, (distance,))
     elasticities = np.column_stack([response.elasticities(), multipliers.elasticities])
-    told: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, Any]] = {}
     for row, (name, scale) in enumerate(zip(response.changes.names, response.changes.scales, strict=True)):
         value = float(getattr(owner(name, model), name.partition(".")[2]))
         known = [float(share) if share == share else None for share in elasticities[row]]
-        told[name] = {
+        found[name] = {
             "value": value, "elasticities": dict(zip(HEADS, known, strict=True)) if value else None,
             "period_s": float(response.period[row] / scale), "step_length_m": float(response.length[row] / scale),
         }  # fmt: skip
     plain = {
         "gait": {"period_s": gait.period_s, "step_length_m": gait.step_length_m},
         "multipliers": gait.floquet_multipliers[:2].tolist(),
-        "parameters": told,
+        "parameters": found,
         "left_by_extrapolation": max((float(error) for error in multipliers.errors if error == error), default=None),
         "refused": list(multipliers.refused),
         "distance_to_exudyn_m": distance.distance,
     }
     text = list(lines(plain, distance.allowed, elasticities, response.changes.scales))
-    return Answer(text, plain, rows=[{"parameter": name, **own} for name, own in told.items()])
+    return Answer(text, plain, rows=[{"parameter": name, **own} for name, own in found.items()])
 
 
 def lines(

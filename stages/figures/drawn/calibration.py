@@ -177,30 +177,30 @@ def _told(calibration: Calibration) -> Iterator[str]:
 
 def draw_held_out(given: Given) -> Figure:
     """The first run held out that is predicted, or else the first as it is fitted."""
-    one, foretold = _shown(given)
-    return fit_picture({"hip": one.hip, "foot": one.foot}, one.strikes, "prediction" if foretold else "fit")
+    one, predicted = _shown(given)
+    return fit_picture({"hip": one.hip, "foot": one.foot}, one.strikes, "prediction" if predicted else "fit")
 
 
 def _shown(given: Given) -> tuple[HeldOut, bool]:
-    for foretold in (True, False):
+    for predicted in (True, False):
         for one in given.calibration.held_out:
-            if math.isfinite(one.foretold_force) or not foretold:
-                return one, foretold
+            if math.isfinite(one.foretold_force) or not predicted:
+                return one, predicted
     why = [f"{one.name}: {one.why}" for one in given.calibration.failed]
     raise NoEvidence("; ".join(["no run was held out that the robot found by the others walks", *why]))
 
 
 def caption_held_out(given: Given) -> str:
-    one, foretold = _shown(given)
-    force, rate = (one.foretold_force, one.foretold_rate) if foretold else (one.fit_force, one.fit_rate)
+    one, predicted = _shown(given)
+    force, rate = (one.foretold_force, one.foretold_rate) if predicted else (one.fit_force, one.fit_rate)
     start = (
         f"those of its first {one.begun:.3g} s"
-        if foretold
+        if predicted
         else f"fitted to all of it, as from its first {one.begun:.3g} s that robot does not walk to its end"
     )
     return (
         f"{one.name}, {one.kind}, was not fitted: its robot is that of the other runs, its ramp, start and sensors "
-        f"are {start}. Over {'the rest' if foretold else 'it'} the specific force is off by "
+        f"are {start}. Over {'the rest' if predicted else 'it'} the specific force is off by "
         f"{force:.3f} m/s² and the rate by {1e3 * rate:.1f} mrad/s (rms), where sensors "
         f"have noise of {one.noise_force:.3f} and {1e3 * one.noise_rate:.2f}. Lines below: root mean square by "
         "part of the step. Where each run is of a robot of its own, their differences are in it."

@@ -74,8 +74,8 @@ def elasticities(axes: Axes, given: Given) -> None:
 def caption_multipliers(given: Given) -> str:
     largest = [(name, float(np.hypot(*values.T).max())) for name, values, *_ in multipliers(given)
                if len(values) and not name.endswith("across it")]  # fmt: skip
-    told = ", ".join(f"{value:.3f} ({name})" for name, value in largest)
-    text = f"Floquet multipliers of a step; the largest: {told}. Inside the circle a disturbance dies out."
+    listed = ", ".join(f"{value:.3f} ({name})" for name, value in largest)
+    text = f"Floquet multipliers of a step; the largest: {listed}. Inside the circle a disturbance dies out."
     rows = [row for row in given.analytic.elasticities if row.value]
     if not rows:
         return text

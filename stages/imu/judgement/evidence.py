@@ -271,14 +271,14 @@ def mean_gain(evidence: Evidence, drawing: Drawing) -> tuple[float, float]:
     Each place tells it, for how fast one gyroscope turns beside the other is known; the surer weighs more.
     """
     ratio = evidence.rate_ratio or NAN
-    told = []
+    gains = []
     for gain, error, other in ((evidence.hip_gain, evidence.hip_gain_error, ratio),
                                (evidence.foot_gain, evidence.foot_gain_error, 1 / ratio)):  # fmt: skip
         if not math.isnan(gain):
             mean = gain if math.isnan(other) else 0.5 * gain * (1 + other)
-            told.append((mean, 1 / (max(error, drawing.swept_error) ** 2 + drawing.gain_error**2)))
-    weight = sum(one for _, one in told)
-    return (sum(mean * one for mean, one in told) / weight, weight**-0.5) if told else (NAN, NAN)
+            gains.append((mean, 1 / (max(error, drawing.swept_error) ** 2 + drawing.gain_error**2)))
+    weight = sum(one for _, one in gains)
+    return (sum(mean * one for mean, one in gains) / weight, weight**-0.5) if gains else (NAN, NAN)
 
 
 def confirmed(evidence: Evidence, parameters: Reading) -> tuple[float, float]:

@@ -322,11 +322,11 @@ def _on_gains(evidence: Evidence, parameters: Reading) -> Rule:
     unlike = 3 * math.hypot(limits.rate_gain_tolerance, evidence.hip_gain_error, evidence.foot_gain_error)
     read = (f"the gyroscopes read {gain:.2f} times what gravity turns by while the leg stands: one of their gain, "
             "range or unit, or the accelerometers' gain forward")  # fmt: skip
-    place, felt = ("hip", 1 / one) if abs(math.log(one)) > abs(math.log(other)) else ("foot", 1 / other)
+    place, sensed = ("hip", 1 / one) if abs(math.log(one)) > abs(math.log(other)) else ("foot", 1 / other)
     return (
         remark(
             abs(other / one - 1) > unlike,
-            f"while the leg stands the {place} feels forward {felt:.2f} times what gravity gives that turns by its "
+            f"while the leg stands the {place} feels forward {sensed:.2f} times what gravity gives that turns by its "
             "rate, the other place what it should: an axis of its accelerometer",
             *_of((place,), FORCE, FRAME), LEVER,
         )

@@ -54,14 +54,14 @@ def proposal(path: Path) -> tuple[str, list[str]]:
     where there is no table, bag or array file with an inertial sensor.
     """
     folder = path.is_dir() and format_of(path) is not BAG
-    runs, told = _of_folder(path) if folder else ({_run_of(path): (one := _of_file(path))[0]}, one[1])
+    runs, remarks = _of_folder(path) if folder else ({_run_of(path): (one := _of_file(path))[0]}, one[1])
     whose = "files' heads" if folder else "file's head"
     lines = [f"# Proposed from the {whose}; lines that end in ? are to be filled in or confirmed", "runs:"]
     for name, entries in runs.items():
         lines += [f"  - experiment: {{name: {_quoted(name)}, origin: measured, slope_deg: null}}  # the ramp's slope ?",
                   "    files:", *entries]  # fmt: skip
     to_fill = ["slope_deg", *(["place"] if any(line.endswith("foot ?") for line in lines) else []), "forward_axis"]
-    return "\n".join(lines) + "\n", [*told, f"to be filled in: {', '.join(to_fill)} and up_axis"]
+    return "\n".join(lines) + "\n", [*remarks, f"to be filled in: {', '.join(to_fill)} and up_axis"]
 
 
 def proposals(path: Path) -> Iterator[tuple[str, list[str]]]:
@@ -77,7 +77,7 @@ def _of_file(path: Path) -> Proposed:
 
 def _of_folder(path: Path) -> tuple[dict[str, list[str]], list[str]]:
     """Entries of each run of a folder's files, and lines for all. Raises SourceRefused if none has a sensor."""
-    runs, told, left_out, beside = dict[str, list[str]](), list[str](), list[str](), set[Path]()
+    runs, remarks, left_out, beside = dict[str, list[str]](), list[str](), list[str](), set[Path]()
     for file in sorted(one for one in path.iterdir() if one.is_file()):
         if file in beside:
             continue
@@ -91,9 +91,9 @@ def _of_folder(path: Path) -> tuple[dict[str, list[str]], list[str]]:
         if other is not None and any(other.name in line for line in entries):
             beside.add(other)
         runs.setdefault(_run_of(file), []).extend(entries)
-        told += [f"{file.name}: {line}" for line in said]
+        remarks += [f"{file.name}: {line}" for line in said]
     refuse((not runs, f"{printable(path.name)} has no file with an inertial sensor"))
-    return runs, told + left_out
+    return runs, remarks + left_out
 
 
 def _run_of(path: Path) -> str:
@@ -132,27 +132,27 @@ def _of_table(path: Path) -> Proposed:
     force, rates = (_unit(head, columns, kind, maker) for kind in ("a", "g"))
     missing = [name for name in (*FORCES, *RATES) if name not in columns]
     lacks = f"{LACKS}{', '.join(missing)}" if missing else ""
-    told = list(filter(None, (*_layout_said(head, maker), said, force[1], rates[1], lacks)))
+    remarks = list(filter(None, (*_layout_said(head, maker), said, force[1], rates[1], lacks)))
     beside = _gyroscope_beside(path) if tuple(missing) == RATES else None
     other = head if beside is None else head_of(beside)
     found = {} if beside is None else columns_of(other, "g", maker)
     if beside is not None and not rates[0]:
         rates = _unit(other, found, "g", maker)
-        told.append(rates[1])
+        remarks.append(rates[1])
     own = columns.pop("gyroscope's stamp", None)
     if _stands_twice(head, columns):
         head = replace(head, names=(), header_rows=head.header_rows + 1 + bool(head.units))
-        told.append("names stand there more than once: columns are called by number")
+        remarks.append("names stand there more than once: columns are called by number")
     if own is not None:
         beside, other = path, head
         found = {"device_stamp": own, **{name: columns.pop(name) for name in RATES}}
     entries = _entry(path, _layout(head, 8), rate, (force[0], rates[0] or "deg/s"), _columns(head, columns))
     if beside is not None:
-        told.append("the gyroscope has times of its own" if own is not None
+        remarks.append("the gyroscope has times of its own" if own is not None
                     else f"the gyroscope's file beside it: {beside.name}")  # fmt: skip
         entries += ["        gyroscope:", f"          file: {_quoted(beside.name)}", *_layout(other, 10),
                     f"          columns: {_columns(other, found)}"]  # fmt: skip
-    return entries, told
+    return entries, remarks
 
 
 def _stands_twice(head: Head, columns: dict[str, int]) -> bool:
@@ -176,20 +176,20 @@ def _layout_said(head: Head, maker: Maker | None) -> list[str]:
 
 def _of_bag(path: Path) -> Proposed:
     """Entries and lines for a bag of ROS or an MCAP file: one a topic of an inertial sensor."""
-    entries, told = [], []
+    entries, remarks = [], []
     for topic, count in topics(path):
         name = f"{topic}:stamp"
         rate, said = _rate_of(read(path, Layout(), [name], ())[name], ("s",), name)
         columns = {value: f"{topic}:{field}" for value, field in COLUMNS.items()}
         entries += _entry(path, (), rate, ("m/s^2", "rad/s"), _mapped(columns))
-        told += [f"{topic}: {count} messages of {IMU}, m/s^2 and rad/s by its definition", said]
+        remarks += [f"{topic}: {count} messages of {IMU}, m/s^2 and rad/s by its definition", said]
     refuse((not entries, f"{printable(path.name)} has no topic of {IMU}"))
-    return entries, told
+    return entries, remarks
 
 
 def _of_arrays(path: Path) -> Proposed:
     """Entries and lines for an HDF5 or MATLAB file: one a group with an accelerometer's and a gyroscope's array."""
-    entries, told = [], []
+    entries, remarks = [], []
     for group, names in groups_of(path).items():
         force, rates, time = (next(filter(pattern.search, names), "") for pattern in (_FORCE, _RATE, _STAMP))
         inside = f"{group}/" if group else ""
@@ -203,11 +203,11 @@ def _of_arrays(path: Path) -> Proposed:
         kinds = (np.column_stack([arrays[found[name]] for name in kind]) for kind in (FORCES, RATES))
         of_force, of_rate = (_unit_by_size(values, kind) for values, kind in zip(kinds, "ag"))
         entries += _entry(path, (), rate, (of_force[0], of_rate[0]), _mapped(found))
-        told += [f"{group or 'arrays'}: {force} and {rates}, as {APDM} has them", of_force[1], of_rate[1], said]
+        remarks += [f"{group or 'arrays'}: {force} and {rates}, as {APDM} has them", of_force[1], of_rate[1], said]
     refuse((
         not entries, f"{printable(path.name)} has no group with an accelerometer's and a gyroscope's array"
     ))
-    return entries, told
+    return entries, remarks
 
 
 def _arrays_of(path: Path, wanted: Sequence[str]) -> dict[str, np.ndarray]:

@@ -39,11 +39,11 @@ class Samples:
     def around(self, strikes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Times (m,) from the strike of all samples around each strike, and forces (m, k)."""
         known = np.isfinite(self.force).all(axis=1)
-        at, felt = self.time[known], self.force[known]
+        at, sensed = self.time[known], self.force[known]
         first, last = (np.searchsorted(at, strikes + edge) for edge in WINDOW_S)
         rows = [np.arange(a, b) for a, b in zip(first, last)]
         every = np.concatenate([np.empty(0, dtype=np.int64), *rows])
-        return at[every] - np.repeat(strikes, last - first), felt[every]
+        return at[every] - np.repeat(strikes, last - first), sensed[every]
 
 
 def at_onsets(strikes: HeelStrikes, seen: Samples, transient: int) -> tuple[HeelStrikes, float]:

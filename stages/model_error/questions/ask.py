@@ -53,11 +53,11 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         result = further(result, parameters, list(asking.each(walk, range(options.learn), options.learn)))
     ladder = Ladder(parameters, Learnt(result), asking.progress)
     found = [ladder.within(name, one.error, one.share) for name, one in allowed.items()]
-    lines = [line for one in found for line in told(one)]
+    lines = [line for one in found for line in in_words(one)]
     plain: dict[str, Any] = {one.measure: as_json(one) for one in found}
     if STABLE in options.what:
         stable = ladder.stable()
-        lines += told_stable(stable)
+        lines += stability_in_words(stable)
         plain[STABLE] = as_json(stable)
     outside, unlike = ladder.outside(), ladder.unlike()
     if unlike:
@@ -102,15 +102,15 @@ def amount(one: Answered, error: float) -> str:
     return f"{100 * error:.2g} %" if one.share else f"{error:.2g}"
 
 
-def told(one: Answered) -> list[str]:
+def in_words(one: Answered) -> list[str]:
     """An answer in words."""
-    asked = amount(one, one.asked)
+    requested = amount(one, one.requested)
     if not one.met:
-        return [f"{one.measure}: no model has it within {asked}", *(f"  {reason}" for reason in one.passed_over)]
+        return [f"{one.measure}: no model has it within {requested}", *(f"  {reason}" for reason in one.passed_over)]
     unit = UNITS[one.measure].replace("1", "")
     return [
         f"{one.measure}: {one.value:.9g} {unit}".rstrip() + f", within {amount(one, one.solver + one.model)} of the "
-        f"twin's ({asked} requested)",
+        f"twin's ({requested} requested)",
         f"  error: solver {amount(one, one.solver)}, model {amount(one, one.model)}; beside it, the digits of the "
         f"parameters leave {amount(one, one.inputs)} open",
         f"  by the {one.rung} at tolerance {one.tolerance:g}, corrected by {amount(one, one.correction)}; it takes "
@@ -120,7 +120,7 @@ def told(one: Answered) -> list[str]:
     ]
 
 
-def told_stable(found: Stability) -> list[str]:
+def stability_in_words(found: Stability) -> list[str]:
     """The answer to whether a gait is stable, in words."""
     return [
         f"stable: with a probability of {found.probability:.3g}",

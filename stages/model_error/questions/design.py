@@ -11,7 +11,7 @@ from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option, refuse
 from stages.model_error.measures import Allowed, errors, learnt_by
 from stages.model_error.questions.ask import as_json
-from stages.model_error.questions.ask import told as as_words
+from stages.model_error.questions.ask import in_words as as_words
 
 if TYPE_CHECKING:
     from stages.analytic.design.goals import Goal
@@ -111,12 +111,12 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     ground = report_gait(found.walker, found.point, tolerance, parameters.friction.static_friction).validity
     lasting = {STEPS: {"block_height_rms_m": parameters.blocks.block_height_rms, "start": before,
                        "best": lasts(parameters, found.design, found.point)}} if before else {}  # fmt: skip
-    lines = [*told(searches, bounds, aims, goal, options.starts), *longer(lasting), asked_of_the_ground(ground),
+    lines = [*in_words(searches, bounds, aims, goal, options.starts), *longer(lasting), ground_needed(ground),
              *(line for one in answers for line in as_words(one)),
              *(f"Not met: {name} misses its target by {abs(miss):.3g}" for name, miss in missed.items())]
     plain = {**as_plain(searches, bounds, aims, goal), "ground": {name: getattr(ground, name) for name in GROUND},
              "targets": plain_targets(held), **lasting, "within": {one.measure: as_json(one) for one in answers}}
-    rows = [{"parameter": name, **told_of} for name, told_of in plain["parameters"].items()]
+    rows = [{"parameter": name, **entry} for name, entry in plain["parameters"].items()]
     return Answer(lines, plain, rows=rows, draw=draw, parameters={name: found.design.value(name) for name in bounds},
                   no=not searches[0].met or bool(missed) or not all(one.met for one in answers))  # fmt: skip
 
@@ -284,7 +284,7 @@ def own_start(searches: Sequence[DesignSearch]) -> Candidate:
     return next(search.start for search in searches if search.own)
 
 
-def told(
+def in_words(
     searches: Sequence[DesignSearch], bounds: Bounds, held: Targets, goal: Goal, starts: int
 ) -> Iterator[str]:
     """The searches in words."""
@@ -329,7 +329,7 @@ def elsewhere(searches: Sequence[DesignSearch], starts: int) -> Iterator[str]:
                + (f", others worse: {others}" if others else ""))
 
 
-def asked_of_the_ground(validity: Validity) -> str:
+def ground_needed(validity: Validity) -> str:
     """What a gait asks of the ground beside friction in single stance, in words."""
     time, impulse = 100 * validity.time_outside_cone, 100 * validity.impulse_outside_cone
     return (f"It needs friction {validity.friction_single_stance:.3g} in single stance and "

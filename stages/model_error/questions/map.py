@@ -62,27 +62,27 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     parts = asking.each(anchors, spans(count, ANCHOR_BLOCK), options.file, options.search)
     known = [one for part in parts for one in part if one]
     of_map = columns_of(options.norm)
-    asked, counts = spans(box.size, BLOCK), Counts(of_map)
+    requested, counts = spans(box.size, BLOCK), Counts(of_map)
     shown = [axis.name for axis in box.axes] + ["outcome", "largest_multiplier", "period_s", "speed_m_s"]
     axes = [Column(axis.name, axis.unit, "varied") for axis in box.axes]
     about = {"map": box.in_words(), "tolerance": f"{tolerance:g}", "search": options.search}
     with asking.new_table(options.out, [*axes, *of_map], box.size, about) as table:
-        rows_of = asking.each(answers, asked, options.file, options.search, known, *[True] * options.norm)
-        for (first, _), rows in zip(asked, rows_of, strict=True):
+        rows_of = asking.each(answers, requested, options.file, options.search, known, *[True] * options.norm)
+        for (first, _), rows in zip(requested, rows_of, strict=True):
             found = counts.add(rows)
             varied = box.values(first, first + len(found))
             table.write(first, dict(zip([axis.name for axis in axes], varied.T, strict=True)))
             table.write(first, {column.name: row for column, row in zip(of_map, found.T, strict=True)})
         whole = options.front or box.seed is None
         columns = {name: table.read(name, 1 if whole else -(-box.size // DRAWN)) for name in shown}
-    told, draw = list(lines(counts, options.search)), drawing(box, columns)
+    summary, draw = list(lines(counts, options.search)), drawing(box, columns)
     if not options.front:
-        return Answer(told, counts.as_plain(), draw=draw)
+        return Answer(summary, counts.as_plain(), draw=draw)
     best = front(columns)
     heads = [f"{axis.name.partition('.')[2]} [{axis.unit}]" for axis in box.axes] + ["multiplier [1]", "speed [m/s]"]
     rows = [[f"{value:.6g}" for value in row.values()] for row in best]
     tables = [("No other stable design beats these in both", heads, rows)] if best else []
-    return Answer(told, {**counts.as_plain(), "front": best}, tables, best, draw)
+    return Answer(summary, {**counts.as_plain(), "front": best}, tables, best, draw)
 
 
 def front(columns: Mapping[str, np.ndarray]) -> list[dict[str, float]]:
@@ -108,13 +108,13 @@ def ask_within(parameters: Parameters, options: Options, asking: Asking) -> Answ
 
     box = task(parameters, options.file, options.search).box
     shared = options.file, list(options.within), [result.kind, result.numbers.tolist(), result.values.tolist()]
-    asked, counts = spans(box.size, BLOCK // 2), {name: Counter[str]() for name in allowed}
-    axes, told = [Column(axis.name, axis.unit, "varied") for axis in box.axes], over.columns(allowed)
+    requested, counts = spans(box.size, BLOCK // 2), {name: Counter[str]() for name in allowed}
+    axes, found = [Column(axis.name, axis.unit, "varied") for axis in box.axes], over.columns(allowed)
     about = {"map": box.in_words(), "within": ", ".join(options.within)}
-    with asking.new_table(options.out, [*axes, *told], box.size, about) as table:
-        for (first, _), rows in zip(asked, asking.each(answers_within, asked, *shared), strict=True):
+    with asking.new_table(options.out, [*axes, *found], box.size, about) as table:
+        for (first, _), rows in zip(requested, asking.each(answers_within, requested, *shared), strict=True):
             columns = [*zip(*box.values(first, first + len(rows)).tolist(), strict=True), *zip(*rows, strict=True)]
-            table.write(first, {column.name: values for column, values in zip([*axes, *told], columns, strict=True)})
+            table.write(first, {column.name: values for column, values in zip([*axes, *found], columns, strict=True)})
             for place, name in enumerate(allowed, start=1):
                 counts[name].update(over.WAYS[int(row[3 * place - 1])] for row in rows)
     return Answer([f"{box.size} designs", *(

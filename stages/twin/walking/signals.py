@@ -97,12 +97,12 @@ def sample(record: Record, time: np.ndarray, settings: Settings) -> Signals:
     )
 
 
-def planar_walk(at: Sampling, foot_force: np.ndarray, felt: bool) -> Walk:
+def planar_walk(at: Sampling, foot_force: np.ndarray, sensed: bool) -> Walk:
     """The planar projection: each pair of feet as one, what is felt (if it is) at the hip and at the feet's middle."""
     (q, v), machine = at.motion, at.record.machine
     events = find_events(at.record)
     hip, foot, turning = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
-    if felt:
+    if sensed:
         centre = np.array([0.0, machine.drawn_foot_com, 0.0])  # the legs' mid-plane, as in the simple models
         hip, turning = at.specific_force(np.zeros(3)), at.spin()[:, 2]
         foot = np.mean([at.specific_force(centre, slide) for slide in SLIDE[:2]], axis=0)

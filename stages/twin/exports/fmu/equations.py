@@ -39,7 +39,7 @@ real = partial(sp.Symbol, real=True)
 
 def equations(biped: Biped, slope: Slope, contact: ContactLaw) -> tuple[list[str], dict[str, str]]:
     """Names of the parameters, and lines of C for any values of them: `ground`, how the feet stand and what pushes
-    them; `motion`, mass matrix a and forces b of a qdd = b; with qdd known, `felt`, what the sensors feel.
+    them; `motion`, mass matrix a and forces b of a qdd = b; with qdd known, `sensed`, what the sensors feel.
     """
     names = [name for name in names_of(biped, slope, contact) if name not in ITERATED]
     keys, rigid = [name.partition(".")[2] for name in names], biped.legs == "rigid"
@@ -50,7 +50,7 @@ def equations(biped: Biped, slope: Slope, contact: ContactLaw) -> tuple[list[str
     kind, time = KINDS["detailed" if biped.detailed else "plain"], sp.sqrt(machine.leg_length / gravity)
     numbers = (p.first, p.other) if isinstance(p, DetailedPenalty) else (p, p)
     legs = [leg_in_c(kind, index, numbers[index], rigid) for index in (0, 1)]
-    return names, {"ground": on_ground(p, kind, legs, machine.leg_length, time), "felt": felt(kind, legs[0]),
+    return names, {"ground": on_ground(p, kind, legs, machine.leg_length, time), "felt": sensed(kind, legs[0]),
                    "motion": system(p, d.derive(kind.leg), legs, time, 4 if rigid else 6)}  # fmt: skip
 
 
@@ -66,18 +66,18 @@ def leg_in_c(kind: Kind, index: int, numbers: Any, rigid: bool) -> Leg:
 
 def on_ground(p: Walker, kind: Kind, legs: list[Leg], length: sp.Expr, time: sp.Expr) -> str:
     """Lines of contact, force, and of what events are told by, in scales of the walker."""
-    touch, force, told = (dict[str, sp.Expr]() for _ in range(3))
+    touch, force, outputs = (dict[str, sp.Expr]() for _ in range(3))
     for i, leg in enumerate(legs):
         depth, rate, slip = met = [real(f"{name}_{i}") for name in ("depth", "rate", "slip")]
         touch |= {f"const double {symbol}": leg(term) for symbol, term in zip(met, d.derive(kind.leg).contact)}
         force[f"const double N_{i}"] = real(f"acts_{i}") * p.law.normal.force(depth, rate, SYMBOLIC)
         force[f"const double F_{i}"] = -signed_coefficient(p.law, slip, SYMBOLIC) * real(f"N_{i}")
-        told |= {f"w->above[{i}]": -depth / length, f"w->air[{i}]": AIR * leg(kind.leg.L_nat) / length,
+        outputs |= {f"w->above[{i}]": -depth / length, f"w->air[{i}]": AIR * leg(kind.leg.L_nat) / length,
                  f"w->swing[{i}]": leg(d.dphi) * time}  # fmt: skip
     ahead, behind = (leg((d.L - kind.leg.r) * sp.sin(d.phi)) for leg in legs)
     leaning = (math.pi / 2 - sp.Abs(leg(d.phi)) for leg in legs)
-    told |= {"w->ahead": (ahead - behind) / length, "w->upright": sp.Min((d.y - p.fallen) / length, *leaning)}
-    return "\n".join(assigned(*each) for each in (("t", touch), ("s", force), ("g", told)))
+    outputs |= {"w->ahead": (ahead - behind) / length, "w->upright": sp.Min((d.y - p.fallen) / length, *leaning)}
+    return "\n".join(assigned(*each) for each in (("t", touch), ("s", force), ("g", outputs)))
 
 
 def system(p: Walker, part: d.LegPart, legs: list[Leg], time: sp.Expr, size: int) -> str:
@@ -100,17 +100,17 @@ def system(p: Walker, part: d.LegPart, legs: list[Leg], time: sp.Expr, size: int
     return assigned("u", half | {f"b[{row}]": force[row] for row in range(size)})
 
 
-def felt(kind: Kind, leg: Leg) -> str:
+def sensed(kind: Kind, leg: Leg) -> str:
     """Lines of what sensors at hip and foot's mass centre feel on the leg's axes, and of the ground's forces."""
     forward, upward = sp.Matrix([sp.cos(d.phi), sp.sin(d.phi)]), sp.Matrix([-sp.sin(d.phi), sp.cos(d.phi)])
-    hip, told = sp.Matrix([d.x, d.y]), []
+    hip, outputs = sp.Matrix([d.x, d.y]), []
     for place in (hip, hip - (d.L - kind.leg.l) * upward + kind.leg.e * forward):
         jacobian = place.jacobian(d.COORDINATES)
         turning = time_derivative(jacobian, d.COORDINATES, d.RATES) * d.RATES
         force = jacobian * d.ACCELERATIONS + turning - sp.Matrix([g_x, g_y])
-        told += [leg(force.dot(forward)), leg(force.dot(upward)), leg(d.dphi)]
-    told += map(real, ("N_0", "F_0", "N_1", "F_1"))
-    return assigned("f", {f"v[OUTPUT + {place}]": signal for place, signal in enumerate(told)})
+        outputs += [leg(force.dot(forward)), leg(force.dot(upward)), leg(d.dphi)]
+    outputs += map(real, ("N_0", "F_0", "N_1", "F_1"))
+    return assigned("f", {f"v[OUTPUT + {place}]": signal for place, signal in enumerate(outputs)})
 
 
 def assigned(prefix: str, values: Mapping[str, sp.Expr]) -> str:
