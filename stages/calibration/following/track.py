@@ -28,8 +28,8 @@ AGAIN, MOVED = 6, 0.05
 LATER = 0.1
 #: Without samples a run is walked for so many steps, and then lost.
 BLIND = 4.0
-#: So much of a step before a heel strike it is told whether the robot will fall.
-EARLY = 0.06
+#: So much of a step before a heel strike it is told whether the robot will fall, if the strike is known to this share.
+EARLY, SURE = 0.06, 0.006
 #: A push is where all of so many samples are so surprising, in mean squares of their standard deviations. Then a start
 #: may be so many of its usual changes elsewhere, and the step is linearised so often after each sample.
 LATELY, PUSHED, BLOW, AFTER_PUSH = 4, 25.0, 60.0, 2
@@ -86,7 +86,7 @@ class Track:
             raise StepFailed("the robot falls")
         instant = self._step.instant(sample.time + self._ahead)
         soon = EARLY * self._period
-        if self._foretold or not (instant.strike < sample.time + soon and instant.strike_sd < soon):
+        if self._foretold or not (instant.strike < sample.time + soon and instant.strike_sd < SURE * self._period):
             return instant
         self._foretold = True
         return replace(instant, falls=tuple(self._step.falls()))
