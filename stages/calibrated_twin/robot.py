@@ -61,19 +61,19 @@ class TwinRobot:
         value = dict(zip(self.layout.names, unknowns, strict=True))
         record = self.walk(design, unknowns, len(like.strikes))
         twin = dataclasses.replace(self.twin, signals=(IMU_IN_SPACE,))
-        felt = sample(record, uniform_times(float(record.time[-1]), self.rate_hz), twin)
+        sensed = sample(record, uniform_times(float(record.time[-1]), self.rate_hz), twin)
         began = value["mid_stance"]
-        strikes = np.concatenate([[0.0], began + felt.walk.heel_strike_time])
-        motion = {"hip": (felt.hip_imu_specific_force, felt.hip_imu_angular_velocity),
-                  "foot": (felt.foot_imu_specific_force, felt.foot_imu_angular_velocity)}
+        strikes = np.concatenate([[0.0], began + sensed.walk.heel_strike_time])
+        motion = {"hip": (sensed.hip_imu_specific_force, sensed.hip_imu_angular_velocity),
+                  "foot": (sensed.foot_imu_specific_force, sensed.foot_imu_angular_velocity)}
         taken, samples, used = sample_times(value, like.sampling), {}, {}
         for side in SIDES:
             force, rate = motion[side]
             smooth = low_pass(np.column_stack([force[:, FORWARD], force[:, UP], rate[:, LATERAL]]), self.rate_hz,
                               like.sampling.bandwidth_hz * math.exp(value["bandwidth"]))
-            if taken[side][-1] > felt.walk.time[-1]:
+            if taken[side][-1] > sensed.walk.time[-1]:
                 raise StepFailed("the twin does not get to the run's end")
-            true = np.column_stack([np.interp(taken[side], felt.walk.time, column) for column in smooth.T])
+            true = np.column_stack([np.interp(taken[side], sensed.walk.time, column) for column in smooth.T])
             samples[side] = as_sensed(true, value, side)
             used[side] = usable(like.sampling.of(side), strikes, began + self.settings.settling_s,
                                 self.settings.before_strike_s, self.settings.after_strike_s)

@@ -125,10 +125,10 @@ class _Work:
                 corrections[place] = corrected(drawn, fit, one.run, self.model, one.known, self.robot.run)
             except StepFailed as reason:
                 self.reasons.append(f"{fit.name}: not corrected: {reason}")
-        told = self.inputs.calibration
+        from_misses = self.inputs.calibration
         pull = float(np.mean([self.model.layout.pull(fit.unknowns) for fit in fits]))
-        return Fitted(kind, drawn, fits, corrections, told.drawn, pull,
-                      Discrepancy.told(self.model.shared, told.misses))
+        return Fitted(kind, drawn, fits, corrections, from_misses.drawn, pull,
+                      Discrepancy.from_misses(self.model.shared, from_misses.misses))
 
     def checked(self, held: HeldOut, fitted: Fitted) -> list[Check]:
         """A held-out run walked by the twin: with numbers and start as the model has them, then with both corrected.

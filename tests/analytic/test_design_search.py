@@ -113,7 +113,7 @@ def test_what_the_best_is_compared_with_is_the_design_itself_whichever_start_led
     plain = design_question.as_plain(searches, bounds, {}, GOALS["speed"])
     assert plain["goal"]["start"] == pytest.approx(speed, rel=1e-7) != searches[0].start.value
     assert plain["parameters"]["biped.foot_com"]["start"] == TABLE_1.foot_com
-    first, *_ = design_question.told(searches, bounds, {}, GOALS["speed"], 4)
+    first, *_ = design_question.in_words(searches, bounds, {}, GOALS["speed"], 4)
     assert first.startswith(f"speed {speed:.6g} -> ") and "from another start" in first
 
 

@@ -68,7 +68,7 @@ def test_a_part_that_has_changed_is_named_with_its_change():
 
 def test_one_run_in_a_hundred_is_no_more_than_told_another():
     """Scores as noise and the robot's covariance make them, with the information of a run."""
-    told, d = unchanged().told, len(comparison().robot.names)
+    told, d = unchanged().evidence, len(comparison().robot.names)
     spread = np.zeros_like(told.matrix)
     spread[:d, :d] = comparison().robot.covariance
     values, vectors = np.linalg.eigh(told.matrix @ spread @ told.matrix + told.matrix)
@@ -82,7 +82,7 @@ def test_one_run_in_a_hundred_is_no_more_than_told_another():
 
 def test_a_shift_of_a_part_is_found_with_its_size():
     """In a model that is linear, from scores without noise."""
-    told, d = unchanged().told, len(comparison().robot.names)
+    told, d = unchanged().evidence, len(comparison().robot.names)
     for place, part in enumerate(comparison().parts):
         right = told.matrix[:, d + place]
         found = next(one for one in comparison().verdict(dataclasses.replace(told, right=right)).changes
@@ -91,18 +91,18 @@ def test_a_shift_of_a_part_is_found_with_its_size():
 
 
 def test_runs_are_added_and_parts_that_explain_as_much_are_named_together():
-    told = unchanged().told
+    told = unchanged().evidence
     both = Held(told, told) + Held(told, told)
-    assert both.told.runs == 2 and both.told.count == 2 * told.count
-    np.testing.assert_array_equal(both.told.matrix, 2.0 * told.matrix)
-    verdict = comparison().verdict(both.told)
+    assert both.evidence.runs == 2 and both.evidence.count == 2 * told.count
+    np.testing.assert_array_equal(both.evidence.matrix, 2.0 * told.matrix)
+    verdict = comparison().verdict(both.evidence)
     best = verdict.changes[0].explains
     assert best == max(one.explains for one in verdict.changes)
     assert [one.explains > best - 2.0 for one in verdict.changes] == [one in verdict.named for one in verdict.changes]
 
 
 def test_residuals_that_no_part_explains_are_another_robots():
-    told = unchanged().told
+    told = unchanged().evidence
     verdict = comparison().verdict(dataclasses.replace(told, misfit=2.0 * told.misfit))
     assert not verdict.same and verdict.residuals > 1.3
 

@@ -79,7 +79,7 @@ def test_a_question_is_given_its_stages_result_or_the_reason_why_not(repository,
     assert file.endswith("calibration.h5")
     assert result.misses.runs == study().misses.runs
     np.testing.assert_array_equal(result.misses.shares, study().misses.shares)
-    assert Discrepancy.told(result.names, result.misses) is not None
+    assert Discrepancy.from_misses(result.names, result.misses) is not None
     (tmp_path / "calibration.h5").write_bytes(artefact.encode(dataclasses.replace(study(), misses=()), {}))
     result, why = asking.result()
     assert result is None

@@ -9,7 +9,7 @@ import pytest
 from stages.calibration.blind_score import draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.least_squares import information_of
-from stages.calibration.following.fitted import Spread, fitted_robot, judged_again, told_before, widened_again
+from stages.calibration.following.fitted import Spread, earlier_runs, fitted_robot, judged_again, widened_again
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import Judged, widening
 from tests.calibration.runs import SHORT
@@ -21,7 +21,7 @@ def fitted(runs, known, before=None):
     given = known
     if before is not None:
         design, model = before.design, first_model(before.design, (*before.names, *before.own), SHORT)
-        given = (*known, *told_before(before))
+        given = (*known, *earlier_runs(before))
     fit = fit_campaign(design, runs, model, given)
     assert fit.converged and not fit.left_out, (fit.why, fit.left_out)
     sigmas, wider = widening(fit.equations)
@@ -67,7 +67,7 @@ def test_a_run_after_two_others_tells_what_all_do_at_once():
 
 def test_what_runs_told_is_what_a_fit_that_goes_on_is_given():
     _, (robot, _) = learned()
-    told = told_before(robot)
+    told = earlier_runs(robot)
     at = robot.design.with_values(dict(zip(robot.names, map(float, robot.estimate), strict=True)))
     np.testing.assert_allclose(information_of(told, robot.names, at), robot.information, rtol=1e-6,
                                atol=1e-9 * robot.information.max())  # fmt: skip
@@ -80,7 +80,7 @@ def test_another_unit_of_mass_is_as_far_from_what_runs_told_as_it_was():
     shorter = ("biped.leg_length", "biped.foot_radius", "biped.foot_com")
     there, heavier = (robot.design.with_values({name: share * robot.design.value(name) for name in robot.names
                                                 if name not in shorter}) for share in (1.0, 1.1))  # fmt: skip
-    for one in told_before(robot):
+    for one in earlier_runs(robot):
         assert one.of(heavier) == pytest.approx(one.of(there), abs=0.01)
 
 

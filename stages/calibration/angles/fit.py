@@ -57,11 +57,12 @@ class AngleFit:
         sandwich of Huber and White, with a step as a cluster). Infinite for what nothing is told of.
         """
         inverse = covariance_of(self.information, sizes)
-        told = np.isfinite(np.diag(inverse))
-        part = np.where(np.outer(told, told), inverse, 0.0)
+        determined = np.isfinite(np.diag(inverse))
+        part = np.where(np.outer(determined, determined), inverse, 0.0)
         spread = self.pulls.T @ self.pulls * len(self.pulls) / max(1, len(self.pulls) - len(self.names))
         found = part @ (spread + self.known) @ part
-        return np.asarray(np.where(np.outer(told, told), found, np.where(np.eye(len(told)) > 0, inverse, 0.0)))
+        alone = np.where(np.eye(len(determined)) > 0, inverse, 0.0)
+        return np.asarray(np.where(np.outer(determined, determined), found, alone))
 
     @property
     def size(self) -> float:
@@ -164,24 +165,24 @@ def _equations(
 @dataclass(frozen=True)
 class HeldOut:
     """Root mean square errors [rad] on steps that were not fitted, between the legs and of the stance angle: `fit` with
-    the start fitted on the whole step, `foretold` with the start from the first `begun` seconds and errors over the
+    the start fitted on the whole step, `predicted` with the start from the first `begun` seconds and errors over the
     rest."""
 
     steps: int
     begun: float
     fit: tuple[float, float]
-    foretold: tuple[float, float]
+    predicted: tuple[float, float]
     residuals: Mapping[int, np.ndarray]
 
 
 def held_out(robot: Robot, steps: Sequence[DrivenStep], begun: float) -> HeldOut:
     """Errors on steps that were not fitted."""
     fitted = fit_robot(robot, steps, (), {}, {}, (), 1e-3)
-    foretold = np.concatenate([_foretold(robot, step, begun) for step in steps])
-    return HeldOut(len(steps), begun, fitted.rms(), _rms(foretold), fitted.residuals)
+    predicted = np.concatenate([_predicted(robot, step, begun) for step in steps])
+    return HeldOut(len(steps), begun, fitted.rms(), _rms(predicted), fitted.residuals)
 
 
-def _foretold(robot: Robot, step: DrivenStep, begun: float) -> np.ndarray:
+def _predicted(robot: Robot, step: DrivenStep, begun: float) -> np.ndarray:
     """Errors (n, 2) after the beginning."""
     samples = round(begun / step.interval)
     start = guess(step, samples, 2)

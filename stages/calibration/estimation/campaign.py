@@ -259,9 +259,9 @@ def fitted_alone(
     design = DesignPoint(Biped(**drawn), parameters.slope)
     model = first_model(design, names, parameters)
     try:
-        run, told = from_plain(plain), [Known(*one) for one in known]
-        fit = fit_near(design, begun(design, run, model), run, model, told) if near else fit_run(
-            design, run, model, told)
+        run, priors = from_plain(plain), [Known(*one) for one in known]
+        fit = fit_near(design, begun(design, run, model), run, model, priors) if near else fit_run(
+            design, run, model, priors)
     except StepFailed as reason:
         return {"why_none": str(reason)}
     return {"design": fit.design.tolist(), "own": fit.own.tolist(), "unknowns": fit.unknowns.tolist(),

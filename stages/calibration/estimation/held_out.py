@@ -65,16 +65,16 @@ def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float,
     alone = replace(model, shared=(), own=(SLOPE,))
     begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
     whole = fit_run(design, run, alone, (), begin)
-    shown, foretold = whole.equations, (np.nan, np.nan)
+    shown, forecast = whole.equations, (np.nan, np.nan)
     since = min(float(run.sampling.of(side)[0]) for side in SIDES) + begun
     with contextlib.suppress(StepFailed):
         start = fit_run(design, run.upto(since), alone, (), begin)
         shown = run_equations(design, start.own, start.unknowns, run, alone)
-        foretold = rms_of(shown.residuals, run, model, since)
+        forecast = rms_of(shown.residuals, run, model, since)
     hip, foot = (trace(run, shown, model, side) for side in SIDES)
     return HeldOut(
         run.name, kind, begun, float(np.sqrt(whole.equations.chi2 / whole.equations.count)),
-        *rms_of(whole.equations.residuals, run, model), *foretold, model.noise[0], model.noise[2], whole.own,
+        *rms_of(whole.equations.residuals, run, model), *forecast, model.noise[0], model.noise[2], whole.own,
         whole.unknowns, hip, foot, run.strikes)
 
 

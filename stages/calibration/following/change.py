@@ -106,11 +106,11 @@ class Verdict:
 class Held:
     """A run's evidence, fitted as the robot's, and `at_best`, with the part that explains most fitted too."""
 
-    told: Evidence
+    evidence: Evidence
     at_best: Evidence
 
     def __add__(self, other: Held) -> Held:
-        return Held(self.told + other.told, self.at_best + other.at_best)
+        return Held(self.evidence + other.evidence, self.at_best + other.at_best)
 
 
 def _has(design: DesignPoint, name: str) -> bool:
@@ -164,8 +164,8 @@ class Comparison:
         The scores are told again where that part is fitted too, until it is the one that explains most. Raises
         StepFailed where the run cannot be walked.
         """
-        told, there, unknowns, run = self.as_this(run, begun(self.robot.design, run, self.model))
-        verdict, at_best, tried, least = self.verdict(told), told, set[str](), np.inf
+        evidence, there, unknowns, run = self.as_this(run, begun(self.robot.design, run, self.model))
+        verdict, at_best, tried, least = self.verdict(evidence), evidence, set[str](), np.inf
         while not verdict.same and len(tried) < MOST and verdict.changes[0].part.name not in tried:
             part = verdict.changes[0].part
             tried.add(part.name)
@@ -175,7 +175,7 @@ class Comparison:
                 verdict = self.verdict(found)
                 if cost < least:
                     least, at_best = cost, found
-        return Held(told, at_best)
+        return Held(evidence, at_best)
 
     def as_this(self, run: MeasuredRun, begin: Vector) -> tuple[Evidence, DesignPoint, Vector, MeasuredRun]:
         """What a run tells as this robot's, from unknowns near it (k,), the design and the unknowns then, and the run
@@ -239,28 +239,28 @@ class Comparison:
         matrix = kept.T @ data @ kept - across @ solved[:, :-1]
         return Evidence(0.5 * (matrix + matrix.T), kept.T @ right - across @ solved[:, -1], found.chi2, found.count)
 
-    def shifts(self, told: Evidence) -> np.ndarray:
+    def shifts(self, evidence: Evidence) -> np.ndarray:
         """By how much each part would have changed, and the standard error, (c, 2), before what is usual is taken off.
         """
         d = len(self.robot.names)
-        solved = np.linalg.solve(told.matrix[:d, :d] + self._prior, np.column_stack(
-            [told.matrix[:d, d:], told.right[:d]]))  # fmt: skip
-        across = told.matrix[d:, :d]
-        information = told.matrix[d:, d:] - across @ solved[:, :-1]
-        score = told.right[d:] - across @ solved[:, -1]
+        solved = np.linalg.solve(evidence.matrix[:d, :d] + self._prior, np.column_stack(
+            [evidence.matrix[:d, d:], evidence.right[:d]]))  # fmt: skip
+        across = evidence.matrix[d:, :d]
+        information = evidence.matrix[d:, d:] - across @ solved[:, :-1]
+        score = evidence.right[d:] - across @ solved[:, -1]
         return np.column_stack([score / np.diag(information), np.diag(information) ** -0.5])
 
-    def verdict(self, told: Evidence) -> Verdict:
+    def verdict(self, evidence: Evidence) -> Verdict:
         """Whether runs are this robot's."""
         changes = []
-        for part, (shift, sd) in zip(self.parts, self.shifts(told), strict=True):
+        for part, (shift, sd) in zip(self.parts, self.shifts(evidence), strict=True):
             mean, apart = self.robot.usual.get(part.name, (0.0, 0.0))
             apart = abs(mean) if self.robot.runs == 1 else apart  # one run does not say how others are
             if part.moves != (FRICTION,) or shift > mean:
-                more = apart * math.sqrt(1.0 / told.runs + 1.0 / self.robot.runs)
+                more = apart * math.sqrt(1.0 / evidence.runs + 1.0 / self.robot.runs)
                 changes.append(Change(part, float(shift - mean), math.hypot(sd, more), float((shift - mean) / sd) ** 2))
         changes.sort(key=attrgetter("explains"), reverse=True)
-        residuals, of_residuals = self._residuals(told)
+        residuals, of_residuals = self._residuals(evidence)
         most = max(one.sigmas for one in changes)
         every = 2.0 * len(self.parts) * float(ndtr(-most)) / PARTS, of_residuals / RESIDUALS
         return Verdict(min(1.0, *every), tuple(changes), residuals, of_residuals >= LEVEL)
@@ -268,18 +268,18 @@ class Comparison:
     def verdict_of(self, held: Held) -> Verdict:
         """Whether runs are this robot's, and where they are not what has changed, with the part that explains most
         fitted."""
-        first = self.verdict(held.told)
+        first = self.verdict(held.evidence)
         if first.same:
             return first
         return replace(self.verdict(held.at_best), probability=first.probability, residuals=first.residuals)
 
-    def _residuals(self, told: Evidence) -> tuple[float, float]:
+    def _residuals(self, evidence: Evidence) -> tuple[float, float]:
         """Residuals of runs over the robot's own, and the probability that such are so large: by the readings' number,
         of which neighbours hang together, and by how those of the robot's runs differ."""
         robot = self.robot
-        size = math.sqrt(told.misfit / told.count) * robot.wider / robot.sigmas
+        size = math.sqrt(evidence.misfit / evidence.count) * robot.wider / robot.sigmas
         alike = max(robot.wider / robot.sigmas, 1.0) ** 2
-        by_count = math.sqrt(0.5 * alike / told.count * (1.0 + told.runs / robot.runs))
-        between = robot.sigmas_sd / robot.sigmas * math.sqrt(1.0 / told.runs + 1.0 / robot.runs)
+        by_count = math.sqrt(0.5 * alike / evidence.count * (1.0 + evidence.runs / robot.runs))
+        between = robot.sigmas_sd / robot.sigmas * math.sqrt(1.0 / evidence.runs + 1.0 / robot.runs)
         freedom = robot.runs - 1 if robot.runs > 1 and between > by_count else 1e6
         return size, float(stdtr(freedom, (1.0 - size) / max(by_count, between)))

@@ -6,10 +6,12 @@ added to. What differs from run to run is by the formulas for mean and variance 
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.campaign import CampaignFit
@@ -28,7 +30,7 @@ ONE_RUN = 2.0
 TOLD = 1.0
 
 
-def told_before(robot: FittedRobot) -> tuple[Known, ...]:
+def earlier_runs(robot: FittedRobot) -> tuple[Known, ...]:
     """What a robot's own runs told of it."""
     moved = np.where(robot.estimate > 0.0, robot.middle / robot.estimate, 1.0)
     return combinations(robot.names, robot.middle, robot.information / np.outer(moved, moved),
@@ -85,7 +87,7 @@ def fitted_robot(
     """
     runs, layout, d, (sigmas, wider) = len(fit.runs), model.layout, len(fit.names), widening
     found, at = (model.robot(design, values, fit.own.mean(axis=0)) for values in (told.values, fit.design))
-    earlier = () if before is None else told_before(before)
+    earlier = () if before is None else earlier_runs(before)
     of_runs = sum((one.eliminated(d)[0] for one in fit.equations), information_of(earlier, fit.names, at))
     weighed = information_of(known, fit.names)
     off = weighed @ fit.design - sum((one.row(fit.names) * one.value / one.sd**2 for one in known), np.zeros(d))
@@ -125,13 +127,21 @@ def fitted_robot(
 def _usual(
     robot: FittedRobot, model: Model, fit: CampaignFit, before: FittedRobot | None
 ) -> dict[str, tuple[float, float]]:
-    """By how much parts look changed in the robot's own runs, for what the model lacks, and how that differs."""
-    comparison = Comparison(robot, model)
-    found = np.array([comparison.shifts(comparison.as_this(run, unknowns)[0])
-                      for run, unknowns in zip(fit.runs, fit.unknowns, strict=True)])  # fmt: skip
+    """By how much parts look changed in the robot's own runs, for what the model lacks, and how that differs.
+
+    Nothing of a run that the robot, corrected for the model's error, does not walk.
+    """
+    comparison, shifts = Comparison(robot, model), list[np.ndarray]()
+    for run, unknowns in zip(fit.runs, fit.unknowns, strict=True):
+        with contextlib.suppress(StepFailed):
+            shifts.append(comparison.shifts(comparison.as_this(run, unknowns)[0]))
+    if not shifts:
+        return {} if before is None else dict(before.usual)
+    found = np.array(shifts)
     spread = Spread.of(found[:, :, 0])
     spread = replace(spread, sd=np.sqrt(np.maximum(spread.sd**2 - (found[:, :, 1] ** 2).mean(axis=0), 0.0)))
     if before is not None:
-        spread = spread.and_of(before.runs, *np.array([before.usual[part.name] for part in comparison.parts]).T)
+        earlier = [before.usual.get(part.name, (0.0, 0.0)) for part in comparison.parts]
+        spread = spread.and_of(before.runs, *np.array(earlier).T)
     return {part.name: (float(mean), float(sd))
             for part, mean, sd in zip(comparison.parts, spread.mean, spread.sd, strict=True)}

@@ -165,11 +165,11 @@ class Stream:
                 self._rows.append(row)
                 yield from self._try(row.stamp) if row.place == SIDES[0] else ()
             else:
-                yield from self._told(row)
+                yield from self._followed(row)
         if self._track is None:
             raise NotIdentified(f"the rows end before a walk is found: {self._why}")
 
-    def _told(self, row: Row) -> Iterator[Instant]:
+    def _followed(self, row: Row) -> Iterator[Instant]:
         assert self._track is not None
         mounted = self.mounted[row.place]
         instant = self._track.take(mounted.sample(row, self._scales[row.place], self._begin))
@@ -190,7 +190,7 @@ class Stream:
             return
         rows, self._rows = self._rows, []
         for row in rows:
-            yield from self._told(row)
+            yield from self._followed(row)
 
     def _start(self) -> None:
         """Find the mounting, unless it is known, and the last heel strikes. Raises SourceRefused, StepFailed."""

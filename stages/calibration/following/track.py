@@ -68,27 +68,27 @@ class Track:
         self._follower, self._sampling, self._coming, self._ahead = follower, run.sampling, coming, ahead
         self._waiting = list[Sample]()
         self._work: Iterator[None] | None = None
-        self._jolt, self._lately, self._foretold = -math.inf, list[float](), False
+        self._jolt, self._lately, self._warned = -math.inf, list[float](), False
         self._period = float(np.diff(run.strikes[:3]).mean())
         belief, at = follower.begin(run)
         self._first = self._until = follower.mid_stance(belief.mean) + follower.settling
         self._enter(belief, at)
-        self._told_from = self._until
+        self._shown_from = self._until
 
     def take(self, sample: Sample) -> Instant | None:
         """What is known after a sample of the hip, from the second mid-stance on."""
         if sample.time < self._first:
             return None
         self._route(sample)
-        if sample.side != SIDES[0] or sample.time < self._told_from:
+        if sample.side != SIDES[0] or sample.time < self._shown_from:
             return None
         if sample.time > self._step.ends:
             raise StepFailed("the robot falls")
         instant = self._step.instant(sample.time + self._ahead)
         soon = EARLY * self._period
-        if self._foretold or not (instant.strike < sample.time + soon and instant.strike_sd < SURE * self._period):
+        if self._warned or not (instant.strike < sample.time + soon and instant.strike_sd < SURE * self._period):
             return instant
-        self._foretold = True
+        self._warned = True
         return replace(instant, falls=tuple(self._step.falls()))
 
     def _route(self, sample: Sample) -> None:
@@ -178,7 +178,7 @@ class Track:
         """Walk a step with the unknowns `at` (n,)."""
         walked = self._follower.walked(at, belief.leg, self._sampling, self._period)
         follower, self._since = self._follower, self._until
-        self._at, self._walked, self._foretold, self._pushed = at, walked, False, -math.inf
+        self._at, self._walked, self._warned, self._pushed = at, walked, False, -math.inf
         jolt, self._jolt = self._jolt, -math.inf
         self._lately.clear()
         self._end()

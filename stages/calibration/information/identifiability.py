@@ -145,8 +145,8 @@ def identifiability(
     values, vectors = np.linalg.eigh(0.5 * (design_only + design_only.T))
     is_unseen = values < 1.0 / UNSEEN**2
     unseen, seen = vectors[:, is_unseen].T, vectors[:, ~is_unseen]
-    told = np.sqrt(np.diag((seen / values[~is_unseen]) @ seen.T)) * scales
-    sd = np.where((np.abs(unseen) > BELONGS).any(axis=0), np.inf, told)
+    shown = np.sqrt(np.diag((seen / values[~is_unseen]) @ seen.T)) * scales
+    sd = np.where((np.abs(unseen) > BELONGS).any(axis=0), np.inf, shown)
     return Identifiability(names, np.array([design.value(name) for name in names]), scales, runs, sd, unseen,
                            _partners(scaled, unseen, (*names, *model.layout.names), scales))
 

@@ -23,7 +23,7 @@ from stages.calibration.estimation.campaign import JOINT, CampaignFit, Joint, fi
 from stages.calibration.estimation.least_squares import Known, known_equations
 from stages.calibration.estimation.run_fit import GOOD, Equations, Model, lowest, run_equations
 from stages.calibration.information.identifiability import short
-from stages.calibration.intervals.model_error import told_structure, widening
+from stages.calibration.intervals.model_error import structure_in_words, widening
 from stages.calibration.observation.measured_run import SIDES
 
 #: What is tried where a model does not have it: legs that differ, friction at the hip, frames above the springs.
@@ -164,7 +164,7 @@ def _fitted(
     drop = 2.0 * (before - after) / wider**2
     return Cause(name, math.sqrt(max(drop, 0.0)), float(with_it.design[-1]),
                  float(wider * math.sqrt(with_it.covariance[-1, -1])), with_it.design[:-1] - fit.design, drop,
-                 not told_structure(with_it.runs, with_it.equations))
+                 not structure_in_words(with_it.runs, with_it.equations))
 
 
 def widened(sd: Vector, found: Sequence[Cause]) -> Vector:

@@ -73,7 +73,7 @@ def structure(run: MeasuredRun, equations: Equations) -> list[Structure]:
     return found
 
 
-def told_structure(runs: Sequence[MeasuredRun], fits: Sequence[Equations]) -> list[str]:
+def structure_in_words(runs: Sequence[MeasuredRun], fits: Sequence[Equations]) -> list[str]:
     """A sentence for each signal that is not noise in most runs: how large, and where in the step it is off most."""
     found: dict[tuple[str, str], list[Structure]] = {}
     for run, equations in zip(runs, fits, strict=True):
@@ -194,7 +194,7 @@ class Discrepancy:
         return cls(names, mean, slope, left.T @ left / (count - coefficients), count, middle, width)
 
     @classmethod
-    def told(cls, names: tuple[str, ...], misses: Misses) -> Discrepancy | None:
+    def from_misses(cls, names: tuple[str, ...], misses: Misses) -> Discrepancy | None:
         """From what a study's runs miss; none where too few tell it."""
         try:
             return cls.of(names, misses.shares, misses.pulls)
@@ -240,14 +240,14 @@ class Judged:
 
 def judged(
     names: Sequence[str], values: Vector, sd: Vector, known: Sequence[Known], design: DesignPoint,
-    pull: float, told: tuple[Any, str],
+    pull: float, calibration: tuple[Any, str],
 ) -> Judged:
     """What was found (d,) with noise `sd` (d,), less what fits of the study's runs miss on average and widened by
     their scatter, where the study has made fits of this kind; else as it is, and why.
 
-    `pull`: by how much the fit moved clocks. `told` is the study's own calibration and its file, or none and why.
+    `pull`: by how much the fit moved clocks. `calibration` is the study's own and its file, or none and why.
     """
-    study, source = told
+    study, source = calibration
     why = source if study is None else unfit(names, known, design, study, source)
     if why:
         return Judged(values, sd, f"{ALONE}: {why}")
@@ -270,7 +270,7 @@ def unfit(
     names: Sequence[str], known: Sequence[Known], design: DesignPoint, study: Result, source: str
 ) -> str:
     """Why a study's fits do not tell what these miss; nothing where they do."""
-    if Discrepancy.told(study.names, study.misses) is None:
+    if Discrepancy.from_misses(study.names, study.misses) is None:
         return (f"{source} has {len(study.misses.runs) or 'no'} fits of other robots' runs, which is too few "
                 "(calibration.discrepancy_runs)")
     if set(names) != set(study.names):

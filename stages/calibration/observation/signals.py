@@ -42,7 +42,7 @@ class Numbers:
     g_y: Any
 
 
-def felt(q: Any, qd: Any, qdd: Any, stands: bool, n: Numbers) -> np.ndarray:
+def sensed(q: Any, qd: Any, qdd: Any, stands: bool, n: Numbers) -> np.ndarray:
     """Signals (5, ...) of sensors on the stance leg (`stands`) or on the swing leg, dimensionless.
 
     `q`, `qd`, `qdd` are theta, L_1, psi, L_2 and their rates. The specific force is acceleration less gravity, on the
@@ -90,7 +90,7 @@ class Sensing:
     def along(self, stretch: Stretch) -> np.ndarray:
         """What is felt at the nodes of a stretch, (n, 5, 1 + c) in the order of `SIGNALS`, SI units."""
         leg = stretch.stance_leg
-        return np.asarray(self._felt(stretch.states, stretch.rates, leg, self._on[leg]) * self._scales)
+        return np.asarray(self._sensed(stretch.states, stretch.rates, leg, self._on[leg]) * self._scales)
 
     def velocities(self, y: np.ndarray, stance_leg: int) -> np.ndarray:
         """Velocities of hip and foot on the leg's axes in a state (size, 1 + c), (5, 1 + c): what an impact changes.
@@ -99,13 +99,13 @@ class Sensing:
         """
         at_rest, weightless = y.copy(), replace(self._on[stance_leg], g_x=0.0, g_y=0.0)
         at_rest[self._half :] = 0.0
-        return np.asarray(self._felt(at_rest[None], y[None], stance_leg, weightless)[0] * self._impulse_scales)
+        return np.asarray(self._sensed(at_rest[None], y[None], stance_leg, weightless)[0] * self._impulse_scales)
 
-    def _felt(self, states: np.ndarray, rates: np.ndarray, stance_leg: int, n: Numbers) -> np.ndarray:
+    def _sensed(self, states: np.ndarray, rates: np.ndarray, stance_leg: int, n: Numbers) -> np.ndarray:
         """Signals (n, 5, 1 + c) of states and of what stands for their rates, (n, size, 1 + c)."""
         y, half = _as_complex(states), self._half
         q, qd, qdd = _four(y[:, :half], n), _four(y[:, half:]), _four(_as_complex(rates)[:, half:])
-        signals = felt(q, qd, qdd, stance_leg == 0, n).transpose(1, 0, 2)
+        signals = sensed(q, qd, qdd, stance_leg == 0, n).transpose(1, 0, 2)
         return np.concatenate([signals[:, :, :1].real, signals.imag / TINY], axis=2)
 
 

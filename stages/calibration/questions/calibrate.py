@@ -60,9 +60,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         return from_sensors(parameters, request, Path(recorded), asking, before)
     request = request_of(options.about)
     if options.identifiability:
-        from stages.calibration.reports.identifiability_report import told
+        from stages.calibration.reports.identifiability_report import planned
 
-        return told(parameters, request, options.runs or parameters.settings.planned_runs)
+        return planned(parameters, request, options.runs or parameters.settings.planned_runs)
     raise WrongOption("calibrate: name the recordings, or say --identifiability")
 
 

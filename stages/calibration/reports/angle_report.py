@@ -25,7 +25,7 @@ from stages.ground.slope import Slope
 #: What angles are taken to be right to at first [rad]; parts of a step residuals are told by.
 NOISE, PARTS = 4e-3, 5
 #: A number is not told if its standard deviation is more of these changes than this.
-TOLD = 10.0
+DETERMINED = 10.0
 #: More outliers than this share are remarked.
 FEW = 1e-3
 VISCOUS, COULOMB = "biped.hip_damping", "biped.hip_friction"
@@ -70,7 +70,7 @@ def calibrated(
                        "were bridged: look after the encoders")
     against = contradictions(setup, fit, sd, fitted)
     remarks += [one.words for one in against]
-    unclear = [short(name) for name in setup.free if not sd[name] < TOLD * sizes[name]]
+    unclear = [short(name) for name in setup.free if not sd[name] < DETERMINED * sizes[name]]
     if unclear:
         remarks.append(f"not determined by these steps: {listed(unclear)}; give known values for some of them")
     remarks += _friction(setup, fit, fitted, sizes, low)
@@ -187,18 +187,18 @@ def answered(result: Calibrated) -> Answer:
         rows.append([short(name), f"{setup.robot.value(name):.5g}", f"{value:.5g}",
                      f"+- {half:.2g}" if math.isfinite(half) else "not determined", fit.robot.unit(name)])
     between, stance = fit.rms()
-    tell = result.found
+    forecast = result.found
     errors = [
-        ["fit", *(f"{1e3 * value:.2f}" for value in (*result.drawn.fit, *tell.fit))],
-        [f"forecast from {tell.begun:g} s", *(f"{1e3 * value:.1f}" for value in (*result.drawn.foretold,
-                                                                                *tell.foretold))],
+        ["fit", *(f"{1e3 * value:.2f}" for value in (*result.drawn.fit, *forecast.fit))],
+        [f"forecast from {forecast.begun:g} s", *(f"{1e3 * value:.1f}" for value in (*result.drawn.predicted,
+                                                                                *forecast.predicted))],
     ]
     return Answer(
         lines=[f"{len(fit.starts)} steps fitted: rms {1e3 * between:.2f} mrad between the legs, {1e3 * stance:.2f} "
                "mrad of the stance leg", *result.remarks],
         tables=[
             *([("The robot, 95 % intervals", ["number", "nominal", "fitted", "95 %", "unit"], rows)] if rows else []),
-            (f"Errors on {tell.steps} steps that were not fitted, mrad",
+            (f"Errors on {forecast.steps} steps that were not fitted, mrad",
              ["", "nominal, hip", "nominal, stance", "fitted, hip", "fitted, stance"], errors),
         ],
         plain={
@@ -206,10 +206,10 @@ def answered(result: Calibrated) -> Answer:
                                "sd": finite(result.sd[name]) if fit.converged else None,
                                "unit": fit.robot.unit(name)} for name in setup.free},
             "fixed": {name: value for name, value in fit.robot.numbers.items() if name not in setup.free},
-            "fitted_steps": sorted(fit.starts), "held_out_steps": tell.steps, "begun_s": tell.begun,
+            "fitted_steps": sorted(fit.starts), "held_out_steps": forecast.steps, "begun_s": forecast.begun,
             "rms_fitted_rad": {"hip": between, "stance": stance},
-            "held_out_rad": {"fit": {"hip": tell.fit[0], "stance": tell.fit[1]},
-                             "foretold": {"hip": tell.foretold[0], "stance": tell.foretold[1]},
+            "held_out_rad": {"fit": {"hip": forecast.fit[0], "stance": forecast.fit[1]},
+                             "foretold": {"hip": forecast.predicted[0], "stance": forecast.predicted[1]},
                              "drawn_fit": {"hip": result.drawn.fit[0], "stance": result.drawn.fit[1]}},
             "remarks": result.remarks, "converged": fit.converged,
         },

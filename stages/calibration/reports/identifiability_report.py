@@ -32,7 +32,7 @@ from stages.calibration.parameters import Parameters
 STRONG, WORTH = 0.9, 1.25
 
 
-def told(parameters: Parameters, request: Request, runs: int) -> Answer:
+def planned(parameters: Parameters, request: Request, runs: int) -> Answer:
     """What `runs` planned runs tell, with the values known. Raises NoGait."""
     plan = plan_of(parameters)
     equations, model = planned_equations(plan, parameters)
@@ -50,9 +50,9 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
     single = identifiability(plan.design, equations, model, known, 1)
     lines += _weak(with_scale)
     tried = experiments(plan, known, runs, parameters)
-    told_of = [(one, gains(one, with_scale) if one.sd.size else None) for one in tried]
-    lines += [line for one, gain in told_of if gain is not None for line in _helped(one, gain, names)]
-    more = [_row_of(one, gain, len(names)) for one, gain in told_of]
+    gained = [(one, gains(one, with_scale) if one.sd.size else None) for one in tried]
+    lines += [line for one, gain in gained if gain is not None for line in _helped(one, gain, names)]
+    more = [_row_of(one, gain, len(names)) for one, gain in gained]
     counted = f"{runs} run" if runs == 1 else f"{runs} runs"
     return Answer(
         lines=lines,
@@ -68,7 +68,7 @@ def told(parameters: Parameters, request: Request, runs: int) -> Answer:
             "parameters": _parameters(with_scale, single, plain, units),
             "not_seen": [{"in_words": words, "shares": dict(zip(names, one.tolist(), strict=True))}
                          for words, one in zip(not_seen, plain.unseen, strict=True)],
-            "would_help": [_as_plain(one, gain, names) for one, gain in told_of],
+            "would_help": [_as_plain(one, gain, names) for one, gain in gained],
         },
         draw=partial(_draw, with_scale, single, tried),
     )  # fmt: skip

@@ -22,7 +22,7 @@ from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.following.fitted import fitted_robot, judged_again, told_before, widened_again
+from stages.calibration.following.fitted import earlier_runs, fitted_robot, judged_again, widened_again
 from stages.calibration.following.robot_file import NAME, FittedRobot
 from stages.calibration.information.identifiability import (
     SLOPE,
@@ -34,7 +34,7 @@ from stages.calibration.information.identifiability import (
     short,
 )
 from stages.calibration.intervals.left_out import FRICTION, OTHER, Cause, causes, in_words, widened, with_all
-from stages.calibration.intervals.model_error import Judged, judged, told_structure, widening
+from stages.calibration.intervals.model_error import Judged, judged, structure_in_words, widening
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, read_runs
@@ -62,7 +62,7 @@ class Calibrated:
     design: DesignPoint
     model: Model
     fit: CampaignFit
-    told: Judged
+    estimate: Judged
     sigmas: float = 1.0
     wider: float = 1.0
     refused: Sequence[str] = ()
@@ -94,7 +94,7 @@ def calibrated(
     model = first_model(design, names, parameters)
     runs, refused = _runs(source, design, model, parameters, asking)
     fitted, out = _split(runs, request, 3 if before is None else len(runs))
-    given = all_known if before is None else (*all_known, *told_before(before))
+    given = all_known if before is None else (*all_known, *earlier_runs(before))
     known = [[one.name, one.value, one.sd, one.source, dict(one.weights), dict(one.about)] for one in given]
     answers = list(asking.each(fitted_alone, [as_plain(run) for run in fitted], dataclasses.asdict(design.biped),
                                list(names), known, parameters.settings.lever_arm_sd, before is not None))
@@ -109,15 +109,15 @@ def calibrated(
     held = {run.name: _explained(found, run, model, parameters.settings.begun_s) for run in out}
     sigmas, wider = widening(fit.equations)
     if before is None:
-        told = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, all_known, design,
+        estimate = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, all_known, design,
                       float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
     else:
         sigmas, wider = widened_again(sigmas, wider, len(fit.runs), before)
-        told = judged_again(fit, before, wider)
+        estimate = judged_again(fit, before, wider)
     others = causes(design, fit, model, given)
-    told = dataclasses.replace(told, sd=widened(told.sd, others))
+    estimate = dataclasses.replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
-        design, model, fit, told, sigmas, wider, refused, held, others, of_parts, all_known, before))
+        design, model, fit, estimate, sigmas, wider, refused, held, others, of_parts, all_known, before))
 
 
 def _with_more(design: DesignPoint, request: Request) -> DesignPoint:
@@ -169,10 +169,10 @@ def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float
 
 def answered(result: Calibrated) -> Answer:
     """The answer to `calibrate`."""
-    fit, told, design, model = result.fit, result.told, result.design, result.model
+    fit, estimate, design, model = result.fit, result.estimate, result.design, result.model
     units = [str(DECLARED[name]["unit"]) for name in fit.names]
-    found = {name: {"drawn": design.value(name), "found": float(told.values[row]),
-                    "sd": finite(told.sd[row]) if fit.converged else None, "unit": units[row]}
+    found = {name: {"drawn": design.value(name), "found": float(estimate.values[row]),
+                    "sd": finite(estimate.sd[row]) if fit.converged else None, "unit": units[row]}
              for row, name in enumerate(fit.names)}  # fmt: skip
     return Answer(
         lines=_lines(result, units),
@@ -180,7 +180,7 @@ def answered(result: Calibrated) -> Answer:
         plain={
             "parameters": found,
             "runs": [run.name for run in fit.runs], "left_out": fit.left_out, "refused": list(result.refused),
-            "model_error": told.words, "model_error_runs": told.other_runs,
+            "model_error": estimate.words, "model_error_runs": estimate.other_runs,
             "left_out_causes": {one.name: {"found": one.value, "sd": one.sd, "standard_errors": one.sigmas,
                                            "explains": one.explains} for one in result.causes},
             "residuals_in_sigmas": result.sigmas, "intervals_widened": result.wider, "converged": fit.converged,
@@ -188,7 +188,7 @@ def answered(result: Calibrated) -> Answer:
             "held_out": {name: _plain(one) for name, one in result.held_out.items()},
         },
         draw=partial(_draw, fit, model),
-        files={NAME: fitted_robot(design, model, fit, told, (result.sigmas, result.wider), result.known,
+        files={NAME: fitted_robot(design, model, fit, estimate, (result.sigmas, result.wider), result.known,
                                   result.of_parts, result.before).content()} if fit.converged else {},
         parameters=_left(result) if fit.converged else {},
         no=not fit.converged,
@@ -197,19 +197,19 @@ def answered(result: Calibrated) -> Answer:
 
 def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
     """What is to be said beside the tables."""
-    fit, told, design, model = result.fit, result.told, result.design, result.model
+    fit, estimate, design, model = result.fit, result.estimate, result.design, result.model
     before = f", after {result.before.runs} before" if result.before else ""
     lines = [f"{len(fit.runs)} runs fitted{before}, residuals {result.sigmas:.2f} times the sensors' noise"
              + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
     lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(result.refused)
-    blind = np.isinf(told.sd).astype(float)
+    blind = np.isinf(estimate.sd).astype(float)
     if blind.any():
-        lines.append(described(blind, fit.names, units, told.values))
+        lines.append(described(blind, fit.names, units, estimate.values))
     if result.wider > NOISY:
         lines.append(f"residuals are not noise alone (size {result.sigmas:.2f}, and neighbours hang together): "
                      f"intervals are {result.wider:.1f} times as wide as noise would have them")
-    lines += [*told_structure(fit.runs, fit.equations), *_of_sensors(fit, model), *in_words(result.causes, design),
-              told.words]  # fmt: skip
+    lines += [*structure_in_words(fit.runs, fit.equations), *_of_sensors(fit, model), *in_words(result.causes, design),
+              estimate.words]  # fmt: skip
     springs = [short(name) for name in fit.names if short(name) in OF_SPRINGS and not design.biped.frame_mass]
     if springs:
         lines.append(f"the model has no frames above the springs: where the robot has, {listed(springs)} come out "
@@ -252,9 +252,9 @@ def _left(result: Calibrated) -> dict[str, Any]:
 
     A robot from the bill of parts is left as Table 1 counts it, which all stages take: frames are the hip's.
     """
-    biped, told = result.design.biped, result.told
+    biped, estimate = result.design.biped, result.estimate
     left: dict[str, Any] = {name: _with_error(value, own)
-                            for name, value, own in zip(result.fit.names, told.values, told.sd, strict=True)}
+                            for name, value, own in zip(result.fit.names, estimate.values, estimate.sd, strict=True)}
     if not result.of_parts:
         return left if biped.frame_mass else left | PLANAR
     frame = left.pop(FRAME, {"value": biped.frame_mass})
@@ -268,10 +268,10 @@ def _with_error(value: float, sd: float) -> dict[str, float]:
 
 def _robot_table(result: Calibrated, units: Sequence[str]) -> list[tuple[str, list[str], list[list[Any]]]]:
     """The robot with its intervals; none of a fit that is not at rest."""
-    names, design, values = result.fit.names, result.design, result.told.values
+    names, design, values = result.fit.names, result.design, result.estimate.values
     if not result.fit.converged:
         return []
-    half: Vector = HALF_WIDTH * result.told.sd
+    half: Vector = HALF_WIDTH * result.estimate.sd
     changes = 100 * (values - [design.value(name) for name in names]) / changes_of(design, names).scales
     rows: list[list[Any]] = [
         [short(name), f"{design.value(name):.6g}", f"{values[row]:.6g}",
@@ -303,10 +303,10 @@ def _plain(one: HeldOut | None) -> dict[str, Any] | None:
     """Errors as JSON knows them; none where the robot does not walk the run."""
     if one is None:
         return None
-    fit, foretold = (
+    fit, predicted = (
         {"force_m_s2": finite(force), "rate_rad_s": finite(rate)}
         for force, rate in ((one.fit_force, one.fit_rate), (one.foretold_force, one.foretold_rate)))
-    return {"sigmas": one.sigmas, "fit": fit, "foretold": foretold, "begun_s": one.begun}
+    return {"sigmas": one.sigmas, "fit": fit, "foretold": predicted, "begun_s": one.begun}
 
 
 def _draw(fit: CampaignFit, model: Model, save: Any) -> None:
