@@ -14,7 +14,7 @@ from stages.calibration.intervals.model_error import (
     Discrepancy,
     step_parts,
     structure,
-    told_structure,
+    structure_in_words,
     whiteness,
     widening,
 )
@@ -54,14 +54,14 @@ def test_noise_is_told_for_noise_and_a_lack_at_one_phase_for_what_it_is(planned)
     design, model, run = planned
     found = structure(run, equations_of(planned))
     assert [one.is_noise for one in found] == [True] * 6
-    assert told_structure([run], [equations_of(planned)]) == []
+    assert structure_in_words([run], [equations_of(planned)]) == []
     part = step_parts(run.sampling.foot, run.strikes)
     foot = run.samples["foot"] + np.where(part == 2, 1.5 * model.noise[1], 0.0)[:, None] * np.array([0.0, 1.0, 0.0])
     changed = dataclasses.replace(run, samples={**run.samples, "foot": foot})
     equations = equations_of((design, model, changed))
     (wrong,) = (one for one in structure(changed, equations) if not one.is_noise)
     assert (wrong.side, wrong.axis, wrong.means.argmax()) == ("foot", "up", 2)
-    (told,) = told_structure([changed], [equations])
+    (told,) = structure_in_words([changed], [equations])
     assert f"part 3 of {PARTS}" in told
 
 

@@ -173,7 +173,7 @@ def test_an_estimate_is_kept_beside_the_artefact_it_belongs_to(verifiable, monke
     monkeypatch.setattr(artefact, "provenance", lambda *_: {"key": "k1"})
     monkeypatch.setattr(artefact, "decode", lambda *_: SimpleNamespace(errors=estimated))
     chosen = requests.to_verify(verifiable, ("twin",))
-    requests.verify(verifiable, chosen, told=True)
+    requests.verify(verifiable, chosen, show=True)
     kept = yaml.safe_load(requests.record_of(verifiable, request, "twin").read_text())
     assert kept["estimated"] == {"hip_position_m": 2.3e-9} and kept["asked"] == {"hip_position_m": 1e-8}
     assert kept["settings"] == "tolerance 1e-10"
