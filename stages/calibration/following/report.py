@@ -56,7 +56,7 @@ def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], ask
             said += 1
     except StepFailed as reason:
         lost = f"lost: {reason}; give the first answer by --with to take it up again"
-    return Answer(remark=f"{lost}{'; ' if lost else ''}{said} states were told", no=bool(lost))
+    return Answer(remark=f"{lost}{'; ' if lost else ''}{said} states were written", no=bool(lost))
 
 
 def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
