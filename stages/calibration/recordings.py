@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -16,7 +16,7 @@ from stages.analytic.model.walker import Vector
 from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
 from stages.biped.processes import Progress, ignore
-from stages.biped.question import at_hand
+from stages.biped.question import Asking, at_hand, refuse
 from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.estimation.run_fit import Model
@@ -145,6 +145,18 @@ def read_runs(
     """Runs of a database, one at a time, or why one cannot be used. Raises SourceRefused, and what `reading` raises."""
     for trial in trials(map(as_read, reading(runs, source)), parameters.ingest.read, progress):
         yield run_of(trial, design, model.layout, parameters.settings, parameters.ingest.read.limits.lever_arm)
+
+
+def named_runs(
+    source: Path, design: DesignPoint, model: Model, parameters: Parameters, names: Sequence[str], asking: Asking
+) -> tuple[dict[str, MeasuredRun], list[str]]:
+    """The runs of these names, or all, by name, and why others cannot be used. Raises WrongOption."""
+    found = list(read_runs(source, design, model, parameters, asking.progress, asking.reading))
+    by_name = {run.name: run for run in found if isinstance(run, MeasuredRun)}
+    refuse(*((name not in by_name, f"run: no run {name} can be used; there are {', '.join(by_name) or 'none'}")
+             for name in names))  # fmt: skip
+    return ({name: run for name, run in by_name.items() if name in names or not names},
+            [run for run in found if isinstance(run, str)])
 
 
 def mid_stance_of(design: DesignPoint, layout: Layout, strikes: Vector, first_leg: int) -> float:

@@ -60,12 +60,17 @@ class Follower:
         """Standard deviation of what is wrong in a state, by the integrator and by the model, dimensionless."""
         return max(SOLVED * TOLERANCE, USUAL * self.discrepancy)
 
+    @property
+    def start(self) -> list[int]:
+        """Places of a step's start among the unknowns: the state at mid-stance, and its time."""
+        o, layout = len(self.model.of_design), self.model.layout
+        return [o + place for place in (*range(layout.free), layout.place("mid_stance"))]
+
     def drift(self) -> np.ndarray:
         """Covariance (n, n) of what the model puts wrong in a step's start, at each mid-stance."""
         o, layout = len(self.model.of_design), self.model.layout
         wrong = np.zeros(len(self.model.names))
-        start = [*range(layout.free), layout.place("mid_stance")]
-        wrong[[o + place for place in start]] = self.discrepancy * layout.sizes[start]
+        wrong[self.start] = self.discrepancy * layout.sizes[[place - o for place in self.start]]
         return np.diag(wrong**2)
 
     def begin(self, run: MeasuredRun) -> tuple[Belief, Vector]:
@@ -120,9 +125,7 @@ class Follower:
 
     def onwards(self, at: Vector, walked: Walked) -> tuple[Vector, np.ndarray]:
         """The unknowns at the next mid-stance, and their derivatives (n, n) by those at this one."""
-        o, layout = len(self.model.of_design), self.model.layout
         rows = walked.next_start()
         mean, grown = at.copy(), np.eye(len(at))
-        places = [o + place for place in (*range(layout.free), layout.place("mid_stance"))]
-        mean[places], grown[places] = rows[:, 0], rows[:, 1:]
+        mean[self.start], grown[self.start] = rows[:, 0], rows[:, 1:]
         return mean, grown

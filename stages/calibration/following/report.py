@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.errors import StepFailed
-from stages.biped.question import Answer, Asking, refuse
+from stages.biped.question import Answer, Asking
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import robot_file
 from stages.calibration.following.follower import Follower
@@ -22,7 +22,7 @@ from stages.calibration.following.track import follow
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings import read_runs
+from stages.calibration.recordings import named_runs
 from stages.calibration.result import HALF_WIDTH
 
 #: Names of the state's entries with their units; rigid legs have no lengths.
@@ -63,15 +63,10 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
     """The answer to `follow`. Raises WrongOption, NoGait, NotIdentified."""
     robot = robot_file.read(folder)
     follower = _follower(parameters, robot)
-    model = follower.model
-    found = list(read_runs(source, robot.design, model, parameters, asking.progress, asking.reading))
-    runs = {run.name: run for run in found if isinstance(run, MeasuredRun)}
-    lines = [run for run in found if isinstance(run, str)]
-    refuse(*((name not in runs, f"run: no run {name} can be used; there are {', '.join(runs) or 'none'}")
-             for name in names))  # fmt: skip
+    runs, lines = named_runs(source, robot.design, follower.model, parameters, names, asking)
     rows, plain, table = list[dict[str, Any]](), dict[str, Any](), list[list[Any]]()
-    for number, (name, run) in enumerate((name, run) for name, run in runs.items() if name in names or not names):
-        asking.progress(number / max(len(runs), 1), name)
+    for number, (name, run) in enumerate(runs.items()):
+        asking.progress(number / len(runs), name)
         instants = list[Instant]()
         try:
             instants.extend(_late(one, robot) for one in follow(follower, run))

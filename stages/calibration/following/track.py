@@ -131,8 +131,7 @@ class Track:
     def _push(self, time: float) -> None:
         """Begin the step anew: what moves the robot is not in its model, so its start may have been any near by."""
         o, layout = len(self._follower.model.of_design), self._follower.model.layout
-        start = [*range(o, o + layout.free), o + layout.place("mid_stance")]
-        belief = self._step.belief
+        start, belief = self._follower.start, self._step.belief
         covariance = belief.covariance.copy()
         covariance[start] = covariance[:, start] = 0.0
         prior = np.where(np.isfinite(layout.prior), layout.prior, BLOW * layout.sizes)

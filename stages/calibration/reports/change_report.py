@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.errors import StepFailed
-from stages.biped.question import Answer, Asking, refuse
+from stages.biped.question import Answer, Asking
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import robot_file
 from stages.calibration.following.change import LEVEL, Change, Comparison, Held, Verdict
 from stages.calibration.information.identifiability import first_model, listed
-from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings import as_mounted, read_runs
+from stages.calibration.recordings import as_mounted, named_runs
 from stages.calibration.result import HALF_WIDTH
 
 #: Parts that a table has at most.
@@ -30,13 +29,9 @@ def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence
     robot = robot_file.read(folder)
     parameters = as_mounted(parameters) if robot.of_parts else parameters
     comparison = Comparison(robot, first_model(robot.design, (*robot.names, *robot.own), parameters))
-    found = list(read_runs(source, robot.design, comparison.model, parameters, asking.progress, asking.reading))
-    runs = {run.name: run for run in found if isinstance(run, MeasuredRun)}
-    lines = [run for run in found if isinstance(run, str)]
-    refuse(*((name not in runs, f"run: no run {name} can be used; there are {', '.join(runs) or 'none'}")
-             for name in names))  # fmt: skip
+    runs, lines = named_runs(source, robot.design, comparison.model, parameters, names, asking)
     held = dict[str, Held]()
-    for number, (name, run) in enumerate((name, run) for name, run in runs.items() if name in names or not names):
+    for number, (name, run) in enumerate(runs.items()):
         asking.progress(number / len(runs), name)
         try:
             held[name] = comparison.held(run)
