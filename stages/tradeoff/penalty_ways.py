@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from stages.biped.between_steps import largest
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -27,12 +26,12 @@ from stages.planar.signals import GROUND_REACTION
 from stages.studies.walks import Upright
 from stages.tradeoff.way import Walked, Way, WayFailed, grid
 from stages.twin.machine import machine as spatial
-from stages.twin.machine.contact import X, Y, along, point_law
+from stages.twin.machine.contact import X, Y
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings as TwinSettings
 from stages.twin.walking.record import Record
 from stages.twin.walking.record import find_events as find_spatial_events
-from stages.twin.walking.signals import PAIRS
+from stages.twin.walking.signals import peak_force
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 PENALTY = "penalty model"
@@ -181,14 +180,3 @@ def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[Spatia
 
     name = SPACE if kind is SpatialTree else CONNECTORS
     return Way(at.model, name, {"tolerance": tolerance, "largest_step": largest_step}, integrate, walk, None, mark)
-
-
-def peak_force(record: Record) -> float:
-    """Largest normal force on a pair of feet [N], between the solver's steps by the contact law."""
-    law = point_law(record.contact)
-
-    def normal(time: np.ndarray, pair: slice) -> np.ndarray:
-        forces = along(*record.at(time), record.in_play(time), record.machine.feet, law)[0]
-        return np.asarray(forces[:, pair, Y].sum(axis=1))
-
-    return max(largest(record.time, normal(record.time, pair), partial(normal, pair=pair))[1] for pair in PAIRS)

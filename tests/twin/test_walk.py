@@ -20,7 +20,7 @@ from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
 from stages.twin.walking.measures import energy_balance
 from stages.twin.walking.record import find_events
-from stages.twin.walking.signals import sample
+from stages.twin.walking.signals import peak_force, sample
 from stages.twin_ladder.cycle import SectionState, step_map
 from tests.twin.conftest import ROUGH, STANDING_FORCE
 
@@ -134,6 +134,12 @@ def test_ground_carries_the_machine(signals, machine, parameters):
     mean = np.trapezoid(walk.ground_reaction.sum(axis=1), walk.time, axis=0) / walk.time[-1]
     assert mean == pytest.approx(-machine.mass * gravity, abs=0.3)
     assert walk.ground_reaction[:, :, 1].min() >= 0.0
+
+
+def test_the_largest_force_is_that_of_dense_samples(three_steps, parameters):
+    times = uniform_times(three_steps.time[-1], 2e5)
+    dense = sample(three_steps, times, dataclasses.replace(parameters.settings, signals=("ground_reaction",)))
+    assert peak_force(three_steps) == pytest.approx(dense.walk.ground_reaction[:, :, 1].max(), rel=5e-3)
 
 
 def test_a_hard_push_to_the_side_topples(machine, walk_from):

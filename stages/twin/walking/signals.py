@@ -7,14 +7,15 @@ machine stands straight). A sensor measures acceleration minus gravity, and the 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from stages.biped.between_steps import largest
 from stages.biped.walk import Walk
 from stages.planar.signals import GROUND_REACTION, IMU
-from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Z, along, point_law
+from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, Y, Z, along, point_law
 from stages.twin.machine.kinematics import Axes, pair_axes, point_motion
 from stages.twin.parameters import ATTITUDE, COORDINATES, FOOT_FORCE, IMU_IN_SPACE, Settings
 from stages.twin.result import Signals
@@ -64,9 +65,21 @@ class Sampling:
 
     def foot_force(self) -> np.ndarray:
         """Force of the ground on each foot [N], (n, 4, 3)."""
-        record, law = self.record, point_law(self.record.contact)
-        ground = record.ground(record.time)
-        return self.between(along(record.position, record.velocity, ground, record.machine.feet, law)[0])
+        return self.between(foot_forces(self.record, self.record.time, *self.record.steps[:2]))
+
+
+def foot_forces(record: Record, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Force of the ground on each foot [N] by the contact law, (n, 4, 3), from the motion at times (n,) [s]."""
+    return np.asarray(along(q, v, record.ground(time), record.machine.feet, point_law(record.contact))[0])
+
+
+def peak_force(record: Record) -> float:
+    """Largest normal force on a pair of feet [N], between the solver's steps too."""
+
+    def normal(time: np.ndarray, pair: slice) -> np.ndarray:
+        return np.asarray(foot_forces(record, time, *record.at(time))[:, pair, Y].sum(axis=1))
+
+    return max(largest(record.time, normal(record.time, pair), partial(normal, pair=pair))[1] for pair in PAIRS)
 
 
 def sample(record: Record, time: np.ndarray, settings: Settings) -> Signals:
