@@ -32,7 +32,7 @@ from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung
 if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import GaitTangents
 
-MULTIPLIER = NAMES.index("multiplier")
+MULTIPLIER, PEAK = NAMES.index("multiplier"), NAMES.index("peak_force")
 #: Names of the measures that the constraint model's derivatives have.
 DERIVED = {"period": "period_s", "step_frequency": "period_s", "step_length": "step_length_m", "speed": "speed_m_s"}
 #: A probability of so little more stays as it is: a dearer rung would not change what is decided.
@@ -166,6 +166,8 @@ class Ladder:
 
     def too_large(self, rung: int, measure: int, error: float, how: str = "") -> str:
         """Why a rung does not do."""
+        if rung < PENALTY and measure == PEAK:
+            return f"the {RUNGS[rung].name} has no peak force: its heel strikes are impulses"
         if not math.isfinite(error):
             return f"the error of the {RUNGS[rung].name} is not known"
         printed = f"{100 * error:.2g} %" if SHARED[measure] else f"{error:.2g}"
@@ -201,13 +203,13 @@ class Ladder:
     def inputs(self, name: str, value: float) -> float:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
 
-        By the constraint model's exact derivatives; a value lies anywhere between the edges of its last digit. The
-        multiplier is followed over the slopes that may be, of which it is no linear function.
+        By the constraint model's exact derivatives, which know no peak force; a value lies anywhere between the edges
+        of its last digit. The multiplier is followed over the slopes that may be, of which it is no linear function.
         """
         inexact = [each for each, width in self.parameters.half_widths.items() if width]
         if not inexact:
             return 0.0
-        if self.derivatives is None:
+        if self.derivatives is None or name == "peak_force":
             return math.nan
         if name == "multiplier":
             from stages.analytic.derivatives.uncertainty import uncertainties_of

@@ -12,11 +12,12 @@ from stages.biped.question import Asking, WrongOption, refuse
 if TYPE_CHECKING:
     from stages.model_error.result import Result
 
-#: What is asked of a gait: name, unit, and whether an error of it is told as a share of it. The last is the largest
-#: multiplier's magnitude.
+#: What is asked of a gait: name, unit, and whether an error of it is told as a share of it. The peak force is the
+#: largest normal force on a foot, which the constraint models, whose heel strikes are impulses, do not have. The last
+#: is the largest multiplier's magnitude.
 MEASURES = (
     ("period", "s", True), ("step_frequency", "Hz", True), ("step_length", "m", True), ("speed", "m/s", True),
-    ("multiplier", "1", False),
+    ("peak_force", "N", True), ("multiplier", "1", False),
 )  # fmt: skip
 NAMES = tuple(name for name, _, _ in MEASURES)
 UNITS = {name: unit for name, unit, _ in MEASURES}
@@ -55,6 +56,8 @@ def errors(texts: Sequence[str], flag: str = "--within") -> Mapping[str, Allowed
 def learnt_by(asking: Asking) -> Result:
     """The stage's result among the study's. Raises WrongOption without one."""
     result, where = asking.result()
+    if result is not None and result.values.shape[-1] != len(MEASURES):
+        result, where = None, "its result is of other measures"
     if result is None:
         raise WrongOption(NOT_KNOWN.format(where))
     found: Result = result

@@ -100,7 +100,8 @@ class Learnt:
             self.count = int(both.sum())
             for measure in range(len(SHARED) if both.sum() >= FEWEST else 0):
                 misses = (seen[PENALTY] - seen[rung])[both, measure]
-                self.fits[rung, measure] = ridge(self.terms(self.numbers[both]), misses)
+                if np.isfinite(misses).all():  # else the rung has no such measure
+                    self.fits[rung, measure] = ridge(self.terms(self.numbers[both]), misses)
         both = stable[PENALTY] & stable[TWIN]
         if both.any():
             self.twins = float(both.sum())

@@ -36,8 +36,8 @@ class Result:
         "1", "dimensionless numbers of the drawn designs, in the order of stages.model_error.designs.NUMBERS",
         dimensions=("design", "number"))
     values: np.ndarray = quantity(
-        "-", "period [s], step frequency [Hz], step length [m], speed [m/s] and magnitude of the largest multiplier, "
-        "by constraint model, constraint model in detail, penalty walker, twin",
+        "-", "period [s], step frequency [Hz], step length [m], speed [m/s], peak force [N] and magnitude of the "
+        "largest multiplier, by constraint model, constraint model in detail, penalty walker, twin",
         dimensions=("rung", "design", "measure"))
     solver_errors: np.ndarray = quantity(
         "-", "what the solver's error leaves of them, from a second search at ten times the tolerance",
@@ -70,6 +70,8 @@ class Result:
         for rung, name in enumerate(MODELS[:TWIN]):
             found = self.misses(rung)
             for measure, (word, _, share) in enumerate(MEASURES if len(found) else ()):
+                if np.isnan(found[:, measure]).any():
+                    continue  # what the model does not have
                 mean, spread = found[:, measure].mean(), found[:, measure].std()
                 unit = "of it" if share else "1"
                 rows.append([name, MODELS[TWIN if rung == PENALTY else PENALTY], word, unit, *shown(mean, spread),

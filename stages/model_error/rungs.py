@@ -8,6 +8,7 @@ space.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -31,14 +32,18 @@ from stages.model_error.measures import NAMES
 from stages.model_error.result import MODELS, PRICES
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import simulate
 from stages.planar.limit_cycle import corrected, floquet_multipliers, gait_near
 from stages.planar.limit_cycle import fixed_point as limit_cycle
 from stages.planar.run import LimitCycle
+from stages.planar.sampling import peaks
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
+from stages.planar.signals import GROUND_REACTION
 from stages.twin.machine.detailed import machine_of
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import project
 from stages.twin.parameters import Settings as TwinSettings
+from stages.twin.walking.signals import peak_force
 from stages.twin_ladder.cycle import ALONG, SIDE_UNITS, Search, step_map
 from stages.twin_ladder.run import STANDING, section_numbers
 
@@ -62,9 +67,10 @@ class Found:
     errors: np.ndarray
 
 
-def measures(period: float, length: float, multiplier: float) -> np.ndarray:
-    """A gait's measures (k,), from duration [s] and length [m] of a step and its largest multiplier's magnitude."""
-    return np.array([period, 1.0 / period, length, length / period, multiplier])
+def measures(period: float, length: float, multiplier: float, peak: float = math.nan) -> np.ndarray:
+    """A gait's measures (k,), from duration [s] and length [m] of a step, its largest multiplier's magnitude, and the
+    largest normal force [N]."""
+    return np.array([period, 1.0 / period, length, length / period, peak, multiplier])
 
 
 def steps_multiplier(multipliers: np.ndarray, steps: int) -> float:
@@ -177,8 +183,11 @@ def by_penalty(design: Design, tolerance: float) -> Found:
     def measured(walker: PenaltyStepper) -> np.ndarray:
         step = corrected(walker, cycle.section_state, cycle.monodromy_matrix)
         multipliers = floquet_multipliers(walker.derivative(step.numbers, step))
-        count = walker.steps_a_cycle
-        return measures(step.duration / count, step.length / count, steps_multiplier(multipliers, count))
+        count, start = walker.steps_a_cycle, section_state(step.numbers, walker.start)
+        run = simulate(design.projected, design.slope, design.contact, start, walker.settings, steps=count,
+                       signals=(GROUND_REACTION,))  # fmt: skip
+        peak = peaks(run.trajectory, design.contact, design.projected.foot_radii, 0.0, step.duration)[0].max()
+        return measures(step.duration / count, step.length / count, steps_multiplier(multipliers, count), peak)
 
     values = measured(stepper)
     return Found(values, np.abs(measured(other) - values))
@@ -205,7 +214,8 @@ def by_twin(design: Design, tolerance: float) -> Found:
     largest = float(abs(walker.multipliers(found.numbers, exact, 1)[0]))
     penalty = float(np.abs(np.linalg.eigvals(exact)).max()) ** 0.5
     values, other = (
-        measures(0.5 * (first.duration + second.duration), 0.5 * (first.length + second.length), largest)
+        measures(0.5 * (first.duration + second.duration), 0.5 * (first.length + second.length), largest,
+                 max(peak_force(first.record), peak_force(second.record)))
         for first, second in ((one.first, one.second) for one in strides))  # fmt: skip
     errors = np.abs(other - values)
     errors[NAMES.index("multiplier")] = (

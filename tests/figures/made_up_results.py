@@ -20,6 +20,7 @@ from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
 from stages.ground.blocks import Blocks
+from stages.model_error.measures import NAMES
 from stages.model_error.result import Result as ModelError
 from stages.rough_ground.result import MODELS, DesignNorm, OnHeight, Reached
 from stages.rough_ground.result import Result as RoughGround
@@ -115,9 +116,9 @@ def ways():
 
 def misses():
     """Made-up errors of four models: the dearer, the smaller; the last one's is its solver's alone."""
-    none = np.zeros((4, 12, 5))
+    none = np.zeros((4, 12, len(NAMES)))
     of_each = np.array([[[1e-8, -0.01, 0.04], [1e-8, -0.01, 0.003], [2e-7, 0.0, 5e-6], [1e-7, 0.0, 0.0]]])
-    left = of_each.repeat(5, axis=0).swapaxes(0, 1)
+    left = of_each.repeat(len(NAMES), axis=0).swapaxes(0, 1)
     return ModelError(1, "made up", np.ones((12, 3)), none, none, left, ())
 
 

@@ -130,6 +130,18 @@ def test_without_what_was_learnt_the_command_that_learns_is_named(parameters):
         ask(parameters, Options(("speed",), ("1%",)), Asking(None))
 
 
+def test_a_result_of_other_measures_is_refused(parameters, small):
+    fewer = dataclasses.replace(small, values=small.values[..., 1:])
+    with pytest.raises(WrongOption, match="of other measures; bipedstudy run model_error"):
+        ask(parameters, Options(("speed",), ("1%",)), Asking(fewer))
+
+
+def test_who_asks_for_a_peak_force_is_told_what_the_constraint_model_lacks(parameters, small):
+    answer = ask(parameters, Options(("peak_force",), ("1%",)), Asking(small))
+    assert answer.plain["peak_force"]["rung"] == MODELS[PENALTY] and answer.plain["peak_force"]["inputs"] is None
+    assert "heel strikes are impulses" in answer.lines[3] and "is not known" in answer.lines[1]
+
+
 def test_one_error_serves_all_measures_but_those_with_their_own():
     found = errors(("1%", "speed=0.02"))
     assert found[""] == Allowed(0.01, True) and found["speed"] == Allowed(0.02, False)

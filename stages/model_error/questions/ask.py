@@ -111,8 +111,9 @@ def in_words(one: Answered) -> list[str]:
     return [
         f"{one.measure}: {one.value:.9g} {unit}".rstrip() + f", within {amount(one, one.solver + one.model)} of the "
         f"twin's ({requested} requested)",
-        f"  error: solver {amount(one, one.solver)}, model {amount(one, one.model)}; beside it, the digits of the "
-        f"parameters leave {amount(one, one.inputs)} open",
+        f"  error: solver {amount(one, one.solver)}, model {amount(one, one.model)}; " + (
+            f"beside it, the digits of the parameters leave {amount(one, one.inputs)} open"
+            if math.isfinite(one.inputs) else "what the digits of the parameters leave open is not known"),
         f"  by the {one.rung} at tolerance {one.tolerance:g}, corrected by {amount(one, one.correction)}; it takes "
         f"{one.price_s:g} s of processor time",
         *(f"  not by a cheaper one: {reason}" for reason in one.passed_over),
@@ -134,10 +135,11 @@ QUESTION = Question(
     "ask",
     """Print a measure of the design's gait within an error, by the cheapest model that is exact enough.
 
-    Measures: period, step_frequency, step_length, speed, multiplier (the largest magnitude), and stable, as a
-    probability. The models are the constraint model, the same with the twin's details, the compiled penalty walker,
-    and the twin. Each is corrected by its known difference to the twin (stage model_error); --learn adds designs to
-    that, which are walked once and kept. The command ends with 3 if no model is exact enough.
+    Measures: period, step_frequency, step_length, speed, peak_force (the largest normal force on a foot), multiplier
+    (the largest magnitude), and stable, as a probability. The models are the constraint model, the same with the
+    twin's details, the compiled penalty walker, and the twin. Each is corrected by its known difference to the twin
+    (stage model_error); --learn adds designs to that, which are walked once and kept. The command ends with 3 if no
+    model is exact enough.
     """,
     Options,
     ask,
