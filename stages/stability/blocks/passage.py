@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from stages.analytic.result import ENDINGS, REACHES
 from stages.stability.blocks.rare import Weighed
-from stages.stability.blocks.walks import KEPT, Walk
+from stages.stability.blocks.walks import Fall, Walk
 from stages.stability.result import Passage
 
 #: Falls from which the mean is counted, and that are enough; outside of an interval on either side, and its half width
@@ -21,14 +20,13 @@ FEW, ENOUGH, TAIL, TWO_SIDED = 100, 600, 0.025, 1.96
 
 @dataclass
 class Counted:
-    """Walks counted so far: steps, falls, how they ended, last blocks before a fall, and walks that passed a ramp."""
+    """Walks counted so far: steps, falls, and walks that passed a ramp or fell on it."""
 
     ramp: int
     steps: int = 0
     passed: int = 0
     stopped: int = 0
-    endings: Counter[int] = field(default_factory=Counter)
-    last: dict[int, np.ndarray] = field(default_factory=dict)
+    fallen: list[Fall] = field(default_factory=list)
 
     def add(self, walks: Sequence[Walk]) -> None:
         """Count walks."""
@@ -38,13 +36,12 @@ class Counted:
             self.passed += walk.steps >= self.ramp
             self.stopped += fell and walk.steps < self.ramp
             if fell:
-                self.endings[walk.ending] += 1
-                self.last[walk.ending] = self.last.get(walk.ending, np.zeros(KEPT)) + np.array(walk.last)
+                self.fallen.append((walk.ending, 1.0, np.array(walk.last)))
 
     @property
     def falls(self) -> int:
         """Falls seen."""
-        return sum(self.endings.values())
+        return len(self.fallen)
 
     def passage(self) -> Passage:
         """The mean as that of independent falls, of which as many are seen as a Poisson distribution lets expect."""
@@ -57,12 +54,6 @@ class Counted:
                    float(betaincinv(passed + 1, stopped, 1 - TAIL)) if stopped else 1.0)  # fmt: skip
         return Passage(self.steps / falls if falls else np.inf, low, high, "counted", falls, self.steps, self.ramp,
                        passed / max(passed + stopped, 1), *of_ramp)  # fmt: skip
-
-    def ways(self) -> list[dict[str, Any]]:
-        """How walks fell, the most frequent first: share, and the mean heights of the last blocks, in rms."""
-        return [{"ending": ENDINGS[ending], "share": count / self.falls,
-                 "last_blocks_rms": (self.last[ending] / count).tolist()}
-                for ending, count in self.endings.most_common()]  # fmt: skip
 
 
 def from_weighed(parts: Sequence[Weighed], counted: Counted) -> Passage:
@@ -78,11 +69,9 @@ def from_weighed(parts: Sequence[Weighed], counted: Counted) -> Passage:
     return Passage(steps, low, high, "importance sampling", effective, walked, counted.ramp, *chances)
 
 
-def ways_of(parts: Sequence[Weighed]) -> list[dict[str, Any]]:
-    """How weighed walks fell, as `Counted.ways`."""
-    falls = [fall for part in parts for fall in part.falls]
-    total = sum(weight for _, weight, _ in falls)
-    rows = []
+def ways_of(falls: Sequence[Fall]) -> list[dict[str, Any]]:
+    """How walks fell, the most frequent first: share, and the mean heights of the last blocks, in rms."""
+    total, rows = sum(weight for _, weight, _ in falls), []
     for ending in sorted({ending for ending, *_ in falls}):
         own = [(weight, heights) for way, weight, heights in falls if way == ending]
         of_all = sum(weight for weight, _ in own)

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from stages.analytic.result import REACHES
-from stages.stability.blocks.walks import KEPT, Rough, Standing, some_walks, walk_on
+from stages.stability.blocks.walks import KEPT, Fall, Rough, Standing, some_walks, walk_on
 
 #: Blocks in a pattern, and places of it among the last blocks.
 PATTERN = 5
@@ -93,14 +93,14 @@ class Patterns:
 
 @dataclass(frozen=True)
 class Weighed:
-    """Falls of weighed walks: numbers of walks and of steps; of each fall its ending, weight and last heights (KEPT,).
+    """Falls of weighed walks, and numbers of walks and of steps.
 
     The weights over the number of walks add up to the share of walks that fall in a step.
     """
 
     walks: int
     steps: int
-    falls: Sequence[tuple[int, float, np.ndarray]]
+    falls: Sequence[Fall]
 
 
 def weighed(rough: Rough, patterns: Patterns, generator: np.random.Generator, count: int) -> Weighed:

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 
+import numpy as np
+
 from stages.analytic.gait.basin import unlanded
 from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, start_state
 from stages.analytic.integration.phase import walk_step
@@ -83,6 +85,10 @@ class Walk:
     steps: int
     ending: int
     last: tuple[float, ...] = (0.0,) * KEPT
+
+
+#: How a walk fell, a place in `ENDINGS`; its weight among falls; heights (KEPT,) of its last blocks, in rms.
+Fall = tuple[int, float, np.ndarray]
 
 
 def heights_of(seed: int, walk: int) -> Iterator[float]:

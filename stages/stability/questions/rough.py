@@ -74,14 +74,14 @@ def passage(
     walk_on(asking, z, range(FIRST), counted)
     if counted.falls * parts >= FEW * FIRST:
         walk_on(asking, z, range(FIRST, parts), counted)
-        return counted.passage(), counted.ways()
+        return counted.passage(), ways_of(counted.fallen)
     [(known, steps)] = asking.each(learnt, [0], z)
     counted.steps += steps
     walks = (options.effort - counted.steps) // ((APART + KEPT) * WEIGHED)
     parts_of = asking.each(weighed_part, list(range(WEIGHED)), z, known, walks)
     found_in = [Weighed(walks, steps, [(ending, weight, np.array(heights)) for ending, weight, heights in falls])
                 for steps, falls in parts_of]  # fmt: skip
-    return from_weighed(found_in, counted), ways_of(found_in)
+    return from_weighed(found_in, counted), ways_of([fall for part in found_in for fall in part.falls])
 
 
 def walk_on(asking: Asking, z: Sequence[float], parts: range, counted: Counted) -> None:
