@@ -37,3 +37,12 @@ def test_a_ramp_too_flat_to_walk_on_is_an_honest_no(tmp_path):
     done = draft(tmp_path, "ground.slope_deg=0.2")
     assert done.returncode == 3
     assert "no periodic gait" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_no_compiled_line_reads_beyond_an_array(tmp_path, monkeypatch, repository):
+    """The whole draft study of Table 1 with numba's check of bounds, all compiled anew."""
+    monkeypatch.setenv("NUMBA_BOUNDSCHECK", "1")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    command = [sys.executable, "-m", "bipedstudy", "run-all", "--accuracy", "draft", "--results", tmp_path / "results"]
+    done = subprocess.run(command, cwd=repository, text=True, capture_output=True)
+    assert done.returncode == 0, done.stdout + done.stderr
