@@ -6,6 +6,8 @@ import json
 import numpy as np
 import pytest
 
+from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.run_fit import design_sizes
 from stages.calibration.following import robot_file
@@ -14,9 +16,10 @@ from stages.calibration.following.present import Present
 from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.following.track import follow
 from stages.calibration.information.identifiability import SLOPE, first_model
-from stages.calibration.observation.measured_run import SIDES, MeasuredRun, usable
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun, layout_of, usable
 from stages.calibration.observation.prediction import predict, walk
 from tests.calibration.runs import DESIGN, PARAMETERS, SETTINGS, disturbed
+from tests.similar import similar
 
 #: Spread of a robot's parameters about what a fit found, in usual changes (3 % of each).
 KNOWN_TO = 0.02
@@ -183,6 +186,27 @@ def test_a_state_near_a_heel_strike_has_the_moments_of_walks_of_drawn_unknowns(l
     assert len(off) > 200
     np.testing.assert_allclose(white.mean(axis=1), 0.0, atol=0.25)
     assert np.all((white**2).mean(axis=1) < 1.4) and 0.7 < (white**2).mean() < 1.2
+
+
+@pytest.mark.parametrize(("legs", "scale"), [("compliant", (1, 1, 1)), ("rigid", (1, 1, 1)), ("rigid", (8, 3, 4))])
+def test_a_step_is_told_as_long_as_the_gaits_and_as_well_as_walks_of_drawn_starts_differ(legs, scale):
+    """Rigid legs too, and another size and gravity."""
+    design = DesignPoint(similar(dataclasses.replace(DESIGN.biped, legs=legs), scale), similar(DESIGN.slope, scale))
+    walker, point = find_gait(design.biped, design.slope, 1e-9, None)
+    layout, sampling = layout_of(walker, point.z, 1e-9, PARAMETERS.priors), made(1, 4)[0].sampling
+    sizes = np.where(np.arange(len(layout.names)) < layout.free, 0.05 * layout.sizes, 0.0)
+    sizes[layout.place("mid_stance")] = 1e-6
+    rng, none = np.random.default_rng(5), np.zeros(len(layout.names))
+
+    def told(unknowns, covariance):
+        walked = walk(design, (), unknowns, layout, sampling, 0.01 * walker.time, 1e-9)
+        return Present(walked, 1e-8).at(float(unknowns[layout.place("mid_stance")]), none, covariance, 0.0).step
+
+    length, sd = told(layout.middle, np.diag(sizes**2))
+    drawn = [told(layout.middle + sizes * rng.normal(size=len(sizes)), 1e-12 * np.diag(sizes**2))[0]
+             for _ in range(100)]
+    assert length == pytest.approx(walker.length * step_length(walker, point), rel=1e-6)
+    assert np.mean(drawn) == pytest.approx(length, abs=0.5 * sd) and np.std(drawn) == pytest.approx(sd, rel=0.3)
 
 
 def test_a_state_is_known_as_well_as_all_samples_until_then_allow():

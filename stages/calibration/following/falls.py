@@ -12,6 +12,7 @@ from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates
 from stages.analytic.phases.succession import single_stance, succeed
+from stages.calibration.following.present import landing
 from stages.calibration.observation.prediction import Walked
 
 #: Steps that are looked ahead; states that are drawn, and how many of them first: where these do alike, so do all.
@@ -25,16 +26,13 @@ def falls(walked: Walked, moved: Vector, covariance: np.ndarray, steps: int = ST
 
     The walk's unknowns are `moved` (n,) from its own, with a covariance; NaN where it does not come to a strike.
     """
-    stretch = next((one for one in walked.stretches if one.ends_step), None)
-    if stretch is None:
+    if not any(one.ends_step for one in walked.stretches):
         return np.full(steps, np.nan)
-    columns = walked.columns[:-1]
-    by = stretch.end[:, 1:] @ columns
-    mean = stretch.end[:, 0] + by @ moved
-    values, vectors = np.linalg.eigh(by @ covariance @ by.T)
+    leg, mean, spread = landing(walked, 0, moved, covariance)
+    values, vectors = np.linalg.eigh(spread)
     spread = vectors * np.sqrt(np.maximum(values, 0.0))
     chance = np.random.default_rng(0).normal(size=(DRAWN, len(mean)))
-    walker, other = walked.walker.on(stretch.stance_leg), walked.walker.on(1 - stretch.stance_leg)
+    walker, other = walked.walker.on(leg), walked.walker.on(1 - leg)
     last = np.array([_last(mean + spread @ one, walker, other, steps) for one in chance[:FIRST]])
     if np.ptp(last) > 0:
         more = [_last(mean + spread @ one, walker, other, steps) for one in chance[FIRST:]]

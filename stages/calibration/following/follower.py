@@ -9,6 +9,7 @@ Estimation with Applications to Tracking and Navigation (2001), 11.4, on the ite
 from __future__ import annotations
 
 import contextlib
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,29 +95,32 @@ class Follower:
         whole = block_diag(covariance, np.diag(prior**2))
         return Belief(np.concatenate([mean, middle]), whole, run.sampling.first_leg), at
 
-    def walked(self, at: Vector, leg: int, sampling: Sampling, period: float) -> Walked:
+    def walked(
+        self, at: Vector, leg: int, sampling: Sampling, period: float, reached: float = -math.inf
+    ) -> Walked:
         """A step of about a `period` [s], which begins on a leg, and what follows, or the step alone where that falls.
 
-        Raises StepFailed where it has no end.
+        Raises StepFailed where it has no end, or one before a time that is `reached` [s].
         """
         o = len(self.model.of_design)
         there = self.design.with_values(dict(zip(self.model.of_design, map(float, at[:o]), strict=True)))
         if not there.is_legal():
             raise StepFailed("the robot has no such design")
-        for until in (AHEAD * period, 0.0):
+        for until in (AHEAD * period, max(reached - self.mid_stance(at), 0.0)):
             with contextlib.suppress(StepFailed):
                 return walk(there, self.model.of_design, at[o:], self.model.layout, replace(sampling, first_leg=leg),
                             until, TOLERANCE)  # fmt: skip
         raise StepFailed("the robot falls before its next heel strike")
 
     def nearer(
-        self, at: Vector, moved: Vector, leg: int, sampling: Sampling, period: float
+        self, at: Vector, moved: Vector, leg: int, sampling: Sampling, period: float, reached: float = -math.inf
     ) -> tuple[Vector, Walked]:
-        """The unknowns after a step `moved` (n,), or after the largest of its halves with which the robot walks."""
+        """The unknowns after a step `moved` (n,), or after the largest of its halves with which the robot walks until a
+        time [s] that is `reached`."""
         for halved in range(HALVED):
             with contextlib.suppress(StepFailed):
                 there = at + moved / 2**halved
-                return there, self.walked(there, leg, sampling, period)
+                return there, self.walked(there, leg, sampling, period, reached)
         raise StepFailed("no robot near this one walks as the samples say")
 
     def mid_stance(self, at: Vector) -> float:

@@ -9,13 +9,15 @@ points, given the leg that stands; all that goes not along with it is taken as a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from stages.analytic.gait.gait_report import energy
-from stages.analytic.model.walker import Vector
+from stages.analytic.model.kinds import natural_lengths, radii
+from stages.analytic.model.walker import Vector, Walker
 from stages.calibration.observation.prediction import Walked
 
 #: What is wrong in a state comes with so many times as much in its time, in units of the walker: contacts take theirs.
@@ -28,7 +30,7 @@ FACTORIALS = np.array([math.factorial(order) for order in ORDERS], dtype=float)
 #: A sample near a heel strike may be so many standard errors of its time nearer than it is thought to be; no strike is
 #: known worse than to this [s].
 WIDE, SOON = 2.0, 0.05
-#: Step of the differences of energy by the state.
+#: Step of the differences of energy and step length by the state.
 SMALL = 1e-5
 #: Points in standard deviations, and weights: far from all events, and near one.
 FEW, MANY = ((np.sqrt(2.0) * points, weights / weights.sum())
@@ -41,9 +43,9 @@ class Instant:
 
     The state (size,) in SI units with its `covariance`, the leg that stands, whether both bear, and when the next heel
     strike comes with its standard error [s]. `surprise` is the mean square of the readings' innovations, in their own
-    standard deviations; NaN without a reading. `energy` [J] counts from the standing foot, with its standard error by
-    the state alone. Shortly before a heel strike `falls` are the probabilities to fall in the first, the first two and
-    so on of the steps after it.
+    standard deviations; NaN without a reading. `energy` [J] counts from the standing foot; `step` [m] is how long the
+    step is that the strike ends: each with its standard error by the state alone. Shortly before a heel strike `falls`
+    are the probabilities to fall in the first, the first two and so on of the steps after it.
     """
 
     time: float
@@ -55,6 +57,7 @@ class Instant:
     strike_sd: float
     surprise: float
     energy: tuple[float, float]
+    step: tuple[float, float]
     falls: Sequence[float] = ()
 
 
@@ -103,16 +106,19 @@ class Present:
         covered = (np.tensordot(weights, by @ rest @ by.swapaxes(1, 2), 1) + off.T @ (weights[:, None] * off)
                    + self._floor + self._late**2 * np.outer(weights @ rate, weights @ rate))  # fmt: skip
         stretch = self._walked.stretches[number]
+        strike, strike_sd = self.strike(time, moved, covariance)
         return Instant(time, mean * self._scales, covered * self._scales * self._scales[:, None], stretch.stance_leg,
-                       stretch.double, *self.strike(time, moved, covariance), surprise,
-                       self._energy(mean, covered, stretch.stance_leg))  # fmt: skip
+                       stretch.double, strike, strike_sd, surprise,
+                       _with_error(partial(_energy, self._walked.walker.on(stretch.stance_leg)), mean, covered),
+                       self._step(strike, moved, covariance))  # fmt: skip
 
-    def _energy(self, state: Vector, covariance: np.ndarray, leg: int) -> tuple[float, float]:
-        """Energy of a dimensionless state and its standard error [J]."""
-        walker, steps = self._walked.walker.on(leg), SMALL * np.eye(len(state))
-        unit = walker.mass * (walker.length / walker.time) ** 2
-        by = np.array([sum(energy(walker, state + step)) - sum(energy(walker, state - step)) for step in steps])
-        return unit * sum(energy(walker, state)), unit * math.sqrt(by @ covariance @ by) / (2.0 * SMALL)
+    def _step(self, strike: float, moved: Vector, covariance: np.ndarray) -> tuple[float, float]:
+        """Length of the step that ends with a strike [s] and its standard error [m]; NaN beyond the walk."""
+        if math.isnan(strike):
+            return math.nan, math.nan
+        number = int(np.argmin(np.abs(self._strikes[:, 0] + self._strikes[:, 1:] @ moved - strike)))
+        leg, state, spread = landing(self._walked, number, moved, covariance)
+        return _with_error(partial(_length, self._walked.walker.on(leg)), state, spread + self._floor)
 
     def _number(self, begins: Vector, now: float) -> int:
         """The stretch at a time, where they begin at rising times (e,)."""
@@ -141,3 +147,32 @@ class Present:
                 if -wide - before < late < wide + after:
                     return True
         return False
+
+
+def landing(walked: Walked, number: int, moved: Vector, covariance: np.ndarray) -> tuple[int, Vector, np.ndarray]:
+    """The leg that stands, state (size,) and its covariance just before a heel strike of a walk whose unknowns are
+    `moved` (n,) from its own, dimensionless."""
+    stretch = [one for one in walked.stretches if one.ends_step][number]
+    by = stretch.end[:, 1:] @ walked.columns[:-1]
+    return stretch.stance_leg, stretch.end[:, 0] + by @ moved, by @ covariance @ by.T
+
+
+def _with_error(what: Callable[[Vector], float], state: Vector, covariance: np.ndarray) -> tuple[float, float]:
+    """What follows from a dimensionless state, and its standard error."""
+    by = np.array([what(state + step) - what(state - step) for step in SMALL * np.eye(len(state))])
+    return what(state), math.sqrt(by @ covariance @ by) / (2.0 * SMALL)
+
+
+def _energy(walker: Walker, state: Vector) -> float:
+    """Energy of a dimensionless state [J]."""
+    return float(walker.mass * (walker.length / walker.time) ** 2 * sum(energy(walker, state)))
+
+
+def _length(walker: Walker, state: Vector) -> float:
+    """Length [m] of the step that a dimensionless state just before its heel strike ends, as `gait_search.step_lengths`
+    has it."""
+    theta, psi = state[[0, 1 if walker.rigid else 2]]
+    stance, swing = natural_lengths(walker.p) if walker.rigid else state[[1, 3]]
+    radius, other = radii(walker.p)
+    return float(walker.length * ((stance - radius) * math.sin(theta) + (swing - other) * math.sin(psi)
+                                  + radius * theta + other * psi))  # fmt: skip

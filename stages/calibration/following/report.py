@@ -101,6 +101,7 @@ def _row(name: str, one: Instant) -> dict[str, Any]:
             row[f"{title}_{unit}{per}"], row[f"{title}_sd"] = float(one.state[at]), float(sd[at])
     row |= {"energy_J": one.energy[0], "energy_sd": one.energy[1]}
     row |= {"next_heel_strike_s": one.strike, "next_heel_strike_sd_s": one.strike_sd}
+    row |= {"step_length_m": one.step[0], "step_length_sd": one.step[1]}
     return row | {f"falls_within_{steps}_steps": float(share) for steps, share in enumerate(one.falls, 1)}
 
 

@@ -135,16 +135,20 @@ class Step:
         """Probabilities to fall within so many steps after the next heel strike, by what is known now."""
         return falls(self._walked, self._moved, self.covariance)
 
-    def again(self, at: Vector, walked: Walked) -> Belief:
-        """What is known before the step from all that it took, with the unknowns `at` (n,), which have `walked` so."""
+    def again(self, at: Vector, walked: Walked) -> tuple[Belief, float]:
+        """What is known before the step from all that it took, with the unknowns `at` (n,), which have `walked` so.
+
+        Beside it the sum of squares of what is left of the samples there, in noises, as Huber's estimate has it.
+        """
         prior, n = self.belief, len(at)
-        matrix, right = np.zeros((n, n)), np.zeros(n)
+        matrix, right, misfit = np.zeros((n, n)), np.zeros(n), 0.0
         for side, taken in self._taken.items():
             if taken.times:
                 expected = Shown(walked, self._sampling, side).read(np.array(taken.times))
                 rows = expected[:, :, 1:].reshape(-1, n)
                 left, noise = np.array(taken.readings) - expected[:, :, 0], np.asarray(self._model.noise)
                 pull = np.maximum(np.abs(left) / noise / self._model.robust, 1.0)  # Huber's
+                misfit += float((np.square(left / noise) / pull)[np.array(taken.used)].sum())
                 left, weighed = left.ravel(), rows.T * np.ravel(np.array(taken.used) / (pull * noise**2))
                 matrix += weighed @ rows
                 right += weighed @ (left - rows @ (prior.mean - at))
@@ -153,5 +157,5 @@ class Step:
         scaled = prior.covariance / unit / unit[:, None]
         known = np.linalg.solve(np.eye(n) + scaled @ (matrix * unit * unit[:, None]), scaled) * unit * unit[:, None]
         known = 0.5 * (known + known.T)
-        return Belief(prior.mean + known @ right, known, prior.leg)
+        return Belief(prior.mean + known @ right, known, prior.leg), misfit
 

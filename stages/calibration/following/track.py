@@ -33,6 +33,8 @@ EARLY, SURE = 0.06, 0.006
 #: A push is where all of so many samples are so surprising, in mean squares of their standard deviations. Then a start
 #: may be so many of its usual changes elsewhere, and the step is linearised so often after each sample.
 LATELY, PUSHED, BLOW, AFTER_PUSH = 4, 25.0, 60.0, 2
+#: First it is linearised so often from each of several starts: with the speed of its leg times these.
+AFRESH = (1.0, 0.5, 0.0, -0.5, 1.5), 4
 
 
 def follow(follower: Follower, run: MeasuredRun) -> Iterator[Instant]:
@@ -60,6 +62,7 @@ class Track:
     _walked: Walked
     _until: float
     _pushed: float
+    _starts: tuple[tuple[float, ...], int]
 
     def __init__(
         self, follower: Follower, run: MeasuredRun, coming: Mapping[str, Vector] = MappingProxyType({}),
@@ -69,6 +72,7 @@ class Track:
         self._waiting = list[Sample]()
         self._work: Iterator[None] | None = None
         self._jolt, self._lately, self._warned = -math.inf, list[float](), False
+        self._speed = len(follower.model.of_design) + follower.model.layout.place("start_theta_rate")
         self._period = float(np.diff(run.strikes[:3]).mean())
         belief, at = follower.begin(run)
         self._first = self._until = follower.mid_stance(belief.mean) + follower.settling
@@ -120,7 +124,7 @@ class Track:
         self._lately = [*self._lately[1 - LATELY:], surprise] if math.isfinite(surprise) else self._lately
         if self._pushed > -math.inf:
             if settled and sample.side == SIDES[0] and kept:
-                self._again()
+                self._again(sample.time)
         elif len(self._lately) == LATELY and min(self._lately) > PUSHED and self._jolt == -math.inf:
             self._step.forget(sample.time - self._follower.settling)
             if self._step.has_landed(sample.time):
@@ -136,16 +140,31 @@ class Track:
         covariance[start] = covariance[:, start] = 0.0
         prior = np.where(np.isfinite(layout.prior), layout.prior, BLOW * layout.sizes)
         covariance[start, start] = prior[[place - o for place in start]] ** 2
-        self._pushed = time
+        self._pushed, self._starts = time, AFRESH
         self._step = self._step.anew(Belief(belief.mean, covariance, belief.leg), self._at, self._walked)
 
-    def _again(self) -> None:
-        """Linearise the step after a push about what its samples tell so far."""
-        for _ in range(AFTER_PUSH):
-            step = self._step
-            self._at, self._walked = self._follower.nearer(
-                self._at, step.mean - self._at, step.leg, self._sampling, self._period)  # fmt: skip
-            self._step = step.anew(step.again(self._at, self._walked), self._at, self._walked, step)
+    def _again(self, time: float) -> None:
+        """Linearise the step after a push about what its samples up to a time [s] tell, first from several starts.
+
+        A leg that is stopped or turned round moves its sensors as one that was made faster does, for a while.
+        """
+        (shares, count), self._starts, found = self._starts, ((1.0,), AFTER_PUSH), []
+        for share in shares:
+            at, walked, step = self._at, self._walked, self._step
+            moved = step.mean - at
+            if share != 1.0:
+                moved = np.zeros(len(at))
+                moved[self._speed] = (share - 1.0) * at[self._speed]
+            with contextlib.suppress(StepFailed):
+                for _ in range(count):
+                    at, walked = self._follower.nearer(at, moved, step.leg, self._sampling, self._period, time)
+                    known, misfit = step.again(at, walked)
+                    step = step.anew(known, at, walked, step)
+                    moved = step.mean - at
+                found.append((misfit, at, walked, step))
+        if not found:
+            raise StepFailed("no robot near this one walks as the samples say")
+        _, self._at, self._walked, self._step = min(found, key=lambda one: one[0])
         self._end()
 
     def _end(self) -> None:
@@ -163,7 +182,7 @@ class Track:
         for _ in range(AGAIN):
             at, walked = follower.nearer(at, mean - at, step.leg, self._sampling, self._period)
             yield
-            known = step.again(at, walked)
+            known, _ = step.again(at, walked)
             yield
             mean = known.mean
             if np.all(np.abs(mean - at) <= MOVED * np.sqrt(np.diag(known.covariance))):
