@@ -31,7 +31,7 @@ def comparison():
     covariance = np.diag((1e-3 * values) ** 2)
     mounting = np.array([[0.0, 1e-5], [0.0, 0.05]])
     robot = FittedRobot(DESIGN, model.shared, covariance, model.own, np.array([0.06]), mounting, 1.0, 1.0, 0.0, 1e-3,
-                        np.linalg.inv(covariance), values, values, (), 9, 0.01, False, {})  # fmt: skip
+                        np.linalg.inv(covariance), values, (), 9, 0.01, False, {}, DESIGN)  # fmt: skip
     return Comparison(robot, model)
 
 

@@ -35,8 +35,8 @@ def model():
     mounting = np.array([[0.0, 1e-3], [0.0, 0.03]])
     values = np.array([DESIGN.value(name) for name in found.shared])
     robot = FittedRobot(DESIGN, found.shared, np.diag(sd[:d] ** 2), found.own, sd[d:], mounting, 1.0, 1.0, 0.0, 1e-3,
-                        np.diag(sd[:d] ** -2), values, values, (), 9, 0.01, False,
-                        {"slope_deg": (0.01, 0.1)})  # fmt: skip
+                        np.diag(sd[:d] ** -2), values, (), 9, 0.01, False,
+                        {"slope_deg": (0.01, 0.1)}, DESIGN)  # fmt: skip
     return robot, robot.model(found)
 
 

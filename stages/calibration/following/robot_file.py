@@ -1,6 +1,7 @@
 """A fitted robot as `calibrate --into` leaves it for what follows the robot: robot.json, beside its parameter files.
 
-It has what these cannot hold: how the parameters' errors go together, how runs differ, and how well the sensors fit.
+It has what these cannot hold: how the parameters' errors go together, how runs differ, how well the sensors fit, and
+the runs' own samples, so that a fit goes on with more runs as it would have been with all of them.
 """
 
 from __future__ import annotations
@@ -19,14 +20,26 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.design import Biped
 from stages.biped.question import WrongOption
+from stages.calibration.estimation.campaign import as_plain, from_plain
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.observation.measured_run import Layout
+from stages.calibration.observation.measured_run import Layout, MeasuredRun
 from stages.ground.slope import Slope
 
-NAME, KIND = "robot.json", "bipedstudy fitted robot 2"
+NAME, KIND = "robot.json", "bipedstudy fitted robot 3"
 #: What belongs to sensors that stay on the robot, and is known better after a fit: unknowns of a run.
 OF_MOUNTING = ("foot_place", "bandwidth")
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A run that a robot was fitted to: its own parameters (o,) and unknowns (k,) there, and by how much parts look
+    changed in it, with the standard errors, (c, 2); (0, 2) where the robot does not walk it."""
+
+    run: MeasuredRun
+    own: Vector
+    unknowns: Vector
+    shifts: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -36,10 +49,10 @@ class FittedRobot:
     `sigmas` times the sensors' noise, `sigmas_sd` apart, and errors are `wider` for it. Heel strikes are found `late`
     [s] after the model's, on average, with a standard deviation `late_sd`.
 
-    What `runs` runs told by themselves is the `information` (d, d) about `middle` (d,), with the sensors' noise as it
-    is; with what was `known` beside them, the fit is the `estimate` (d,), in which the model's error still is.
-    `of_parts`: whether the fit began with the bill of parts. Parts look changed in the runs by `usual` amounts (mean,
-    standard deviation between runs), as the model lacks something. SI units."""
+    What `runs` runs told by themselves is the `information` (d, d), with the sensors' noise as it is; with what was
+    `known` beside them, the fit is the `estimate` (d,), in which the model's error still is. It `began` with a design;
+    `of_parts`: with the bill of parts. Parts look changed in the runs by `usual` amounts (mean, standard deviation
+    between runs), as the model lacks something. `learned` are the runs. SI units."""
 
     design: DesignPoint
     names: tuple[str, ...]
@@ -52,31 +65,35 @@ class FittedRobot:
     late: float
     late_sd: float
     information: np.ndarray
-    middle: Vector
     estimate: Vector
     known: tuple[Known, ...]
     runs: int
     sigmas_sd: float
     of_parts: bool
     usual: Mapping[str, tuple[float, float]]
+    began: DesignPoint
+    learned: tuple[Learned, ...] = ()
 
     def content(self) -> bytes:
         """The file."""
         plain = {
             "kind": KIND,
-            "biped": dataclasses.asdict(self.design.biped), "slope": dataclasses.asdict(self.design.slope),
+            **_plain(self.design), "began_with": _plain(self.began),
             "parameters": list(self.names), "covariance": self.covariance.tolist(),
             "of_each_run": list(self.own), "of_each_run_sd": self.own_sd.tolist(),
             "mounting": dict(zip(OF_MOUNTING, self.mounting.tolist(), strict=True)),
             "residuals_in_sigmas": self.sigmas, "errors_widened": self.wider,
             "strikes_late_s": self.late, "strikes_late_sd_s": self.late_sd,
-            "information": self.information.tolist(), "information_about": self.middle.tolist(),
-            "estimate": self.estimate.tolist(), "runs": self.runs,
+            "information": self.information.tolist(), "estimate": self.estimate.tolist(), "runs": self.runs,
             "known": [[one.name, one.value, one.sd, one.source] for one in self.known],
             "residuals_sd": self.sigmas_sd, "of_parts": self.of_parts,
             "usual_changes": {name: list(each) for name, each in self.usual.items()},
+            "learned": [{"run": as_plain(one.run), "own": one.own.tolist(), "unknowns": one.unknowns.tolist(),
+                         "shifts": one.shifts.tolist()} for one in self.learned],
         }  # fmt: skip
-        return json.dumps({**plain, "sha256": _digest(plain)}, indent=1, allow_nan=False).encode() + b"\n"
+        lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}"
+                 for key, value in {**plain, "sha256": _digest(plain)}.items())  # fmt: skip
+        return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
     def model(self, model: Model) -> Model:
         """A model that looks for this robot's parameters, with sensors that are mounted as they were."""
@@ -86,6 +103,11 @@ class FittedRobot:
         layout: Layout = dataclasses.replace(model.layout, prior=prior, middle=middle)
         forward, up, rate = (self.wider * noise for noise in model.noise)
         return dataclasses.replace(model, shared=self.names, own=self.own, layout=layout, noise=(forward, up, rate))
+
+    @property
+    def uncorrected(self) -> DesignPoint:
+        """The robot that fits its runs best, with the model's error."""
+        return self.design.with_values(dict(zip(self.names, map(float, self.estimate), strict=True)))
 
     def of_design(self) -> np.ndarray:
         """Covariance (d + o, d + o) of the design's parameters, those of a run last."""
@@ -109,15 +131,24 @@ def read(folder: Path, option: str = "as") -> FittedRobot:
         raise WrongOption(f"{option}: {path} is no fitted robot that calibrate --into left") from None
     if plain.get("kind") != KIND or said != _digest(plain):
         raise WrongOption(f"{option}: {path} was changed, or is of another version; fit the robot again")
-    design = DesignPoint(Biped(**plain["biped"]), Slope(**plain["slope"]))
     return FittedRobot(
-        design, tuple(plain["parameters"]), np.array(plain["covariance"]), tuple(plain["of_each_run"]),
+        _design(plain), tuple(plain["parameters"]), np.array(plain["covariance"]), tuple(plain["of_each_run"]),
         np.array(plain["of_each_run_sd"]), np.array([plain["mounting"][name] for name in OF_MOUNTING]),
         plain["residuals_in_sigmas"], plain["errors_widened"],
         plain["strikes_late_s"], plain["strikes_late_sd_s"], np.array(plain["information"]),
-        np.array(plain["information_about"]), np.array(plain["estimate"]), tuple(Known(*one) for one in plain["known"]),
+        np.array(plain["estimate"]), tuple(Known(*one) for one in plain["known"]),
         plain["runs"], plain["residuals_sd"], plain["of_parts"],
-        {name: (each[0], each[1]) for name, each in plain["usual_changes"].items()})  # fmt: skip
+        {name: (each[0], each[1]) for name, each in plain["usual_changes"].items()}, _design(plain["began_with"]),
+        tuple(Learned(from_plain(one["run"]), np.array(one["own"]), np.array(one["unknowns"]),
+                      np.array(one["shifts"]).reshape(-1, 2)) for one in plain["learned"]))  # fmt: skip
+
+
+def _plain(design: DesignPoint) -> dict[str, Any]:
+    return {"biped": dataclasses.asdict(design.biped), "slope": dataclasses.asdict(design.slope)}
+
+
+def _design(plain: Mapping[str, Any]) -> DesignPoint:
+    return DesignPoint(Biped(**plain["biped"]), Slope(**plain["slope"]))
 
 
 def _digest(plain: Mapping[str, Any]) -> str:

@@ -26,7 +26,7 @@ class Options:
     identifiability: bool = option(
         "-", "Say how well such measurements determine each parameter, before anything is fitted", default=False)
     robot: str | None = option(
-        "-", "Go on from the robot in this folder, which --into left, without its runs", name="continue",
+        "-", "Go on from the robot in this folder, which --into left with its runs", name="continue",
         metavar="FOLDER", default=None)
     runs: int | None = option(
         "1", "Runs that are planned (default: calibration.planned_runs)", default=None,

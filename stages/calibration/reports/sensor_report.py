@@ -22,7 +22,7 @@ from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.following.fitted import earlier_runs, fitted_robot, judged_again, widened_again
+from stages.calibration.following.fitted import earlier_fits, earlier_runs, fitted_robot
 from stages.calibration.following.robot_file import NAME, FittedRobot
 from stages.calibration.information.identifiability import (
     SLOPE,
@@ -90,31 +90,29 @@ def calibrated(
         names, all_known = tuple(dict.fromkeys([*request.looked_for(there), *request.also])), request.known
         request.check(names, design)
     else:
-        design, names, all_known = before.design, (*before.names, *before.own), before.known
+        design, names, all_known = before.began, (*before.names, *before.own), before.known
     model = first_model(design, names, parameters)
-    runs, refused = _runs(source, design, model, parameters, asking)
+    had = before.learned if before else ()
+    runs, refused = _runs(source, design, model, parameters, asking, [as_plain(one.run) for one in had])
     fitted, out = _split(runs, request, 3 if before is None else len(runs))
-    given = all_known if before is None else (*all_known, *earlier_runs(before))
-    known = [[one.name, one.value, one.sd, one.source, dict(one.weights), dict(one.about)] for one in given]
-    answers = list(asking.each(fitted_alone, [as_plain(run) for run in fitted], dataclasses.asdict(design.biped),
+    near, given = (before.uncorrected, earlier_runs(before)) if before else (design, ())
+    known = [[one.name, one.value, one.sd, one.source, dict(one.weights), dict(one.about)]
+             for one in (*all_known, *given)]
+    answers = list(asking.each(fitted_alone, [as_plain(run) for run in fitted], dataclasses.asdict(near.biped),
                                list(names), known, parameters.settings.lever_arm_sd, before is not None))
     asking.progress(0.9, "all runs together")
     try:
-        own_fits = enumerate(
-            fit_of(answer, run, design, model) for answer, run in zip(answers, fitted, strict=True))
-        fit = fit_campaign(design, fitted, model, given, own_fits)
+        fits = [*(earlier_fits(before, model) if before else ()),
+                *(fit_of(answer, run, design, model) for answer, run in zip(answers, fitted, strict=True))]
+        fit = fit_campaign(design, [*(one.run for one in had), *fitted], model, all_known, enumerate(fits))
     except StepFailed as reason:
         raise NotIdentified(f"the runs cannot be fitted: {reason}") from None
     found = model.robot(design, fit.design, fit.own.mean(axis=0)).with_value(SLOPE, design.value(SLOPE))
     held = {run.name: _explained(found, run, model, parameters.settings.begun_s) for run in out}
     sigmas, wider = widening(fit.equations)
-    if before is None:
-        estimate = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, all_known, design,
+    estimate = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, all_known, design,
                       float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
-    else:
-        sigmas, wider = widened_again(sigmas, wider, len(fit.runs), before)
-        estimate = judged_again(fit, before, wider)
-    others = causes(design, fit, model, given)
+    others = causes(design, fit, model, all_known)
     estimate = dataclasses.replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
         design, model, fit, estimate, sigmas, wider, refused, held, others, of_parts, all_known, before))
@@ -130,10 +128,12 @@ def _with_more(design: DesignPoint, request: Request) -> DesignPoint:
 
 
 def _runs(
-    source: Path, design: DesignPoint, model: Model, parameters: Parameters, asking: Asking
+    source: Path, design: DesignPoint, model: Model, parameters: Parameters, asking: Asking, had: list[dict[str, Any]]
 ) -> tuple[list[MeasuredRun], list[str]]:
-    """The runs of a database, and why others cannot be used. Raises WrongOption, NotIdentified."""
-    found = list(read_runs(source, design, model, parameters, asking.progress, asking.reading))
+    """The runs of a database, and why others cannot be used; none of those that a robot `had`. Raises WrongOption,
+    NotIdentified."""
+    found = [f"{run.name}: the robot has learned from it" if isinstance(run, MeasuredRun) and as_plain(run) in had
+             else run for run in read_runs(source, design, model, parameters, asking.progress, asking.reading)]
     runs = [run for run in found if isinstance(run, MeasuredRun)]
     refused = [run for run in found if isinstance(run, str)]
     if not runs:
