@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stages.biped.question import Answer, Asking, Question, option
+from stages.biped.question import Answer, Asking, Question, option, refuse
 
 if TYPE_CHECKING:
     from stages.calibration.parameters import Parameters
@@ -16,13 +16,18 @@ if TYPE_CHECKING:
 class Options:
     """Options of `same`."""
 
-    source: str = option("-", "The recordings: a database of the ingest's", metavar="FILE", positional=True)
+    source: str = option("-", "The recordings, as for `calibrate`", metavar="FILE", positional=True)
     robot: str = option("-", "The folder that calibrate --into left", name="as", metavar="FOLDER")
     runs: tuple[str, ...] = option("-", "Look at only the run of this name; repeatable", name="run", default=())
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Test the runs. Raises WrongOption, NoGait, NotIdentified."""
+    if options.source.lower().endswith((".csv", ".c3d")):
+        from stages.calibration.angles import same
+
+        refuse((bool(options.runs), "run: a recording of encoders has none"))
+        return same.answer(Path(options.source), Path(options.robot), asking)
     from stages.calibration.reports.change_report import compared
 
     return compared(parameters, Path(options.source), Path(options.robot), options.runs, asking)
@@ -32,9 +37,9 @@ QUESTION = Question(
     "same",
     """Say whether runs are still of the robot that calibrate --into left, and which part of it has changed.
 
-    SOURCE is as for `follow`. Of runs of the same robot one in a hundred is said to be another's. The answer names the
-    part of the robot or place of a sensor that explains most, how much it has changed, and parts that cannot be told
-    apart from it. It ends with 3 for another robot.
+    SOURCE is as for `calibrate`; of angles turned signs and exchanged legs are named too. Of runs of the same robot one
+    in a hundred is said to be another's. The answer names the part of the robot or place of a sensor that explains
+    most, how much it has changed, and parts that cannot be told apart from it. It ends with 3 for another robot.
     """,
     Options,
     ask,

@@ -16,6 +16,7 @@ from stages.biped.question import Answer, at_hand
 from stages.calibration.angles.fit import AngleFit, HeldOut, fit_robot, held_out
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import FARTHEST_ZERO, ZEROS, AngleSetup, setup_of
+from stages.calibration.angles.same import NAME, FittedEncoders
 from stages.calibration.estimation.least_squares import covariance_of
 from stages.calibration.information.identifiability import finite, listed, short
 from stages.calibration.intervals.model_error import correlation_length
@@ -216,6 +217,7 @@ def answered(result: Calibrated) -> Answer:
         parameters={} if result.refuted else {
             **{f"biped.{key}": value for key, value in setup.given.items()},
             **{name: fit.robot.value(name) for name in setup.free if name.startswith("biped.")}},
+        files={} if result.refuted else {NAME: FittedEncoders.of(setup, fit).content()},
         draw=partial(_draw, result),
         no=result.refuted,
     )  # fmt: skip
