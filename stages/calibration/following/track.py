@@ -73,7 +73,7 @@ class Track:
         self._work: Iterator[None] | None = None
         self._jolt, self._lately, self._warned = -math.inf, list[float](), False
         self._speed = len(follower.model.of_design) + follower.model.layout.place("start_theta_rate")
-        self._period = float(np.diff(run.strikes[:3]).mean())
+        self._period = self._usual = float(np.diff(run.strikes[:3]).mean())
         belief, at = follower.begin(run)
         self._first = self._until = follower.mid_stance(belief.mean) + follower.settling
         self._enter(belief, at)
@@ -180,7 +180,7 @@ class Track:
         follower, step, at = self._follower, self._step, self._at
         mean = step.mean.copy()
         for _ in range(AGAIN):
-            at, walked = follower.nearer(at, mean - at, step.leg, self._sampling, self._period)
+            at, walked = follower.nearer(at, mean - at, step.leg, self._sampling, self._period, self._until)
             yield
             known, _ = step.again(at, walked)
             yield
@@ -189,7 +189,7 @@ class Track:
                 break
         found, grown = follower.onwards(at, walked)
         mean, covariance = found + grown @ (mean - at), grown @ known.covariance @ grown.T + follower.drift()
-        self._period = follower.mid_stance(mean) - follower.mid_stance(at)
+        self._period = max(self._usual, follower.mid_stance(mean) - follower.mid_stance(at))  # a short one comes alone
         self._enter(Belief(mean, 0.5 * (covariance + covariance.T), 1 - step.leg), mean)
 
     def _enter(self, belief: Belief, at: Vector) -> None:
