@@ -61,6 +61,7 @@ class DrivenStep:
     between: Vector
     signal: Vector
     outliers: int = 0
+    begins: float = 0.0
 
     @property
     def turn(self) -> float:
@@ -102,7 +103,7 @@ def read_steps(
         leg, turn = (0, 1.0) if stands[first] else (1, -1.0)
         (stance, first_odd), (between, odd) = (bridged(table[what][rows]) for what in ("stance", "between"))
         steps.append(DrivenStep(number, leg, interval, -stance, -turn * between, -turn * table["signal"][rows],
-                                first_odd + odd))
+                                first_odd + odd, float(table["time"][rows][0])))
     refuse((not steps, f"{path}: no step is longer than the {2 * left_out} samples that are left out"))
     return tuple(steps)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.analytic.model.walker import Vector
-from stages.analytic.walk.driven_stance import driven_stance
+from stages.analytic.walk.driven_stance import DrivenStance, driven_stance
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.biped.question import refuse
@@ -79,34 +79,57 @@ def standing_on(leg: int, design: DesignPoint, names: tuple[str, ...]) -> tuple[
     return other, tuple(exchanged(name, other) for name in names)
 
 
-def show(robot: Robot, step: DrivenStep, start: Vector, names: tuple[str, ...], samples: int | None = None) -> Shown:
-    """What the encoders show of a step from `start` (4,), SI: stance angle, swing angle and their rates."""
-    count = len(step.signal) if samples is None else samples
+#: What the angles shown are of stance angle, swing angle and their rates.
+OF_STATE = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What drives a robot through a step, whose leg that stands is the first of the `design` and of its parameters
+    `of_legs`: `torque` (n,) [N m] with its derivatives `rows` (k, n) by the motor's numbers. `places` (m,) are those of
+    both among all names. The angles are off by `zeros` (2,) [rad], by the names (2, names) of them.
+    """
+
+    design: DesignPoint
+    of_legs: tuple[str, ...]
+    torque: Vector
+    rows: np.ndarray
+    places: list[int]
+    zeros: Vector
+    by_zeros: np.ndarray
+
+    def along(self, start: Vector, interval: float, samples: slice) -> DrivenStance:
+        """The stance from a `start` (4,) at the first of the samples on, SI."""
+        return driven_stance(self.design, start, interval, self.torque[samples], self.of_legs, self.rows[:, samples])
+
+
+def drive_of(robot: Robot, step: DrivenStep, names: tuple[str, ...]) -> Drive:
+    """What drives a robot through a step, with derivatives by some of its numbers."""
     of_design = tuple(name for name in names if name not in OF_ROBOT)
     design, of_legs = standing_on(step.leg, robot.design, of_design)
     signal, slope = late(step, robot.value("torque_lag") / step.interval)
     constant = robot.value("torque_constant")
     turn = np.full(len(signal), step.turn)
-    torque = constant * signal + robot.value("torque_offset") * turn
     rows = {"torque_constant": signal, "torque_offset": turn, "torque_lag": -constant * slope / step.interval}
     of_motor = [name for name in names if name in rows]
-    driven = driven_stance(
-        design, start, step.interval, torque[:count], of_legs,
-        np.array([rows[name][:count] for name in of_motor]).reshape(len(of_motor), count))
-    n = len(driven.states)
-    both = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0]])
-    angles = driven.states @ both.T
-    angles[:, 0] += robot.value(f"stance_zero_{step.leg}")
-    angles[:, 1] += step.turn * robot.value("hip_zero")
-    by = np.zeros((n, 2, len(names)))
-    moved = np.einsum("ij,njm->nim", both, driven.along)
-    for place, name in enumerate((*of_design, *of_motor)):
-        by[:, :, names.index(name)] = moved[:, :, place]
-    if f"stance_zero_{step.leg}" in names:
-        by[:, 0, names.index(f"stance_zero_{step.leg}")] = 1.0
-    if "hip_zero" in names:
-        by[:, 1, names.index("hip_zero")] = step.turn
-    return Shown(angles, np.einsum("ij,njs->nis", both, driven.by_start), by)
+    by_zeros, stance = np.zeros((2, len(names))), f"stance_zero_{step.leg}"
+    for row, name, sign in ((0, stance, 1.0), (1, "hip_zero", step.turn)):
+        if name in names:
+            by_zeros[row, names.index(name)] = sign
+    return Drive(
+        design, of_legs, constant * signal + robot.value("torque_offset") * turn,
+        np.array([rows[name] for name in of_motor]).reshape(len(of_motor), len(signal)),
+        [names.index(name) for name in (*of_design, *of_motor)],
+        np.array([robot.value(stance), step.turn * robot.value("hip_zero")]), by_zeros)  # fmt: skip
+
+
+def show(robot: Robot, step: DrivenStep, start: Vector, names: tuple[str, ...], samples: int | None = None) -> Shown:
+    """What the encoders show of a step from `start` (4,), SI: stance angle, swing angle and their rates."""
+    drive = drive_of(robot, step, names)
+    driven = drive.along(start, step.interval, slice(samples))
+    by = np.repeat(drive.by_zeros[None], len(driven.states), axis=0)
+    by[:, :, drive.places] = OF_STATE @ driven.along
+    return Shown(driven.states @ OF_STATE.T + drive.zeros, OF_STATE @ driven.by_start, by)
 
 
 def late(step: DrivenStep, lag: float) -> tuple[Vector, Vector]:

@@ -12,14 +12,17 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.errors import StepFailed
-from stages.biped.question import Answer, Asking
+from stages.analytic.model.walker import Vector
+from stages.biped.question import Answer, Asking, refuse
+from stages.calibration.angles.recording import read_steps
 from stages.calibration.estimation.least_squares import NotIdentified
-from stages.calibration.following import robot_file
+from stages.calibration.following import encoders, robot_file
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.stream import Stream, rows_of
 from stages.calibration.following.track import follow
 from stages.calibration.information.identifiability import first_model
+from stages.calibration.intervals.model_error import whiteness
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import named_runs
@@ -28,6 +31,9 @@ from stages.calibration.result import HALF_WIDTH
 #: Names of the state's entries with their units; rigid legs have no lengths.
 LEGS = (("stance_leg_angle", "rad"), ("stance_leg_length", "m"), ("leg_opening_angle", "rad"),
         ("swing_leg_length", "m"))  # fmt: skip
+STANDS = ("inner", "outer")
+#: Innovations are white unless so few of white ones are like them.
+LEVEL = 0.01
 #: What a model puts wrong in a step's start, in usual changes, where residuals are as large again as noise alone (root
 #: of the sum of squares): of three walks of the twin with the numbers of the model.
 DRIFT = 0.06
@@ -84,6 +90,36 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
                   plain={"runs": plain, "states": rows}, rows=rows)  # fmt: skip
 
 
+def of_angles(source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
+    """The answer to `follow` for encoders or markers: steps are "step 0" and so on. Raises WrongOption."""
+    robot = encoders.read(folder)
+    recording = robot.recording
+    found = read_steps(source, recording["columns"], recording["left_out"], recording["markers"], asking.reading)
+    steps = {f"step {one.number}": one for one in found}
+    refuse(*((name not in steps, f"run: there is no {name}; there are {', '.join(steps)}") for name in names))
+    rows, plain, table = list[dict[str, Any]](), dict[str, Any](), list[list[Any]]()
+    for number, (name, step) in enumerate(steps.items()):
+        asking.progress(number / len(steps), name)
+        if name not in (names or steps):
+            continue
+        seen = list(robot.follow(step))
+        rows += [{"run": name, "time_s": one.time, "stance_leg": STANDS[step.leg], "phase": "single stance",
+                  **_of_state(one.state, one.covariance)} for one in seen]  # fmt: skip
+        left = np.array([one.innovation for one in seen])
+        size, white = np.sqrt((left**2).mean(axis=0)), [whiteness(column) for column in left.T]
+        plain[name] = {"samples": len(seen), "innovation_in_sigmas": size.tolist(), "white": white}
+        table.append([name, len(seen), *(f"{value:.2f}" for value in size), *(f"{value:.2g}" for value in white)])
+    share = np.mean([np.array(one["white"]) > LEVEL for one in plain.values()], axis=0)
+    line = (f"innovations are white at {LEVEL:.0%} in {share[0]:.0%} of the steps (stance angle) and {share[1]:.0%} "
+            "(between the legs)")  # fmt: skip
+    line += "" if share.min() >= 1.0 - 2 * LEVEL else ("; what is left hangs together, as forces do that the model has "
+                                                       "not: states are worse by it than noise alone has them")
+    columns = ["step", "samples", "stance, sd", "between, sd", "white, stance", "white, between"]
+    return Answer(lines=[line], tables=[("Steps followed: size of innovations, and probability of such ones if white",
+                                         columns, table)],
+                  plain={"runs": plain, "states": rows}, rows=rows)  # fmt: skip
+
+
 def _late(one: Instant, robot: robot_file.FittedRobot) -> Instant:
     """With the next heel strike when it will be found, not when the model has it."""
     return replace(one, strike=one.strike + robot.late, strike_sd=float(np.hypot(one.strike_sd, robot.late_sd)))
@@ -91,18 +127,22 @@ def _late(one: Instant, robot: robot_file.FittedRobot) -> Instant:
 
 def _row(name: str, one: Instant) -> dict[str, Any]:
     """An instant as a row."""
-    sd = np.sqrt(np.diag(one.covariance))
-    half = len(one.state) // 2
-    entries = LEGS if half == len(LEGS) else LEGS[::2]
-    row: dict[str, Any] = {"run": name, "time_s": one.time, "stance_leg": ("inner", "outer")[one.leg],
-                           "phase": "double stance" if one.double else "single stance"}
-    for place, (key, unit) in enumerate(entries):
-        for title, at, per in ((key, place, ""), (f"{key}_rate", half + place, "_s")):
-            row[f"{title}_{unit}{per}"], row[f"{title}_sd"] = float(one.state[at]), float(sd[at])
+    row: dict[str, Any] = {"run": name, "time_s": one.time, "stance_leg": STANDS[one.leg],
+                           "phase": "double stance" if one.double else "single stance",
+                           **_of_state(one.state, one.covariance)}  # fmt: skip
     row |= {"energy_J": one.energy[0], "energy_sd": one.energy[1]}
     row |= {"next_heel_strike_s": one.strike, "next_heel_strike_sd_s": one.strike_sd}
     row |= {"step_length_m": one.step[0], "step_length_sd": one.step[1]}
     return row | {f"falls_within_{steps}_steps": float(share) for steps, share in enumerate(one.falls, 1)}
+
+
+def _of_state(state: Vector, covariance: np.ndarray) -> dict[str, float]:
+    """A state (size,) with its standard errors."""
+    sd, half, row = np.sqrt(np.diag(covariance)), len(state) // 2, dict[str, float]()
+    for place, (key, unit) in enumerate(LEGS if half == len(LEGS) else LEGS[::2]):
+        for title, at, per in ((key, place, ""), (f"{key}_rate", half + place, "_s")):
+            row[f"{title}_{unit}{per}"], row[f"{title}_sd"] = float(state[at]), float(sd[at])
+    return row
 
 
 def _plain(instants: Sequence[Instant], run: MeasuredRun) -> Mapping[str, Any]:

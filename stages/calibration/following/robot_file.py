@@ -26,7 +26,7 @@ from stages.calibration.estimation.run_fit import Model
 from stages.calibration.observation.measured_run import Layout, MeasuredRun
 from stages.ground.slope import Slope
 
-NAME, KIND = "robot.json", "bipedstudy fitted robot 3"
+NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 3", "bipedstudy fitted robot of angles 1"
 #: What belongs to sensors that stay on the robot, and is known better after a fit: unknowns of a run.
 OF_MOUNTING = ("foot_place", "bandwidth")
 
@@ -91,9 +91,7 @@ class FittedRobot:
             "learned": [{"run": as_plain(one.run), "own": one.own.tolist(), "unknowns": one.unknowns.tolist(),
                          "shifts": one.shifts.tolist()} for one in self.learned],
         }  # fmt: skip
-        lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}"
-                 for key, value in {**plain, "sha256": _digest(plain)}.items())  # fmt: skip
-        return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+        return signed_content(plain)
 
     def model(self, model: Model) -> Model:
         """A model that looks for this robot's parameters, with sensors that are mounted as they were."""
@@ -118,19 +116,36 @@ class FittedRobot:
         return whole
 
 
-def read(folder: Path, option: str = "as") -> FittedRobot:
-    """The robot of a folder that an `option` names. Raises WrongOption where it has none or one that was changed."""
+def signed_content(plain: Mapping[str, Any]) -> bytes:
+    """A file of JSON, one entry a line, with its digest."""
+    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}"
+             for key, value in {**plain, "sha256": _digest(plain)}.items())  # fmt: skip
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def signed(folder: Path, option: str, kind: str) -> dict[str, Any]:
+    """What a folder's file has, which an `option` names. Raises WrongOption where there is none of this `kind`, or one
+    that was changed."""
     path = folder / NAME
     try:
-        plain = json.loads(path.read_text(encoding="utf-8"))
+        plain: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         said = plain.pop("sha256")
     except FileNotFoundError:
         raise WrongOption(
             f"{option}: {folder} has no {NAME}, which calibrate --into leaves; fit the robot again") from None
     except (OSError, ValueError, KeyError, AttributeError, TypeError):
         raise WrongOption(f"{option}: {path} is no fitted robot that calibrate --into left") from None
-    if plain.get("kind") != KIND or said != _digest(plain):
+    if said == _digest(plain) and plain.get("kind") in (KIND, OF_ANGLES) and plain["kind"] != kind:
+        raise WrongOption(f"{option}: the robot in {folder} was fitted to recordings of the other kind: angles go with "
+                          "a robot of angles, sensors at hip and foot with one of those")  # fmt: skip
+    if plain.get("kind") != kind or said != _digest(plain):
         raise WrongOption(f"{option}: {path} was changed, or is of another version; fit the robot again")
+    return plain
+
+
+def read(folder: Path, option: str = "as") -> FittedRobot:
+    """The robot of a folder that an `option` names. Raises WrongOption where it has none or one that was changed."""
+    plain = signed(folder, option, KIND)
     return FittedRobot(
         _design(plain), tuple(plain["parameters"]), np.array(plain["covariance"]), tuple(plain["of_each_run"]),
         np.array(plain["of_each_run_sd"]), np.array([plain["mounting"][name] for name in OF_MOUNTING]),

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 class Options:
     """Options of `follow`."""
 
-    source: str = option("-", "The recordings: a database of the ingest's, or - for rows of standard input",
-                         metavar="FILE", positional=True)  # fmt: skip
+    source: str = option(
+        "-", "The recordings: a database of the ingest's, a CSV or C3D file of angles, or - for rows of standard input",
+        metavar="FILE", positional=True)
     robot: str = option("-", "The folder that calibrate --into left", name="as", metavar="FOLDER")
     runs: tuple[str, ...] = option("-", "Follow only the run of this name; repeatable", name="run", default=())
     about: Mapping[str, Any] | None = option(
@@ -28,8 +29,10 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Follow the runs. Raises WrongOption, NoGait, NotIdentified."""
-    from stages.calibration.following.report import followed, streamed
+    from stages.calibration.following.report import followed, of_angles, streamed
 
+    if options.source.lower().endswith((".csv", ".c3d")):
+        return of_angles(Path(options.source), Path(options.robot), options.runs, asking)
     if options.source == "-":
         return streamed(parameters, Path(options.robot), options.about or {}, asking)
     return followed(parameters, Path(options.source), Path(options.robot), options.runs, asking)
@@ -42,6 +45,9 @@ QUESTION = Question(
     SOURCE is an SQLite file as `ingest` reads and writes it, with a hip and a foot sensor; the robot is the one that
     calibrate --into left. Each row of --csv has state, energy, phase, next heel strike with errors, and shortly before
     it the chance to fall in the steps after it. A run is followed from its second mid-stance on, or it ends with 3.
+
+    A CSV or C3D file is as for `calibrate`. Each step is then followed alone, without its end: the motor's torque to
+    come is not known. The answer says whether innovations are white.
 
     With - for SOURCE it reads lines of CSV, the first of which names place, device_stamp, ax, ay, az, gx, gy and gz in
     any order. It answers in lines of JSON; given by --with, the first of them begins a broken stream anew.

@@ -18,6 +18,8 @@ from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import FARTHEST_ZERO, ZEROS, AngleSetup, setup_of
 from stages.calibration.angles.same import NAME, FittedEncoders
 from stages.calibration.estimation.least_squares import covariance_of
+from stages.calibration.following.encoders import Encoded, encoded
+from stages.calibration.following.robot_file import NAME
 from stages.calibration.information.identifiability import finite, listed, short
 from stages.calibration.intervals.model_error import correlation_length
 from stages.calibration.result import HALF_WIDTH
@@ -35,7 +37,8 @@ VISCOUS, COULOMB = "biped.hip_damping", "biped.hip_friction"
 @dataclass(frozen=True)
 class Calibrated:
     """What came out: fit, held-out errors of the robot as drawn and as fitted, and what the residuals say; whether the
-    robot is `refuted`, as the recording contradicts what came with it or the fit is not at rest."""
+    robot is `refuted`, as the recording contradicts what came with it or the fit is not at rest; and what follows it.
+    """
 
     setup: AngleSetup
     fit: AngleFit
@@ -44,6 +47,7 @@ class Calibrated:
     sd: dict[str, float]
     remarks: list[str]
     refuted: bool
+    encoded: Encoded | None = None
 
 
 def calibrated(
@@ -76,7 +80,10 @@ def calibrated(
         remarks.append(f"not determined by these steps: {listed(unclear)}; give known values for some of them")
     remarks += _friction(setup, fit, fitted, sizes, low)
     remarks += _structure(found)
-    return Calibrated(setup, fit, drawn, found, sd, remarks, refuted(against) or not fit.converged)
+    wrong = refuted(against) or not fit.converged
+    read_by = {"columns": dict(setup.columns), "markers": dict(setup.markers), "left_out": setup.left_out}
+    left = None if wrong else encoded(fit.robot, fit.names, fit.covariance(size), fitted, read_by)
+    return Calibrated(setup, fit, drawn, found, sd, remarks, wrong, left)
 
 
 def _friction(
@@ -214,6 +221,7 @@ def answered(result: Calibrated) -> Answer:
                              "drawn_fit": {"hip": result.drawn.fit[0], "stance": result.drawn.fit[1]}},
             "remarks": result.remarks, "converged": fit.converged,
         },
+        files={NAME: result.encoded.content()} if result.encoded else {},
         parameters={} if result.refuted else {
             **{f"biped.{key}": value for key, value in setup.given.items()},
             **{name: fit.robot.value(name) for name in setup.free if name.startswith("biped.")}},
