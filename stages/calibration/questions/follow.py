@@ -46,8 +46,8 @@ QUESTION = Question(
     calibrate --into left. Each row of --csv has state, energy, phase, next heel strike with errors, and shortly before
     it the chance to fall in the steps after it. A run is followed from its second mid-stance on, or it ends with 3.
 
-    A CSV or C3D file is as for `calibrate`. Each step is then followed alone, without its end: the motor's torque to
-    come is not known. The answer says whether innovations are white.
+    A CSV or C3D file is as for `calibrate`; its steps are followed one by one, and the answer says whether innovations
+    are white.
 
     With - for SOURCE it reads lines of CSV, the first of which names place, device_stamp, ax, ay, az, gx, gy and gz in
     any order. It answers in lines of JSON; given by --with, the first of them begins a broken stream anew.
