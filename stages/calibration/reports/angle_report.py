@@ -13,10 +13,10 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.biped.question import Answer, at_hand
+from stages.calibration.angles import same
 from stages.calibration.angles.fit import AngleFit, HeldOut, fit_robot, held_out
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import FARTHEST_ZERO, ZEROS, AngleSetup, setup_of
-from stages.calibration.angles.same import NAME, FittedEncoders
 from stages.calibration.estimation.least_squares import covariance_of
 from stages.calibration.following.encoders import Encoded, encoded
 from stages.calibration.following.robot_file import NAME
@@ -221,11 +221,11 @@ def answered(result: Calibrated) -> Answer:
                              "drawn_fit": {"hip": result.drawn.fit[0], "stance": result.drawn.fit[1]}},
             "remarks": result.remarks, "converged": fit.converged,
         },
-        files={NAME: result.encoded.content()} if result.encoded else {},
+        files={NAME: result.encoded.content(), same.NAME: same.FittedEncoders.of(setup, fit).content()}
+        if result.encoded else {},
         parameters={} if result.refuted else {
             **{f"biped.{key}": value for key, value in setup.given.items()},
             **{name: fit.robot.value(name) for name in setup.free if name.startswith("biped.")}},
-        files={} if result.refuted else {NAME: FittedEncoders.of(setup, fit).content()},
         draw=partial(_draw, result),
         no=result.refuted,
     )  # fmt: skip
