@@ -11,6 +11,7 @@ from stages.calibration.angles import same
 from stages.calibration.angles.recording import read_steps
 from stages.calibration.angles.robot import setup_of
 from stages.calibration.angles.same import TURNED, FittedEncoders, changes, compared, turned
+from stages.calibration.following.robot_file import NAME
 from stages.calibration.reports.angle_report import calibrated
 from tests.calibration.test_angles import (
     AUTHORS,
@@ -49,10 +50,10 @@ def test_its_own_steps_are_its_own_and_a_changed_number_is_named():
 
 
 def test_the_file_gives_the_robot_back_and_another_folder_is_refused(tmp_path):
-    (tmp_path / same.NAME).write_bytes(robot().content())
+    (tmp_path / NAME).write_bytes(robot().content())
     again = same.read(tmp_path)
     assert again.content() == robot().content()
-    with pytest.raises(WrongOption, match=r"has no encoders\.json"):
+    with pytest.raises(WrongOption, match=r"has no robot\.json"):
         same.read(tmp_path / "none")
 
 

@@ -8,10 +8,9 @@ exchanged is one whose opposite fits the robot better than any change of a numbe
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -22,16 +21,16 @@ from scipy.special import stdtr
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.design import Biped
-from stages.biped.question import Answer, Asking, WrongOption
+from stages.biped.question import Answer, Asking
 from stages.calibration.angles.fit import AngleFit, fit_robot
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import AngleSetup, Robot
 from stages.calibration.estimation.least_squares import Known, NotIdentified
+from stages.calibration.following.robot_file import OF_ANGLES, signed, signed_content
 from stages.calibration.information.identifiability import listed, short
 from stages.calibration.result import HALF_WIDTH
 from stages.ground.slope import Slope
 
-NAME, KIND = "encoders.json", "bipedstudy fitted driven robot 1"
 #: Of recordings of the same robot this share is said to be another's.
 LEVEL = 0.01
 #: Numbers cannot be told apart where what they explain differs by no more than this in chi-square.
@@ -49,7 +48,9 @@ TURNED = {"sign of the stance angle": (-1, 1, 1, False), "sign of the hip angle"
 class FittedEncoders:
     """How the recording is read and what is looked for, the robot as it was found; the `covariance` (m, m) of its
     numbers by the scatter of `steps` steps; `noise` [rad] that one sample is worth; mean and standard deviation between
-    steps of the logarithm of their residuals [rad]; changes that are neither large nor small, by name."""
+    steps of the logarithm of their residuals [rad]; changes that are neither large nor small, by name. While a leg
+    stands, a row each: noise of the encoders `encoded` (2, 2) [rad], and by how much the rates of both angles are
+    `unmodelled` (2, 2) [rad^2/s^3]."""
 
     setup: AngleSetup
     covariance: np.ndarray
@@ -57,6 +58,8 @@ class FittedEncoders:
     steps: int
     log_size: tuple[float, float]
     sizes: Mapping[str, float]
+    encoded: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
+    unmodelled: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
 
     @classmethod
     def of(cls, setup: AngleSetup, fit: AngleFit) -> FittedEncoders:
@@ -69,31 +72,27 @@ class FittedEncoders:
     def content(self) -> bytes:
         """The file."""
         setup = self.setup
-        plain = {
-            "kind": KIND, "biped": dataclasses.asdict(setup.robot.design.biped),
+        return signed_content({
+            "kind": OF_ANGLES, "biped": dataclasses.asdict(setup.robot.design.biped),
             "slope": dataclasses.asdict(setup.robot.design.slope), "numbers": dict(setup.robot.numbers),
             "parameters": list(setup.free), "known": [[one.name, one.value, one.sd] for one in setup.known],
             "columns": dict(setup.columns), "markers": dict(setup.markers), "left_out_samples": setup.left_out,
             "begun_s": setup.begun, "noise_rad": self.noise, "steps": self.steps, "log_residuals": self.log_size,
             "sizes": self.sizes,
             "covariance": np.where(np.isfinite(self.covariance), self.covariance, LOST).tolist(),
-        }  # fmt: skip
-        return json.dumps(plain, indent=1).encode() + b"\n"
+            "encoded": self.encoded.tolist(), "unmodelled": self.unmodelled.tolist(),
+        })  # fmt: skip
 
 
 def read(folder: Path) -> FittedEncoders:
-    """The robot of a folder. Raises WrongOption where it has none."""
-    try:
-        plain = json.loads((folder / NAME).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        plain = {}
-    if plain.get("kind") != KIND:
-        raise WrongOption(f"as: {folder} has no {NAME}, which calibrate --into leaves of encoders; fit the robot again")
+    """The robot of a folder. Raises WrongOption where it has none that was fitted to angles."""
+    plain = signed(folder, "as", OF_ANGLES)
     robot = Robot(DesignPoint(Biped(**plain["biped"]), Slope(**plain["slope"])), plain["numbers"])
     setup = AngleSetup(robot, tuple(plain["parameters"]), tuple(Known(*one) for one in plain["known"]),
                        plain["columns"], plain["markers"], plain["left_out_samples"], plain["begun_s"], (), {})
     return FittedEncoders(setup, np.array(plain["covariance"]), plain["noise_rad"], plain["steps"],
-                          tuple(plain["log_residuals"]), plain["sizes"])  # fmt: skip
+                          tuple(plain["log_residuals"]), plain["sizes"], np.array(plain["encoded"]),
+                          np.array(plain["unmodelled"]))  # fmt: skip
 
 
 @dataclass(frozen=True)

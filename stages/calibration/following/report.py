@@ -15,6 +15,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import Vector
 from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.angles.recording import read_steps
+from stages.calibration.angles.same import read as read_encoders
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import encoders, robot_file
 from stages.calibration.following.follower import Follower
@@ -92,9 +93,9 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
 
 def of_angles(source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
     """The answer to `follow` for encoders or markers: steps are "step 0" and so on. Raises WrongOption."""
-    robot = encoders.read(folder)
-    recording = robot.recording
-    found = read_steps(source, recording["columns"], recording["left_out"], recording["markers"], asking.reading)
+    robot = read_encoders(folder)
+    setup = robot.setup
+    found = read_steps(source, setup.columns, setup.left_out, setup.markers, asking.reading)
     steps = {f"step {one.number}": one for one in found}
     refuse(*((name not in steps, f"run: there is no {name}; there are {', '.join(steps)}") for name in names))
     rows, plain, table = list[dict[str, Any]](), dict[str, Any](), list[list[Any]]()
@@ -102,7 +103,7 @@ def of_angles(source: Path, folder: Path, names: Sequence[str], asking: Asking) 
         asking.progress(number / len(steps), name)
         if name not in (names or steps):
             continue
-        seen = list(robot.follow(step))
+        seen = list(encoders.follow(robot, step))
         rows += [{"run": name, "time_s": one.time, "stance_leg": STANDS[step.leg], "phase": "single stance",
                   **_of_state(one.state, one.covariance)} for one in seen]  # fmt: skip
         left = np.array([one.innovation for one in seen])

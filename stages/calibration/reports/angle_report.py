@@ -13,12 +13,12 @@ import numpy as np
 
 from stages.biped.design import Biped
 from stages.biped.question import Answer, at_hand
-from stages.calibration.angles import same
 from stages.calibration.angles.fit import AngleFit, HeldOut, fit_robot, held_out
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import FARTHEST_ZERO, ZEROS, AngleSetup, setup_of
+from stages.calibration.angles.same import FittedEncoders
 from stages.calibration.estimation.least_squares import covariance_of
-from stages.calibration.following.encoders import Encoded, encoded
+from stages.calibration.following.encoders import with_noise
 from stages.calibration.following.robot_file import NAME
 from stages.calibration.information.identifiability import finite, listed, short
 from stages.calibration.intervals.model_error import correlation_length
@@ -37,8 +37,8 @@ VISCOUS, COULOMB = "biped.hip_damping", "biped.hip_friction"
 @dataclass(frozen=True)
 class Calibrated:
     """What came out: fit, held-out errors of the robot as drawn and as fitted, and what the residuals say; whether the
-    robot is `refuted`, as the recording contradicts what came with it or the fit is not at rest; and what follows it.
-    """
+    robot is `refuted`, as the recording contradicts what came with it or the fit is not at rest; else what
+    the `robot` is followed and compared by."""
 
     setup: AngleSetup
     fit: AngleFit
@@ -47,7 +47,7 @@ class Calibrated:
     sd: dict[str, float]
     remarks: list[str]
     refuted: bool
-    encoded: Encoded | None = None
+    robot: FittedEncoders | None = None
 
 
 def calibrated(
@@ -81,8 +81,7 @@ def calibrated(
     remarks += _friction(setup, fit, fitted, sizes, low)
     remarks += _structure(found)
     wrong = refuted(against) or not fit.converged
-    read_by = {"columns": dict(setup.columns), "markers": dict(setup.markers), "left_out": setup.left_out}
-    left = None if wrong else encoded(fit.robot, fit.names, fit.covariance(size), fitted, read_by)
+    left = None if wrong else with_noise(FittedEncoders.of(setup, fit), fitted)
     return Calibrated(setup, fit, drawn, found, sd, remarks, wrong, left)
 
 
@@ -221,8 +220,7 @@ def answered(result: Calibrated) -> Answer:
                              "drawn_fit": {"hip": result.drawn.fit[0], "stance": result.drawn.fit[1]}},
             "remarks": result.remarks, "converged": fit.converged,
         },
-        files={NAME: result.encoded.content(), same.NAME: same.FittedEncoders.of(setup, fit).content()}
-        if result.encoded else {},
+        files={NAME: result.robot.content()} if result.robot else {},
         parameters={} if result.refuted else {
             **{f"biped.{key}": value for key, value in setup.given.items()},
             **{name: fit.robot.value(name) for name in setup.free if name.startswith("biped.")}},
