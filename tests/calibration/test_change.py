@@ -6,11 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from stages.analytic.errors import StepFailed
 from stages.biped.question import WrongOption
 from stages.calibration.blind_score import _run, model_of
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.estimation.request import Request
 from stages.calibration.estimation.run_fit import fit_run
+from stages.calibration.following import change
 from stages.calibration.following.change import Comparison, Evidence, Held
 from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.information.identifiability import first_model
@@ -64,6 +66,17 @@ def test_a_part_that_has_changed_is_named_with_its_change():
         right = share * DESIGN.value(f"biped.{next(iter(changed))}")
         assert abs(best.change - right) < 4.0 * best.sd + 0.05 * right
         assert name in sentence(verdict, verdict.probability, False)
+
+
+def test_a_run_that_the_robot_falls_in_is_told_from_where_a_free_robot_walks_it(monkeypatch):
+    def falls(*_):
+        raise StepFailed("it falls")
+
+    monkeypatch.setattr(change, "begun", falls)
+    there = dataclasses.replace(comparison().robot, known=(Known(TOTAL_MASS, DESIGN.biped.total_mass, 1e-4),))
+    free = Comparison(there, model_of(SETTING)[1])
+    verdict = free.verdict_of(free.held(run_of(3, stiffness=1.02)))
+    assert not verdict.same and verdict.changes[0].part.name == "stiffness of both legs"
 
 
 def test_one_run_in_a_hundred_is_no_more_than_told_another():

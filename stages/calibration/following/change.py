@@ -21,7 +21,16 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.least_squares import combinations
-from stages.calibration.estimation.run_fit import WHOLE, Model, begun, design_sizes, fit_from, fit_run, run_equations
+from stages.calibration.estimation.run_fit import (
+    WHOLE,
+    Model,
+    RunFit,
+    begun,
+    design_sizes,
+    fit_from,
+    fit_run,
+    run_equations,
+)
 from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.intervals.left_out import FRICTION, OTHER, with_all
 from stages.calibration.observation.measured_run import MeasuredRun
@@ -161,10 +170,14 @@ class Comparison:
     def held(self, run: MeasuredRun) -> Held:
         """A run held against the robot: as the robot's, and as one of which a part has changed where it is not.
 
-        The scores are told again where that part is fitted too, until it is the one that explains most. Raises
-        StepFailed where the run cannot be walked.
+        The scores are told again where that part is fitted too, until it is the one that explains most. Where the
+        robot does not walk the run, they are told where one that is free does. Raises StepFailed where none does.
         """
-        evidence, there, unknowns, run = self.as_this(run, begun(self.robot.design, run, self.model))
+        design, model = self.robot.design, self.model
+        try:
+            evidence, there, unknowns, run = self.as_this(run, begun(design, run, model))
+        except StepFailed:
+            evidence, there, unknowns, run = self._there(run, fit_run(design, run, model, self.robot.known))
         verdict, at_best, tried, least = self.verdict(evidence), evidence, set[str](), np.inf
         while not verdict.same and len(tried) < MOST and verdict.changes[0].part.name not in tried:
             part = verdict.changes[0].part
@@ -183,14 +196,21 @@ class Comparison:
 
         Raises StepFailed.
         """
-        design, robot = self.robot.design, self.robot
-        own = {name: (design.value(name), float(sd)) for name, sd in zip(robot.own, robot.own_sd, strict=True)}
-        run = replace(run, own={**own, **run.own})
+        design, run = self.robot.design, self._read(run)
         try:
-            fit = fit_from(design, begin, run, self.model, self._known, WHOLE)
+            return self._there(run, fit_from(design, begin, run, self.model, self._known, WHOLE))
         except StepFailed:
-            fit = fit_run(design, run, self.model, self._known)
-        there = self.model.robot(design, fit.design, fit.own)
+            return self._there(run, fit_run(design, run, self.model, self._known))
+
+    def _read(self, run: MeasuredRun) -> MeasuredRun:
+        """A run with what is known of its own parameters."""
+        robot = self.robot
+        own = {name: (robot.design.value(name), float(sd)) for name, sd in zip(robot.own, robot.own_sd, strict=True)}
+        return replace(run, own={**own, **run.own})
+
+    def _there(self, run: MeasuredRun, fit: RunFit) -> tuple[Evidence, DesignPoint, Vector, MeasuredRun]:
+        """What a run tells about where a fit of it ended. Raises StepFailed."""
+        run, there = self._read(run), self.model.robot(self.robot.design, fit.design, fit.own)
         return self._evidence(run, there, fit.unknowns), there, fit.unknowns, run
 
     def _changed(
