@@ -18,6 +18,7 @@ from stages.calibration.following.track import follow
 from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, layout_of, usable
 from stages.calibration.observation.prediction import predict, walk
+from stages.calibration.recordings import as_mounted
 from tests.calibration.runs import DESIGN, PARAMETERS, SETTINGS, disturbed
 from tests.similar import similar
 
@@ -138,6 +139,15 @@ def test_what_a_model_puts_wrong_widens_errors():
         wider = np.sqrt(np.diag(other.covariance) / np.diag(one.covariance))
         assert one.time == other.time and wider.min() > 1.0 and wider.max() > 2.0
         assert np.isnan(one.strike_sd) or other.strike_sd >= one.strike_sd
+
+
+def test_how_sensors_of_a_fitted_robot_sit_is_its_own_whatever_the_settings_say():
+    """So a robot that began with the bill of parts is followed as any other."""
+    robot, fitted = model()
+    other = robot.model(first_model(DESIGN, (*robot.names, *robot.own), as_mounted(PARAMETERS)))
+    assert as_mounted(PARAMETERS).settings.lever_arm_sd < 0.01 * PARAMETERS.settings.lever_arm_sd
+    for name in ("middle", "prior", "sizes", "strike"):
+        assert np.array_equal(getattr(other.layout, name), getattr(fitted.layout, name))
 
 
 @pytest.mark.slow

@@ -34,7 +34,7 @@ EARLY, SURE = 0.06, 0.006
 #: may be so many of its usual changes elsewhere, and the step is linearised so often after each sample.
 LATELY, PUSHED, BLOW, AFTER_PUSH = 4, 25.0, 60.0, 2
 #: First it is linearised so often from each of several starts: with the speed of its leg times these.
-AFRESH = (1.0, 0.5, 0.0, -0.5, 1.5), 4
+AFRESH = (1.0, 0.7, 0.4, 0.2, 0.0, -0.2, -0.4, 1.5), 4
 
 
 def follow(follower: Follower, run: MeasuredRun) -> Iterator[Instant]:
@@ -148,7 +148,7 @@ class Track:
 
         A leg that is stopped or turned round moves its sensors as one that was made faster does, for a while.
         """
-        (shares, count), self._starts, found = self._starts, ((1.0,), AFTER_PUSH), []
+        (shares, count), found = self._starts, []
         for share in shares:
             at, walked, step = self._at, self._walked, self._step
             moved = step.mean - at
@@ -162,8 +162,10 @@ class Track:
                     step = step.anew(known, at, walked, step)
                     moved = step.mean - at
                 found.append((misfit, at, walked, step))
-        if not found:
-            raise StepFailed("no robot near this one walks as the samples say")
+        if not found:  # more samples may tell
+            self._starts = AFRESH
+            return
+        self._starts = (1.0,), AFTER_PUSH
         _, self._at, self._walked, self._step = min(found, key=lambda one: one[0])
         self._end()
 
