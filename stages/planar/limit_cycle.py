@@ -104,6 +104,7 @@ def gait_near(walker: StepTaker, state: PlanarState, *, central: bool = True) ->
     if derivative is None or np.abs((found.numbers - begin) / walker.scales).max() > CLOSE:
         derivative = walker.derivative(found.numbers, None if central else found.step)
     multipliers = floquet_multipliers(derivative)
+    found = nearer(walker, found, derivative)
     after = found.step
     return LimitCycle(
         found.numbers,
@@ -169,6 +170,19 @@ def corrected(walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray) -> 
     """
     moved = walker.step(numbers).numbers - numbers
     return walker.step(numbers + np.linalg.solve(np.eye(len(numbers)) - derivative, moved))
+
+
+def nearer(walker: Steps[S], found: FixedPointOf[S], derivative: np.ndarray) -> FixedPointOf[S]:
+    """A fixed point that was found, or where one more correction leads if that is nearer. Raises NoLimitCycle.
+
+    So its numbers are off by the steps' own errors, which looser steps tell, and not by where the search stopped.
+    """
+    if found.residual == 0.0:
+        return found
+    numbers = found.numbers + np.linalg.solve(np.eye(10) - derivative, found.step.numbers - found.numbers)
+    step = walker.step(numbers)
+    residual = _size(walker, step.numbers - numbers)
+    return FixedPointOf(numbers, step, residual, derivative) if residual < found.residual else found
 
 
 def _size(walker: Steps[S], moved: np.ndarray) -> float:

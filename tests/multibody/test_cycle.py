@@ -13,7 +13,7 @@ from stages.multibody.result import Result
 from stages.multibody.walking.cycle import limit_cycle, search, solve, solved_cycle, unsettled
 from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
-from stages.planar.limit_cycle import by_differences, fixed_point, gait_near
+from stages.planar.limit_cycle import by_differences, fixed_point, gait_near, nearer
 from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle, SectionStep, section_state
@@ -68,6 +68,15 @@ def test_an_unstable_fixed_point_of_a_bent_map_is_found(tolerance, known, within
     walker = MadeUp(bent, 1e-6, tolerance)
     found = fixed_point(walker, FIXED + 0.02 * SCALES, known if known is None else scaled(known))
     assert found.residual < tolerance and away(found.numbers) < within and len(walker.taken) <= most
+
+
+def test_one_more_correction_leaves_little_of_where_a_search_stopped():
+    walker = MadeUp(bent, 1e-6, 1e-3)
+    found = fixed_point(walker, FIXED + 0.02 * SCALES, scaled(MAP))
+    closer = nearer(walker, found, scaled(MAP))
+    assert found.residual > 1e-5 and closer.residual < 0.05 * found.residual
+    assert away(closer.numbers) < 0.05 * away(found.numbers)
+    assert nearer(walker, closer, scaled(np.zeros((10, 10)))).residual <= closer.residual
 
 
 @pytest.mark.parametrize(("central", "steps", "within"), [(True, 20, 1e-9), (False, 10, 1e-6)])

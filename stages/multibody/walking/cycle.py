@@ -19,7 +19,7 @@ from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
 from stages.multibody.result import Cycle
 from stages.multibody.walking.walk import build, simulate
-from stages.planar.limit_cycle import by_differences, fixed_point, gait_near
+from stages.planar.limit_cycle import by_differences, fixed_point, gait_near, nearer
 from stages.planar.run import LimitCycle, PlanarState, Run
 from stages.planar.sampling import find_events, peaks
 from stages.planar.section import NoLimitCycle, SectionStep, mid_stance_after, section_scales, section_state
@@ -153,6 +153,7 @@ def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk
     fine = model.at(min(model.settings.tolerance, model.settings.coarse))
     walker = fine.walker(state)
     point = fixed_point(walker, found.section_state, found.monodromy_matrix)
+    point = nearer(walker, point, found.monodromy_matrix)
     settings = fine.settings
     machine = build(model.biped, model.slope, model.contact, settings,
                     signals=[name for name in settings.signals if name == GROUND_REACTION])
