@@ -21,20 +21,17 @@ from scipy.special import stdtr
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.design import Biped
-from stages.biped.question import Answer, Asking
+from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.angles.fit import AngleFit, fit_robot
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import AngleSetup, Robot
 from stages.calibration.estimation.least_squares import Known, NotIdentified
+from stages.calibration.following.change import ALIKE, LEVEL
 from stages.calibration.following.robot_file import OF_ANGLES, signed, signed_content
 from stages.calibration.information.identifiability import listed, short
 from stages.calibration.result import HALF_WIDTH
 from stages.ground.slope import Slope
 
-#: Of recordings of the same robot this share is said to be another's.
-LEVEL = 0.01
-#: Numbers cannot be told apart where what they explain differs by no more than this in chi-square.
-ALIKE = 2.0
 #: Sum of squares of steps that no robot near this one follows, and a variance of what is not determined.
 LOST = 1e12
 #: What may be turned of a recording: by its words, the signs of stance angle, angle between the legs and signal as a
@@ -167,7 +164,10 @@ def answer(source: Path, folder: Path, asking: Asking) -> Answer:
     """The answer to `same` for a recording of encoders. Raises WrongOption."""
     robot = read(folder)
     setup = robot.setup
-    return compared(robot, read_steps(source, setup.columns, setup.left_out, setup.markers, asking.reading))
+    steps = read_steps(source, setup.columns, setup.left_out, setup.markers, asking.reading)
+    refuse((len(steps) <= len(setup.free), f"{source}: has {len(steps)} steps, and more than {len(setup.free)} are "
+            "needed to tell as many numbers of the robot"))  # fmt: skip
+    return compared(robot, steps)
 
 
 def compared(robot: FittedEncoders, steps: Sequence[DrivenStep]) -> Answer:
