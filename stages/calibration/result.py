@@ -80,6 +80,24 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
+class Followed:
+    """A run that was fitted, followed with the robot it showed: what was known after each sample of its hip's sensor
+    from the samples until then. Times count from the first heel strike used."""
+
+    name: str = quantity("-", "the run")
+    time: np.ndarray = quantity("s", "times of the samples, shape (n,)")
+    angle: np.ndarray = quantity("rad", "inner leg's angle from the slope normal, foot ahead positive, shape (n,)")
+    angle_sd: np.ndarray = quantity("rad", "its standard error, shape (n,)")
+    next_strike: np.ndarray = quantity("s", "when the next heel strike comes, NaN where not known, shape (n,)")
+    next_strike_sd: np.ndarray = quantity("s", "its standard error, shape (n,)")
+    step_length: np.ndarray = quantity(
+        "m", "length of the step that it ends, and its standard error, (n, 2)", dimensions=("time", "value_and_sd"))
+    strikes: np.ndarray = quantity("s", "measured heel strikes, shape (s,)")
+    true_time: np.ndarray = quantity("s", "times at which the truth is known, shape (m,); none of a lab's runs")
+    true_angle: np.ndarray = quantity("rad", "the inner leg's angle then, shape (m,)", dimensions=("true_time",))
+
+
+@dataclass(frozen=True)
 class Misses:
     """What fits of other machines' runs miss, whose truth is known as the study made them: the model's discrepancy."""
 
@@ -115,6 +133,7 @@ class Result:
     held_out: tuple[HeldOut, ...] = quantity("-", "runs that were not, explained and foretold")
     misses: Misses = quantity("-", "what fits of runs of further machines miss")
     failed: tuple[Failed, ...] = quantity("-", "runs that could not be fitted or walked")
+    followed: tuple[Followed, ...] = quantity("-", "the first run that was fitted, followed; none if it is lost")
 
     def of_kind(self, kind: str) -> list[FittedRun]:
         """Fits of one kind of robot."""

@@ -23,6 +23,7 @@ from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import covariance_of, information_of
 from stages.calibration.estimation.run_fit import Model, design_sizes, fit_run
+from stages.calibration.following.beside_truth import followed
 from stages.calibration.information.identifiability import (
     SLOPE,
     described,
@@ -69,14 +70,17 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     model = first_model(design, looked_for(design), parameters)
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     found: list[FittedRun | HeldOut | Failed] = []
-    missed: tuple[FittedRun, ...] = ()
+    missed, shown = tuple[FittedRun, ...](), None
     robots = [(kind, recorded(source, kind, design, model, parameters, weights)) for kind, source, weights in sources(
         inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database)]
     for number, (kind, runs) in enumerate(robots):
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
         drawn = drawn_design(parameters, kind)
-        mine = [fitted_run(drawn, one, model) for one in islice(runs, settings.fitted_runs)]
+        given = list(islice(runs, settings.fitted_runs))
+        mine = [fitted_run(drawn, one, model) for one in given]
         fits = [fit for fit in mine if isinstance(fit, FittedRun)]
+        if number == 0 and isinstance(mine[0], FittedRun):
+            shown = followed(drawn, given[0].run, mine[0], model, settings, truths.get(mine[0].name))
         found += mine
         found += [held_out(drawn, fits, one, model, settings.begun_s)
                   for one in islice(runs, settings.held_out_runs if fits else 0)]  # fmt: skip
@@ -89,7 +93,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         np.array([design.value(name) for name in model.shared]), model.own, model.layout.names,
         _judged(found, truths, model.shared), tuple(one for one in found if isinstance(one, HeldOut)),
         _misses_of(missed, design, model),
-        tuple(one for one in found if isinstance(one, Failed)))
+        tuple(one for one in found if isinstance(one, Failed)), () if shown is None else (shown,))
 
 
 def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from stages.analytic.result import Basin, RecordedFamily, Turn
 from stages.biped.accuracy.tolerances import Level
 from stages.calibrated_twin.result import Check, Number, Pair, Robot
-from stages.calibration.result import FittedRun, HeldOut, Trace
+from stages.calibration.result import FittedRun, Followed, HeldOut, Trace
 from stages.comparison.agreement import HipDifference
 from stages.comparison.stride import last_stride
 from stages.drawing import style
@@ -195,7 +195,13 @@ def calibration():
                     np.array([0.0, 0.5, 1.0, 1.5]))
     held = HeldOut("run 02", "with outsole", 0.15, 1.6, 0.02, 1.5e-3, 0.2, 0.03, 0.012, 8e-4, nothing, nothing,
                    fit.hip, fit.foot, fit.strikes)
-    return SimpleNamespace(fits=(fit,), held_out=(held,), not_seen=("not seen: the scale of mass",))
+    angle = 0.3 * np.sin(6.3 * time)
+    strikes = fit.strikes[np.minimum(np.searchsorted(fit.strikes, time), 3)]
+    followed = Followed("run 01", time, angle + 2e-3 * np.sin(20 * time), 2e-3 + 0.0 * time,
+                        strikes + 1e-3 * np.cos(15 * time), 1e-3 + 0.0 * time,
+                        np.column_stack([0.16 + 0.0 * time, 5e-4 + 0.0 * time]), fit.strikes, time, angle)
+    return SimpleNamespace(fits=(fit,), held_out=(held,), not_seen=("not seen: the scale of mass",),
+                           followed=(followed,))  # fmt: skip
 
 
 def calibrated_twin():

@@ -84,9 +84,9 @@ def test_what_is_synthetic_is_called_so(origin, said):
 
 
 def test_without_a_fit_there_is_the_reason_and_no_picture():
-    nothing = {"fits": (), "held_out": (), "failed": (SimpleNamespace(name="run 01", why="it fell"),)}
+    nothing = {"fits": (), "held_out": (), "followed": (), "failed": (SimpleNamespace(name="run 01", why="it fell"),)}
     empty = {"robots": (), "reasons": ("run 01: it fell",), "summary": lambda: "no run could be fitted"}
-    for name in ("calibration_fit", "calibration_held_out", "calibrated_robot"):
+    for name in ("calibration_fit", "calibration_held_out", "calibration_followed", "calibrated_robot"):
         with pytest.raises(NoEvidence, match=r"^no run .*; run 01: it fell$"):
             made_up_figure(name, calibration=SimpleNamespace(**nothing), calibrated_twin=SimpleNamespace(**empty))
 

@@ -34,6 +34,9 @@ TOLERANCE = 1e-9
 SOLVED = 10.0
 #: A usual change of a state, dimensionless.
 USUAL = 0.01
+#: What a model puts wrong in a step's start, in usual changes, where residuals are as large again as noise alone (root
+#: of the sum of squares): of three walks of the twin with the numbers of the model.
+DRIFT = 0.06
 #: What has no prior begins with so many of its usual changes for a standard deviation.
 OPEN = 10.0
 

@@ -18,7 +18,7 @@ from stages.calibration.angles.recording import read_steps
 from stages.calibration.angles.same import read as read_encoders
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import encoders, robot_file
-from stages.calibration.following.follower import Follower
+from stages.calibration.following.follower import DRIFT, Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.stream import Stream, rows_of
 from stages.calibration.following.track import follow
@@ -35,9 +35,6 @@ LEGS = (("stance_leg_angle", "rad"), ("stance_leg_length", "m"), ("leg_opening_a
 STANDS = ("inner", "outer")
 #: Innovations are white unless so few of white ones are like them.
 LEVEL = 0.01
-#: What a model puts wrong in a step's start, in usual changes, where residuals are as large again as noise alone (root
-#: of the sum of squares): of three walks of the twin with the numbers of the model.
-DRIFT = 0.06
 #: Forecasts of heel strikes are held against the measured ones from so long before on, in steps.
 AHEAD = 0.2
 

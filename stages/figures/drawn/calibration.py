@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from stages.calibrated_twin.result import Check, Result, Robot
 from stages.calibration.reports.sensor_picture import by_phase, fit_picture, rms_by_part
-from stages.calibration.result import HALF_WIDTH, FittedRun, HeldOut
+from stages.calibration.result import HALF_WIDTH, FittedRun, Followed, HeldOut
 from stages.calibration.result import Result as Calibration
 from stages.comparison.stride import NoEvidence
 from stages.drawing import style
@@ -139,10 +139,14 @@ def draw_fit(given: Given) -> Figure:
     """The first run that was fitted."""
     calibration: Calibration = given.calibration
     if not calibration.fits:
-        why = [f"{one.name}: {one.why}" for one in calibration.failed]
-        raise NoEvidence("; ".join(["no run could be fitted", *why]))
+        raise NoEvidence("; ".join(["no run could be fitted", *_why(given)]))
     fit = calibration.fits[0]
     return fit_picture({"hip": fit.hip, "foot": fit.foot}, fit.strikes)
+
+
+def _why(given: Given) -> list[str]:
+    """Why runs could not be fitted."""
+    return [f"{one.name}: {one.why}" for one in given.calibration.failed]
 
 
 def caption_fit(given: Given) -> str:
@@ -186,8 +190,7 @@ def _shown(given: Given) -> tuple[HeldOut, bool]:
         for one in given.calibration.held_out:
             if math.isfinite(one.foretold_force) or not predicted:
                 return one, predicted
-    why = [f"{one.name}: {one.why}" for one in given.calibration.failed]
-    raise NoEvidence("; ".join(["no run was held out that the robot found by the others walks", *why]))
+    raise NoEvidence("; ".join(["no run was held out that the robot found by the others walks", *_why(given)]))
 
 
 def caption_held_out(given: Given) -> str:
@@ -207,7 +210,80 @@ def caption_held_out(given: Given) -> str:
     )
 
 
+# What was known of a run after each of its samples, beside what was true.
+
+
+def draw_followed(given: Given) -> Figure:
+    """Above the inner leg's angle with the truth, then their difference in its band; below the next heel strike."""
+    one = _followed(given)
+    figure, (above, middle, below) = plt.subplots(3, 1, figsize=(style.TWO_COLUMNS, 5.4), sharex=True)
+    above.plot(one.true_time, one.true_angle, color=style.MEASURED, linewidth=2.5, label="true")
+    above.plot(one.time, one.angle, color=style.ANALYTIC, linewidth=0.9, label="followed")
+    above.set_ylabel("inner leg's angle [rad]")
+    _band(middle, one.time, 1e3 * _off(one), 1e3 * one.angle_sd, "followed less true")
+    middle.set_ylabel("angle [mrad]")
+    _band(below, one.time, 1e3 * _late(one), 1e3 * one.next_strike_sd, "predicted less measured")
+    below.set(xlabel="time since a heel strike [s]", ylabel="next heel strike [ms]")
+    for axes in (above, middle, below):
+        axes.legend(loc="upper right", ncols=2)
+    style.panel_labels((above, middle, below))
+    return figure
+
+
+def _followed(given: Given) -> Followed:
+    if not given.calibration.followed:
+        raise NoEvidence("; ".join(["no run could be followed", *_why(given)]))
+    one: Followed = given.calibration.followed[0]
+    return one
+
+
+def _band(axes: Axes, time: np.ndarray, off: np.ndarray, sd: np.ndarray, label: str) -> None:
+    """A difference, about which a 95 % interval lies."""
+    half = HALF_WIDTH * sd
+    axes.fill_between(time, -half, half, color=style.SECOND, alpha=0.3, linewidth=0, label="95 %")
+    axes.plot(time, off, color=style.ANALYTIC, linewidth=0.9, label=label)
+    room = 3.0 * float(np.nanmedian(half))
+    axes.set_ylim(-room, room)
+    style.mark_beyond(axes)
+
+
+def _off(one: Followed) -> np.ndarray:
+    """By how much the angle is off (n,), NaN where nobody knows it."""
+    if not len(one.true_time):
+        return np.full(len(one.time), math.nan)
+    return np.asarray(one.angle - np.interp(one.time, one.true_time, one.true_angle, math.nan, math.nan))
+
+
+def _late(one: Followed) -> np.ndarray:
+    """By how much predicted heel strikes are later than the measured ones near them (n,); NaN where there are none."""
+    nearest = np.abs(one.next_strike[:, None] - one.strikes).argmin(axis=1)
+    late = one.next_strike - one.strikes[nearest]
+    return np.where(one.next_strike > one.strikes[-1] + 0.25 * np.diff(one.strikes).mean(), math.nan, late)
+
+
+def caption_followed(given: Given) -> str:
+    one = _followed(given)
+    off, late = _off(one), _late(one)
+    known = late[np.isfinite(late)]
+    inside = np.mean(np.abs(known) <= HALF_WIDTH * one.next_strike_sd[np.isfinite(late)])
+    words = (f"{one.name}, followed with the robot that was found from it: after each sample of the hip, from those "
+             f"until then. Heel strikes are predicted to {1e3 * math.sqrt(np.mean(known**2)):.1f} ms (rms), for "
+             f"{100 * inside:.0f} % of the samples inside their 95 % interval; the step "
+             f"length in the end to {1e3 * HALF_WIDTH * one.step_length[-1, 1]:.1f} mm.")  # fmt: skip
+    if np.isfinite(off).any():
+        words += (f" The inner leg's angle is off by {1e3 * math.sqrt(np.nanmean(off**2)):.1f} mrad (rms), with clocks "
+                  "put together by the heel strikes.")  # fmt: skip
+    return words
+
+
 FIGURES = {
+    "calibration_followed": Entry(
+        "Calibration: a run followed, sample by sample",
+        44,
+        ("calibration",),
+        draw_followed,
+        caption_followed,
+    ),
     "calibrated_robot": Entry(
         "Calibration: the robots that were found",
         42,

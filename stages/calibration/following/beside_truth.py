@@ -1,0 +1,69 @@
+"""A run that was fitted, followed with the robot that it showed: what was known, beside the truth where that is known.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from stages.analytic.errors import StepFailed
+from stages.analytic.gait.design_point import DesignPoint
+from stages.calibration.estimation.run_fit import Model
+from stages.calibration.following.follower import DRIFT, Follower
+from stages.calibration.following.present import Instant
+from stages.calibration.following.robot_file import OF_MOUNTING
+from stages.calibration.following.track import follow
+from stages.calibration.observation.measured_run import MeasuredRun
+from stages.calibration.observation.prediction import predict
+from stages.calibration.parameters import Settings
+from stages.calibration.recordings import FROM
+from stages.calibration.result import FittedRun, Followed
+from stages.campaign.result import RunTruth
+
+#: What each run has of its own may be so far from what was fitted, in shares of it; and the sensors' mounting, with the
+#: bandwidth's logarithm.
+OWN, MOUNTED = 1e-3, (1e-4, 0.01)
+
+
+def followed(
+    design: DesignPoint, run: MeasuredRun, fit: FittedRun, model: Model, settings: Settings, truth: RunTruth | None
+) -> Followed | None:
+    """What was known after each sample of the hip; None where the robot cannot be followed."""
+    layout = model.layout
+    prior, middle = layout.prior.copy(), layout.middle.copy()
+    for name, sd in zip(OF_MOUNTING, MOUNTED, strict=True):
+        place = layout.place(name)
+        prior[place], middle[place] = sd, fit.unknowns[place]
+    forward, up, rate = (fit.wider * noise for noise in model.noise)
+    follower = Follower(
+        model.robot(design, fit.design, fit.own),
+        replace(model, layout=replace(layout, prior=prior, middle=middle), noise=(forward, up, rate)),
+        block_diag(fit.covariance, np.diag(np.square(OWN * fit.own))), settings.settling_s, settings.before_strike_s,
+        settings.after_strike_s, DRIFT * math.sqrt(max(fit.wider**2 - 1.0, 0.0)))  # fmt: skip
+    instants = list[Instant]()
+    with contextlib.suppress(StepFailed):  # as far as it goes
+        instants.extend(follow(follower, run))
+    if not instants:
+        return None
+    entry = [0 if one.leg == 0 else len(one.state) // 4 for one in instants]  # theta, or psi of the leg that swings
+    sign = np.where(np.array(entry) == 0, -1.0, 1.0)
+    angle = sign * [one.state[place] for one, place in zip(instants, entry, strict=True)]
+    error = [math.sqrt(one.covariance[place, place]) for one, place in zip(instants, entry, strict=True)]
+    fitted = predict(follower.design, (), fit.unknowns, layout, run.sampling, model.tolerance).strikes[:, 0]
+    both = min(len(fitted), len(run.strikes) - 1)
+    late = run.strikes[1 : both + 1] - fitted[:both]  # strikes are found later than the model has them
+    true_time, true_angle = np.zeros(0), np.zeros(0)
+    if truth is not None:
+        strikes = truth.heel_strike_time[FROM : FROM + len(run.strikes)]
+        began = float(np.mean(strikes - run.strikes[: len(strikes)]))
+        seen = (truth.leg.time > began + instants[0].time) & (truth.leg.time < began + instants[-1].time)
+        true_time, true_angle = truth.leg.time[seen] - began, truth.leg.angle[seen]
+    return Followed(
+        fit.name, np.array([one.time for one in instants]), np.asarray(angle), np.array(error),
+        np.array([one.strike for one in instants]) + late.mean(),
+        np.hypot([one.strike_sd for one in instants], late.std()),
+        np.array([one.step for one in instants]), run.strikes, true_time, true_angle)  # fmt: skip
