@@ -86,6 +86,9 @@ class Track:
         self._route(sample)
         if sample.side != SIDES[0] or sample.time < self._shown_from:
             return None
+        if sample.time > self._step.ends and self._pushed > -math.inf:
+            self._starts = AFRESH
+            self._again(sample.time)
         if sample.time > self._step.ends:
             raise StepFailed("the robot falls")
         instant = self._step.instant(sample.time + self._ahead)
