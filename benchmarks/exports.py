@@ -19,8 +19,7 @@ import numpy as np
 
 from pipeline.layout import markdown
 from pipeline.parameters.loading import load
-from stages.penalty.settings import Settings
-from stages.penalty.walk import simulate
+from stages.penalty.walk import Settings, simulate
 from stages.twin.exports import mjcf
 from stages.twin.exports.exported import Exported
 from stages.twin.exports.exported import exported as begun

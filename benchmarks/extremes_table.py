@@ -20,11 +20,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from pipeline.cache.artefact import load
+from pipeline.cache.artefact import decode
 from pipeline.parameters import loading
 from stages.drawing import style
 from stages.extremes import warnings as warned
-from stages.extremes.engines import (
+from stages.extremes.parameters import (
     COMPILED,
     COULOMB,
     CRASHED,
@@ -39,8 +39,8 @@ from stages.extremes.engines import (
     TWIN,
     USUAL,
     WRONG,
+    Parameters,
 )
-from stages.extremes.parameters import Parameters
 from stages.extremes.points import points
 from stages.extremes.result import Finding, Result
 from stages.extremes.run import as_result, compile_once, evaluate, in_words
@@ -177,7 +177,7 @@ def main(engine: str | None) -> None:
     """Write the four files. A map that is not full is not kept."""
     if engine is None:
         path, when = ROOT / "results/extremes.h5", measured()
-        result = load(path, Result)
+        result = decode(path.read_bytes(), Result, path.name)
         if result.resolution != "full":
             raise SystemExit(f"{path} holds the {result.resolution} map; the full one is kept")
     else:

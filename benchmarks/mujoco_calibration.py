@@ -157,7 +157,9 @@ class Fits:
 def of_trials(fits: Fits, trials: int) -> list[str]:
     """Errors and coverage of each parameter, as rows of Markdown."""
     stored = ROOT / "results/calibration.h5"
-    told = (artefact.load(stored, Result), stored.name) if stored.exists() else (None, f"{stored.name} is not there")
+    told: tuple[Any, str] = (None, f"{stored.name} is not there")
+    if stored.exists():
+        told = artefact.decode(stored.read_bytes(), Result, stored.name), stored.name
     robots, model = Robots(fits.twin, fits.seed), fits.model
     every = [fits.of(robots, trial) for trial in range(trials)]
     done = [one for one in every if isinstance(one, Fit)]

@@ -16,7 +16,7 @@ import numpy as np
 
 from pipeline.parameters.loading import load
 from pipeline.study import locate
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.walking.walk import build, simulate

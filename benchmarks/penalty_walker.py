@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.study import locate
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.contact_study.parameters import Parameters
 from stages.ground.laws import NORMAL_FORCES
 from stages.multibody.parameters import Settings as ExudynSettings
@@ -27,10 +27,8 @@ from stages.multibody.walking.cycle import SectionWalker, limit_cycle
 from stages.multibody.walking.walk import build
 from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.model.changes import changes_of, names_of
-from stages.penalty.response import changed, responses
-from stages.penalty.settings import Settings
-from stages.penalty.step_map import PenaltyStepper
-from stages.penalty.walk import simulate
+from stages.penalty.step_map import PenaltyStepper, changed, responses
+from stages.penalty.walk import Settings, simulate
 from stages.planar.limit_cycle import gait_near
 from stages.planar.run import rolling_state
 from stages.planar.section import NoLimitCycle, section_numbers

@@ -26,9 +26,9 @@ import numpy as np
 from benchmarks.tradeoff import KEPT, fronts
 from pipeline.cache import artefact
 from pipeline.layout import markdown
-from pipeline.parameters import levels, yaml_text
+from pipeline.parameters import yaml_text
 from pipeline.parameters.loading import load
-from pipeline.parameters.value import shown
+from pipeline.parameters.value import OF_LEVELS, has_levels, shown
 from stages.biped.accuracy.tolerances import LEVELS
 from stages.comparison.result import Result as Comparison
 from stages.extremes.parameters import Parameters
@@ -66,14 +66,14 @@ def settings_rows() -> Iterator[list[str]]:
     """A row for each parameter with a value for each level."""
     for path in sorted((ROOT / "params").glob("*.yaml")):
         for key, entry in yaml_text.read(path, path.name).value.items():
-            if levels.has(entry):
+            if has_levels(entry):
                 about = entry.plain()
-                yield [f"{path.stem}.{key}", *map(shown, about[levels.PART])]
+                yield [f"{path.stem}.{key}", *map(shown, about[OF_LEVELS])]
 
 
 def result(level: str, stage: str, kind: type) -> Any:
     """A stage's result at a level."""
-    return artefact.load(PLACE / level / f"{stage}.h5", kind)
+    return artefact.decode((PLACE / level / f"{stage}.h5").read_bytes(), kind, stage)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -17,8 +17,7 @@ from stages.analytic.derivatives.numbers import changes_of, sensitive_names
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 
 SLOPE, FRICTION = Slope(slope_deg=2.0, gravity=9.81), Friction(static_friction=1.1, dynamic_friction=1.0)
 #: Calls of a round, and rounds.

@@ -32,8 +32,8 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.run import run as run_analytic
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
 from stages.biped.processes import each_in_a_process
+from stages.biped.walk import StanceState
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.estimation.run_fit import fit_run
 from stages.calibration.information.identifiability import first_model

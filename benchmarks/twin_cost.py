@@ -18,16 +18,15 @@ from typing import Any
 import numpy as np
 
 from pipeline.parameters.loading import load
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.multibody.parameters import Parameters as PlanarParameters
 from stages.multibody.walking.walk import build as build_planar
 from stages.multibody.walking.walk import simulate
 from stages.planar.run import rolling_state
-from stages.twin.machine.connectors import ConnectorTree
 from stages.twin.machine.contact import clearances
 from stages.twin.machine.machine import build
-from stages.twin.machine.tree import SpatialTree
+from stages.twin.machine.tree import ConnectorTree, SpatialTree
 from stages.twin.parameters import Parameters
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 

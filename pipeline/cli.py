@@ -126,43 +126,44 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     sys.unraisablehook = _unraisable
     processor.take()
     out = sys.stdout
-    sentences: tuple[str, ...] = ()
+    code, sentences = 0, tuple[str, ...]()
     try:
-        code = cli.main(args=arguments, prog_name="bipedstudy", standalone_mode=False)
-        code = code if isinstance(code, int) else 0
+        answer = cli.main(args=arguments, prog_name="bipedstudy", standalone_mode=False)
+        code = answer if isinstance(answer, int) else 0
         sys.stdout.flush()
-    except StudyError as error:
-        sentences, code = error.sentences, error.exit_code
-    except click.exceptions.Exit as error:
-        code = error.exit_code
-    except click.exceptions.NoArgsIsHelpError as error:
-        error.show()
-        code = error.exit_code
-    except click.UsageError as error:
-        where = error.ctx.command_path if error.ctx else "bipedstudy"
-        sentences, code = (f"{error.format_message().rstrip('.')} (see {where} --help)",), BAD_INPUT
-    except click.ClickException as error:
-        sentences, code = (error.format_message(),), BAD_INPUT
-    except (KeyboardInterrupt, click.Abort):
-        sentences, code = (_STOPPED,), Stopped.exit_code
     except SystemExit:
         if sys.stdout is out:
             raise
         code = _NOBODY_READS  # click met a closed pipe, and put streams there that pass over it
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        code = _NOBODY_READS
-    except OSError as error:
-        sentences, code = (f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}",), FAILED
-    except Exception as error:
-        if _arrived:  # raised in a function that a library calls back, which passes over it and fails by itself
-            sentences, code = (_STOPPED,), Stopped.exit_code
-        else:
-            sentences, code = (f"unexpected {type(error).__name__}: {error}; {_account()}",), FAILED
+    except (Exception, KeyboardInterrupt) as error:
+        code, sentences = _ending(error)
     with contextlib.suppress(OSError):
         for sentence in sentences:
             print(f"error: {sentence}", file=sys.stderr)
     sys.exit(code)
+
+
+def _ending(error: BaseException) -> tuple[int, tuple[str, ...]]:
+    """How a command ends by what it raised: the exit code, and what is said."""
+    if isinstance(error, StudyError):
+        return error.exit_code, error.sentences
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        error.show()
+    if isinstance(error, (click.exceptions.Exit, click.exceptions.NoArgsIsHelpError)):
+        return error.exit_code, ()
+    if isinstance(error, click.UsageError):
+        where = error.ctx.command_path if error.ctx else "bipedstudy"
+        return BAD_INPUT, (f"{error.format_message().rstrip('.')} (see {where} --help)",)
+    if isinstance(error, click.ClickException):
+        return BAD_INPUT, (error.format_message(),)
+    if isinstance(error, BrokenPipeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return _NOBODY_READS, ()
+    if isinstance(error, OSError):
+        return FAILED, (f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}",)
+    if _arrived or isinstance(error, (KeyboardInterrupt, click.Abort)):
+        return Stopped.exit_code, (_STOPPED,)  # or in a function that a library calls back, which fails by itself
+    return FAILED, (f"unexpected {type(error).__name__}: {error}; {_account()}",)
 
 
 def _account() -> str:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
+from functools import partial
+from operator import attrgetter
 from typing import Any
 
 import click
@@ -42,11 +44,15 @@ def _figures(study: Study) -> list[str]:
     return sorted(path.stem for path in (study.results / "figures").iterdir() if not path.name.startswith("."))
 
 
-stages = _completer(lambda study: study.graph.stages)
+def _claims(study: Study) -> list[str]:
+    return _CLAIM.findall((study.results / "claims.yaml").read_text(encoding="utf-8"))
+
+
+stages = _completer(attrgetter("graph.stages"))
 parameters = _completer(_parameters)
-settings = _completer(lambda study: _parameters(study, "="))
+settings = _completer(partial(_parameters, ending="="))
 figures = _completer(_figures)
-claims = _completer(lambda study: _CLAIM.findall((study.results / "claims.yaml").read_text(encoding="utf-8")))
+claims = _completer(_claims)
 
 
 def files(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:

@@ -43,26 +43,28 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> Iterator[str
 
     Where the first column alone does not tell the rows apart and the second does, both stand again.
     """
-    heads = [str(column) for column in columns]
-    cells = [[short(cell) for cell in row] for row in rows]
-    body = [[row[index] for row in cells] for index in range(len(heads))]
-    numbers = [all(_NUMBER.fullmatch(cell) for cell in column) and any(column) for column in body]
-    natural = [max(map(len, [head, *column])) for head, column in zip(heads, body)]
-    least = [_least(head, column, number) for head, column, number in zip(heads, body, numbers)]
-    together = len(heads) > 2 and len(set(body[0])) < len(cells) and len(set(zip(*body[:2]))) == len(cells)
-    room = width() - _GAP
+    body = [[str(head), *(short(row[index]) for row in rows)] for index, head in enumerate(columns)]
+    least, room = [_least(*column) for column in body], width() - _GAP
+    pairs = {*zip(*(column[1:] for column in body[:2]))}
+    together = len(body) > 2 and len({*body[0][1:]}) < len(rows) == len(pairs)
     for number, panel in enumerate(_panels(least, 2 if together else 1, room)):
         if number:
             yield ""
-        sizes = _shared([natural[index] for index in panel], [least[index] for index in panel], room)
-        for row in (heads, *cells):
-            yield from _row([row[index] for index in panel], sizes, [numbers[index] for index in panel])
+        shown = [body[index] for index in panel]
+        sizes = _shared([max(map(len, column)) for column in shown], [least[index] for index in panel], room)
+        for row in zip(*shown):
+            yield from _row(row, sizes, [_are_numbers(column[1:]) for column in shown])
 
 
-def _least(head: str, column: Sequence[str], is_number: bool) -> int:
+def _least(head: str, *cells: str) -> int:
     """The smallest width of a column: numbers stand whole, words fold to what can be read."""
-    whole = max(map(len, column), default=0)
-    return max(_longest_word([head]), whole if is_number else max(_longest_word(column), min(_READABLE, whole)))
+    whole = max(map(len, cells), default=0)
+    words = max(_longest_word(cells), min(_READABLE, whole))
+    return max(_longest_word([head]), whole if _are_numbers(cells) else words)
+
+
+def _are_numbers(cells: Sequence[str]) -> bool:
+    return any(cells) and all(map(_NUMBER.fullmatch, cells))
 
 
 def titled(title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:

@@ -18,10 +18,19 @@ from pipeline.cache.sources import Sources, beside
 from pipeline.cache.store import Store
 from pipeline.errors import Declined, StudyError
 from pipeline.graph import Graph, Stage
-from pipeline.home import DISTRIBUTION, check_one_program, face, home
+from pipeline.home import (
+    DISTRIBUTION,
+    check_one_program,
+    face,
+    home,
+    home_of,
+    importable,
+    result_class,
+    stage_module,
+    study_attributes,
+)
 from pipeline.parameters import loading
 from pipeline.parameters.value import declared
-from pipeline.stage_modules import home_of, importable, result_class, stage_module, study_attributes
 
 
 @dataclass(frozen=True)
@@ -64,9 +73,9 @@ class Study:
         listed = {PurePath(path).parts[0] for stage in self.graph.stages.values() for path in stage.code}
         home = home_of(self.package, self.root if self.package in listed else None)
         if self.found and trust.check(self.root, self.package, home == self.root):
-            from pipeline.execution import confined
+            from pipeline.room import confine
 
-            confined.enter_alone(self.root, self.results, self.package)
+            confine.enter_alone(self.root, self.results, self.package)
         return home
 
     @cached_property
@@ -109,7 +118,7 @@ class Study:
 
     @cached_property
     def requests(self) -> tuple[ModuleType, ...]:
-        """Options that ask something of stages, as these declare them in modules `request`; see `pipeline.requests`."""
+        """What may be asked of several stages, declared in their modules `request`; see `pipeline.commands.options`."""
         return self.offered("request")
 
     def offered(self, name: str) -> tuple[ModuleType, ...]:
@@ -143,8 +152,13 @@ class Study:
 
         place = self.there(self.graph.stage(stage).artefact, made_by)
         importable(self.package, self.code_root)
-        reading.vetted(place, shown(place))
-        return artefact.load(place, result_class(self.package, stage))
+        return artefact.decode(reading.vetted(place, shown(place)), result_class(self.package, stage), str(place))
+
+    def provenance(self, place: Path) -> dict[str, str]:
+        """What the artefact at `place` says of its making. Raises `StudyError` for what is none."""
+        from pipeline.cache import artefact  # with h5py, which takes its time
+
+        return artefact.provenance(disk.content(place, shown(place)), shown(place))
 
     def named_files(self, values: Any) -> dict[str, tuple[str, str]]:
         """Files that a stage's parameters name: key -> (file, its SHA-256). Raises `StudyError` for a missing one."""
@@ -152,7 +166,7 @@ class Study:
         for key, (section, name) in loading.files(values).items():
             path = (self.recordings or self.root) / name
             where = f"{shown(self.params)}/{section}.yaml: {key} = {json.dumps(name)}"
-            found[key] = str(path), disk.Digests(self.store.folder / "digests.json").digest(path, where)
+            found[key] = str(path), disk.remembered_digest(path, where, self.store.folder / "digests.json")
         return found
 
     def module(self, stage: str, name: str) -> ModuleType | None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.machinery import all_suffixes
 from pathlib import Path
 
@@ -44,20 +44,19 @@ def check(root: Path, package: str, has_code: bool) -> bool:
     if root == engine() or not (theirs or has_code):
         return False
     files = sorted(_code(root, package))
-    folders = (path.parent for path in files)
-    own = _HAS_OWNERS and not theirs and not _others([*files, *folders]) and not any(map(_was_brought, files))
+    own = not theirs and _are_own(files)
     rows, folder = _rows(), {"folder": str(root), "content": ""}
     if own and folder in rows:
         return False
     as_it_is = {"folder": str(root), "content": content(root, files)}
-    if as_it_is in rows or as_it_is["content"] in os.environ.get(VARIABLE, "").split():
-        return not own and _is_command
-    if not _agrees:
+    agreed = as_it_is in rows or as_it_is["content"] in os.environ.get(VARIABLE, "").split()
+    if not agreed and not _agrees:
         why = f"belongs to {theirs}, not to you" if theirs else "has code of its own"
         raise StudyError(f"{root} {why}, and what lies there would run as you: look at it, then agree once with "
                          f"{DISTRIBUTION} --trust before your command, or by {VARIABLE}={as_it_is['content']}")
-    _keep([*rows, folder if own else as_it_is])
-    print(f"note: agreed to {root}{'' if own else ' as it is now'}", file=sys.stderr)
+    if not agreed:
+        _keep([*rows, folder if own else as_it_is])
+        print(f"note: agreed to {root}{'' if own else ' as it is now'}", file=sys.stderr)
     return not own and _is_command
 
 
@@ -116,10 +115,13 @@ def _others(places: Iterable[Path]) -> str:
         return f"user {owner}"
 
 
-def _was_brought(path: Path) -> bool:
-    """Whether a file has an older text than place: an archive keeps the times of its files, writing one does not."""
-    found = path.stat()
-    return found.st_ctime - found.st_mtime > _BROUGHT_S
+def _are_own(files: Sequence[Path]) -> bool:
+    """Whether files and their folders are the user's, and none was brought: an archive keeps the times of its files'
+    texts, so that a file from one has an older text than place.
+    """
+    times = [path.stat() for path in files]
+    brought = any(found.st_ctime - found.st_mtime > _BROUGHT_S for found in times)
+    return _HAS_OWNERS and not brought and not _others([*files, *(path.parent for path in files)])
 
 
 def place() -> Path:

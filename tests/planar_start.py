@@ -3,7 +3,7 @@
 import pytest
 
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.planar.run import rolling_state

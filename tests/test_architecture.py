@@ -16,9 +16,9 @@ from pipeline.cache import fingerprint
 from pipeline.cache.sources import Sources, beside
 from pipeline.execution.fork_server import foreign
 from pipeline.execution.inputs import disagreements
+from pipeline.home import stage_module
 from pipeline.parameters import loading, yaml_text
 from pipeline.parameters.value import declared
-from pipeline.stage_modules import stage_module
 from pipeline.study import Study
 from stages.figures.drawn import NAMES
 from tests.pipeline.toy import written

@@ -22,7 +22,6 @@ import io
 import re
 import typing
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any, TypeVar
 
 import h5py
@@ -102,17 +101,23 @@ def _errors(file: Any, looser: Any) -> dict[str, float]:
     """
     with in_memory(looser, LOOSER) as other:
         found = dict(differences(file, other))
-    beside: dict[tuple[str, str], float] = {}
     groups = {path: (path.rpartition("/")[0], str(file[path].attrs.get("units", ""))) for path in found}
-    for path, error in found.items():
-        beside[groups[path]] = max(error, beside.get(groups[path], 0.0))
+    beside = _largest(found, groups)
     found = {path: max(error, SHARED * beside[groups[path]]) for path, error in found.items()}
-    alike: dict[str, float] = {}
+    every: dict[str, Any] = {}
+    file.visititems(every.__setitem__)
+    columns = {path: _ROW.sub("/*/", path) for path in every}
+    alike = _largest(found, columns)
+    return found | {path: alike[columns[path]] for path, item in every.items()
+                    if path not in found and is_of_floats(item) and columns[path] in alike}  # fmt: skip
+
+
+def _largest(found: Mapping[str, float], groups: Mapping[str, T]) -> dict[T, float]:
+    """The largest number of each group."""
+    largest: dict[T, float] = {}
     for path, error in found.items():
-        alike[_ROW.sub("/*/", path)] = max(error, alike.get(_ROW.sub("/*/", path), 0.0))
-    rest: list[str] = []
-    file.visititems(lambda path, item: rest.append(path) if is_of_floats(item) and path not in found else None)
-    return found | {path: alike[_ROW.sub("/*/", path)] for path in rest if _ROW.sub("/*/", path) in alike}
+        largest[groups[path]] = max(error, largest.get(groups[path], 0.0))
+    return largest
 
 
 @contextlib.contextmanager
@@ -153,15 +158,6 @@ def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
             raise ArtefactError(f"{name}: its fields do not fit this version of the study ({reason})") from None
-
-
-def load(path: Path, cls: type[T]) -> T:
-    """Read the artefact at `path` as class `cls`. Raises `ArtefactError` for a truncated or foreign file."""
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise ArtefactError(f"{path}: cannot be read: {error.strerror}") from None
-    return decode(content, cls, str(path))
 
 
 def provenance(content: bytes, name: str, older: bool = False) -> dict[str, str]:

@@ -12,6 +12,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from operator import attrgetter
 from pathlib import Path
 
 from pipeline.cache.store import Store
@@ -96,7 +97,8 @@ def stored(store: Store) -> list[Stored]:
             entry = store.entry(folder.name)
             found.append(Stored(folder, entry.stage if entry else None, folder.name in current,
                                 now - manifest.stat().st_mtime, size_of(folder)))  # fmt: skip
-    return sorted(found, key=lambda one: (not one.current, one.seconds))
+    newest_first = sorted(found, key=attrgetter("seconds"))
+    return sorted(newest_first, key=attrgetter("current"), reverse=True)
 
 
 def beyond(store: Store, bounds: Bounds) -> list[Stored]:

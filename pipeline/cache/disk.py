@@ -74,20 +74,9 @@ def read(path: Path, largest: float = math.inf) -> bytes | None:
     """The file's content; None if there is none, or a folder, pipe or device, or one of more than `largest` bytes."""
     try:
         found = path.stat()
-        with _naming(path):
-            return path.read_bytes() if stat.S_ISREG(found.st_mode) and found.st_size <= largest else None
+        return b"".join(blocks(path)) if stat.S_ISREG(found.st_mode) and found.st_size <= largest else None
     except (FileNotFoundError, NotADirectoryError):
         return None
-
-
-@contextlib.contextmanager
-def _naming(path: Path) -> Iterator[None]:
-    """Errors name the file that is read, which the system leaves out of those of an open one."""
-    try:
-        yield
-    except OSError as error:
-        error.filename = error.filename or str(path)
-        raise
 
 
 def opened_at_end(path: Path) -> IO[bytes]:
@@ -144,16 +133,25 @@ _WORTH_REMEMBERING = 32_000_000
 _IN_DOUBT_S = 2.0
 
 
-def check(path: Path, where: str, largest: int | None = None) -> os.stat_result:
-    """The file's status. Raises `StudyError` unless it is a regular file of at most `largest` bytes."""
+@contextlib.contextmanager
+def readable(where: str) -> Iterator[None]:
+    """Errors of reading a file become `StudyError`, a sentence on it as messages call it."""
     try:
-        found = path.stat()
+        yield
     except FileNotFoundError:
         raise StudyError(f"{where}: there is no such file") from None
+    except UnicodeDecodeError:
+        raise StudyError(f"{where}: not a text file in UTF-8") from None
     except ValueError:
         raise StudyError(f"{where}: no file can have this name") from None
     except OSError as error:
         raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
+
+
+def check(path: Path, where: str, largest: int | None = None) -> os.stat_result:
+    """The file's status. Raises `StudyError` unless it is a regular file of at most `largest` bytes."""
+    with readable(where):
+        found = path.stat()
     if no_file := _no_file(found):
         raise StudyError(f"{where}: is {no_file}, not a file")
     if largest is not None and found.st_size > largest:
@@ -184,17 +182,19 @@ def _no_file(found: os.stat_result) -> str:
 def content(path: Path, where: str) -> bytes:
     """The bytes of an artefact. Raises `StudyError` unless it is a regular file of sensible size that can be read."""
     check(path, where, ARTEFACT)
-    try:
+    with readable(where):
         return path.read_bytes()
-    except OSError as error:
-        raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
 
 
 def blocks(path: Path) -> Iterator[bytes]:
-    """The content of a file, part by part."""
-    with _naming(path), open(path, "rb") as file:
-        while block := file.read(_BLOCK):
-            yield block
+    """The content of a file, part by part. Errors name it, which the system leaves out of those of an open file."""
+    try:
+        with open(path, "rb") as file:
+            while block := file.read(_BLOCK):
+                yield block
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise
 
 
 def file_digest(path: Path) -> str:
@@ -217,30 +217,24 @@ def _mark(found: os.stat_result) -> list[int]:
     return [found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino]
 
 
-class Digests:
-    """Digests of files from outside; those of large files are kept in `memo`, which vouches for itself."""
+def remembered_digest(path: Path, where: str, memo: Path) -> str:
+    """SHA-256 of a file from outside; that of a large one is kept in `memo`, which vouches for itself.
 
-    def __init__(self, memo: Path) -> None:
-        self._memo = memo
-
-    def digest(self, path: Path, where: str) -> str:
-        """SHA-256 of the file. Raises `StudyError` if it is no regular file or cannot be read."""
-        found = check(path, where)
-        try:
-            if found.st_size < _WORTH_REMEMBERING:
-                return file_digest(path)
-            name, mark = str(path.resolve()), _mark(found)
-            stored = read_sealed(self._memo)
-            known: dict[str, Any] = stored if isinstance(stored, dict) else {}
-            if known.get(name, [None])[0] == mark:
-                return str(known[name][1])
-            value = file_digest(path)
-        except OSError as error:
-            raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
-        if time.time() - max(found.st_mtime, found.st_ctime) > _IN_DOUBT_S and _mark(path.stat()) == mark:
-            with contextlib.suppress(OSError):
-                write_sealed(self._memo, {**known, name: [mark, value]})
-        return value
+    Raises `StudyError` if it is no regular file or cannot be read.
+    """
+    found = check(path, where)
+    name, mark = str(path.resolve()), _mark(found)
+    stored = read_sealed(memo) if found.st_size >= _WORTH_REMEMBERING else None
+    known: dict[str, Any] = stored if isinstance(stored, dict) else {}
+    if known.get(name, [None])[0] == mark:
+        return str(known[name][1])
+    with readable(where):
+        value = file_digest(path)
+    lasts = time.time() - max(found.st_mtime, found.st_ctime) > _IN_DOUBT_S
+    if found.st_size >= _WORTH_REMEMBERING and lasts and _mark(path.stat()) == mark:
+        with contextlib.suppress(OSError):
+            write_sealed(memo, {**known, name: [mark, value]})
+    return value
 
 
 _FAR = 1 << 30  # Windows locks bytes: one far behind the text, so that the holder's name stays readable
@@ -266,15 +260,13 @@ def locked(folder: Path, name: str, command: str, wait: bool, waiting: Callable[
             f"{name}: cannot be written ({error.strerror}); choose another folder with --results"
         ) from None
     with file:
-        announced = False
-        while not free(file, name):
+        if not free(file, name):
             sentence = f"{name} is in use by {_holder(path)}"
             if not wait:
                 raise StudyError(f"{sentence}; wait for it with --wait, or choose another folder with --results")
-            if not announced:
-                waiting(f"{sentence}; waiting")
-                announced = True
-            time.sleep(0.1)
+            waiting(f"{sentence}; waiting")
+            while not free(file, name):
+                time.sleep(0.1)
         with contextlib.suppress(OSError):
             holder = {"pid": os.getpid(), "command": command, "since": time.strftime("%Y-%m-%d %H:%M:%S")}
             file.truncate(0)

@@ -84,7 +84,7 @@ Ingredients = dict[str, Any]
 #: The attribute of an artefact that has all of them, as JSON.
 INGREDIENTS = "ingredients"
 _HERE = Path(__file__).parent
-WRITER = (_HERE / "artefact.py", _HERE / "hdf5.py", _HERE / "differences.py", _HERE.parent / "parameters/looser.py")
+WRITER = (_HERE / "artefact.py", _HERE / "hdf5.py", _HERE / "differences.py")
 
 
 def ingredients(

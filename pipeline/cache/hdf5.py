@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import types
 import typing
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -16,6 +15,8 @@ from typing import Any
 
 import h5py
 import numpy as np
+
+from pipeline.parameters.value import present
 
 #: Attribute of a group that is a table: the number of its rows.
 ROWS = "rows"
@@ -269,24 +270,29 @@ def _read(group: Any, name: str, kind: Any, count: int | None) -> Any:
         return [_read(group[str(index)], name, kind, None) for index in range(count)]
     item, kind = group[name], present(kind)
     if not hasattr(item, "shape"):
-        if dataclasses.is_dataclass(kind):
-            return read_fields(item, kind, count)
-        if row := row_class(kind):
-            size = int(item.attrs[ROWS])
-            return tuple(read_fields(item, row, size) if size else ())
-        if not is_mapping(kind):
-            raise TypeError(f"{item.name} is a group")
-        parts = {key: _read(item, key, part_kind(kind), count) for key in members_of(item)}
-        return parts if count is None else _rows(parts, count)
+        return _read_group(item, kind, count)
     none = {*item.attrs.get(NONE, ())}
-    if count is None and not none and (dataclasses.is_dataclass(kind) or row_class(kind) or is_mapping(kind)):
-        raise TypeError(f"{item.name} is no group")
     if count is None:
+        if not none and (dataclasses.is_dataclass(kind) or row_class(kind) or is_mapping(kind)):
+            raise TypeError(f"{item.name} is no group")
         return None if none else of_kind(read(item), kind)
     value = read(item)
     if len(value) != count:
         raise ValueError(f"{item.name} has {len(value)} rows, not {count}")
     return [None if index in none else of_kind(cell, kind) for index, cell in enumerate(value)]
+
+
+def _read_group(group: Any, kind: Any, count: int | None) -> Any:
+    """The same of a field that is a dataclass, a table or a mapping."""
+    if dataclasses.is_dataclass(kind):
+        return read_fields(group, kind, count)
+    if row := row_class(kind):
+        size = int(group.attrs[ROWS])
+        return tuple(read_fields(group, row, size) if size else ())
+    if not is_mapping(kind):
+        raise TypeError(f"{group.name} is a group")
+    parts = {key: _read(group, key, part_kind(kind), count) for key in members_of(group)}
+    return parts if count is None else _rows(parts, count)
 
 
 def read(item: Any) -> Any:
@@ -310,13 +316,6 @@ def of_kind(value: Any, kind: Any) -> Any:
     if typing.get_origin(kind) is tuple:
         return tuple(typing.get_args(kind)[0](part) for part in plain)
     return kind(plain) if kind in (float, int, bool, str) else plain
-
-
-def present(kind: Any) -> Any:
-    """The type of a field where it has a value: `float` of `float | None`."""
-    if typing.get_origin(kind) in (typing.Union, types.UnionType):
-        return next(option for option in typing.get_args(kind) if option is not type(None))
-    return kind
 
 
 def row_class(kind: Any) -> Any:

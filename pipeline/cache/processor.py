@@ -78,8 +78,5 @@ def _instructions() -> str:
 
 
 def _flags() -> set[str]:
-    return set(next((line for line in _described() if line.startswith("flags")), "").split())
-
-
-def _described() -> list[str]:
-    return Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    described = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    return set(next((line for line in described if line.startswith("flags")), "").split())

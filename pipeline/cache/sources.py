@@ -214,13 +214,10 @@ class Sources:
             needs.update(with_parents(target))
             init = self.file(target) if names else None
             if init is not None and init.endswith("/__init__.py"):  # in case the names are modules
-                inner = self._modules_beside(init) if "*" in names else names
+                beside = (self.code_root / init).parent.iterdir() if "*" in names else ()
+                inner = [path.stem for path in beside if path.name != "__init__.py"] or names
                 needs.update(f"{target}.{each}" for each in inner)
         return _Module(file, meaning.tree, frozenset(needs), frozenset(foreign))
-
-    def _modules_beside(self, init: str) -> tuple[str, ...]:
-        """Names that may be modules of a package."""
-        return tuple(path.stem for path in (self.code_root / init).parent.iterdir() if path.name != "__init__.py")
 
     def _beside(self, folder: str) -> dict[str, str]:
         """Files of a folder that are not Python, with their digests."""

@@ -224,7 +224,8 @@ def _claims(before: Path, after: Path, unread: list[str]) -> list[Row]:
         if (was, words) != (now, new_words):
             found.append({"id": key, "before": was, "after": now, "measured_before": words,
                           "measured_after": new_words})  # fmt: skip
-    return sorted(found, key=lambda row: row["before"] == row["after"])
+    turned = [row for row in found if row["before"] != row["after"]]
+    return [*turned, *(row for row in found if row not in turned)]
 
 
 def _judged(path: Path) -> dict[str, tuple[str, str]]:

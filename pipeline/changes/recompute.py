@@ -25,7 +25,9 @@ from pipeline.changes.command import results_of
 from pipeline.commands import options
 from pipeline.commands.show import check_links
 from pipeline.errors import ANSWER, StageFailed, StudyError
-from pipeline.package import archive
+from pipeline.execution.display import Display
+from pipeline.execution.executor import bring_up_to_date
+from pipeline.package.command import unpacked
 from pipeline.parameters import loading
 from pipeline.study import Study, shown
 
@@ -59,8 +61,8 @@ def recompute(study: Study, theirs: Path, share: float, seed: int | None, record
     differs.
     """
     seed = random.SystemRandom().randrange(1 << 31) if seed is None else seed
-    with archive.opened(theirs) as unpacked:
-        folder = results_of(unpacked)
+    with unpacked(theirs) as place:
+        folder = results_of(place)
         found = held(study, folder, (recordings or folder.resolve().parent).absolute(), share, seed, jobs)
         found["results"] = shown(theirs)
     form.give(_lines(found), found)
@@ -156,9 +158,6 @@ def _follows(cls: type, plain: Plain, file: str, key: str) -> bool:
 
 def _computed(mine: Study, values: Mapping[str, Any], jobs: int | None) -> str:
     """Compute stages in a folder of their own; what failed, in a sentence."""
-    from pipeline.execution.display import Display
-    from pipeline.execution.executor import bring_up_to_date
-
     for files in map(mine.named_files, values.values()):
         for place, _ in files.values():
             if mine.recordings is not None and not Path(place).resolve().is_relative_to(mine.recordings.resolve()):
@@ -212,8 +211,8 @@ def apart(theirs: bytes, recomputed: bytes, name: str, exactly: bool) -> Iterato
 
 def _items(file: Any, skipped: Sequence[str]) -> dict[str, Any]:
     found = {"": file}
-    file.visititems(lambda path, item: found.__setitem__(path, item) if path.split("/")[0] not in skipped else None)
-    return found
+    file.visititems(found.__setitem__)
+    return {path: item for path, item in found.items() if path.split("/")[0] not in skipped}
 
 
 def _attributes(path: str, here: Any, there: Any) -> Iterator[Row]:

@@ -1,8 +1,13 @@
-"""`bipedstudy claims`: what the study's sources claim, what is measured, the verdict and its cause."""
+"""`bipedstudy claims`: what the study's sources claim, what is measured, the verdict and its cause.
+
+Beside them stands what results/proof.json says, a proof of the study's design. A file can say anything: that a proof
+was made or checked here is known by its digest, which is kept where the user's agreements are, not among the results.
+"""
 
 from __future__ import annotations
 
 import functools
+import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
@@ -11,12 +16,13 @@ from typing import Any
 
 import click
 
-from pipeline import completion, layout, proofs
+from pipeline import completion, layout, trust
 from pipeline.cache import disk
 from pipeline.commands import options, status
 from pipeline.errors import StudyError
-from pipeline.graph import CAPTIONS, CLAIMS
-from pipeline.parameters import levels, yaml_text
+from pipeline.graph import CAPTIONS, CLAIMS, PROOF
+from pipeline.parameters import yaml_text
+from pipeline.parameters.value import DEFAULT_LEVEL
 from pipeline.study import Study, shown
 
 #: What a verdict may be; "holds if" is completed by a condition. Then how several are counted, and how they look.
@@ -31,6 +37,9 @@ VERDICTS = {
 #: Columns of the printed sentences: no more, however wide the terminal, so that they can be read.
 _WIDEST = 100
 _INDENT = 12
+UNCHECKED = "a proof file says so, not checked here"
+#: What a page says of any proof.
+MEANS = f"results/{PROOF}: exists, is alone in a ball, stable or not, as a theorem."
 
 
 @dataclass(frozen=True)
@@ -83,7 +92,7 @@ class Claims:
     claims: list[Claim] = field(default_factory=list)
     headlines: list[str] = field(default_factory=list)
     tables: list[dict[str, Any]] = field(default_factory=list)
-    level: str = levels.DEFAULT
+    level: str = DEFAULT_LEVEL
 
     def key(self) -> list[tuple[str, str]]:
         """The verdicts that occur, counted, in words, and how each looks."""
@@ -93,7 +102,7 @@ class Claims:
     def counted(self) -> str:
         """The verdicts that occur, counted, in words."""
         many = [words for words, _ in self.key()]
-        at = "" if self.level == levels.DEFAULT else f" at accuracy {self.level}"
+        at = "" if self.level == DEFAULT_LEVEL else f" at accuracy {self.level}"
         return f"{len(self.claims)} claims{at}: {', '.join(many)}."
 
 
@@ -177,14 +186,14 @@ def read(study: Study) -> Claims:
     plain = yaml_text.read(path, shown(path)).plain()
     try:
         found = Claims([Claim(**claim) for claim in plain["claims"]], plain["headlines"], plain["tables"],
-                       plain.get("level", levels.DEFAULT))  # fmt: skip
+                       plain.get("level", DEFAULT_LEVEL))  # fmt: skip
     except (TypeError, KeyError):
         raise StudyError(f"{shown(path)}: not the claims of this version; make them anew with: bipedstudy run "
                          "comparison") from None  # fmt: skip
     for claim in found.claims:
         if claim.verdict not in VERDICTS:
             raise StudyError(f"{shown(path)}: claim {claim.id}: the verdict must be one of {', '.join(VERDICTS)}")
-    said = proofs.said(study)
+    said = proven(study)
     for place, claim in enumerate(found.claims):
         if words := said.get(claim.id):
             beside = f"{claim.beside}; {words}" if claim.beside else words
@@ -196,3 +205,29 @@ def read(study: Study) -> Claims:
             if claim.id in figure.get("claims", ()):
                 claim.figures.append(figure["name"])
     return found
+
+
+def keep_proof(study: Study, content: bytes) -> None:
+    """Put a proof beside the results, as one that was made or checked here."""
+    disk.write(study.results / PROOF, content)
+    trust.vouch(study.root, disk.digest(content))
+
+
+def proven(study: Study) -> dict[str, str]:
+    """Claim -> what a proof says of it, if it is of the very parameters that the claims' results were made with.
+
+    A study without a stage of claims has none. The proof's keys are names of parameter files, with values, and `says`.
+    """
+    content = disk.read(study.results / PROOF, disk.MEMO)
+    maker = [stage.name for stage in study.graph.stages.values() if CLAIMS in stage.outs]
+    entry = study.store.current(*maker) if maker else None
+    if content is None or entry is None:
+        return {}
+    try:
+        plain, used = json.loads(content), entry.ingredients["parameters"]
+        of = [used[file][key] == value for file in used if file in plain for key, value in plain[file].items()]
+        says = {str(claim): str(words) for claim, words in plain["says"].items()} if of and all(of) else {}
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return {}
+    here = trust.vouched(study.root, disk.digest(content))
+    return {claim: words if here else UNCHECKED for claim, words in says.items()}

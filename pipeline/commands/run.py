@@ -20,12 +20,14 @@ from pipeline.commands import house, options
 from pipeline.commands.status import survey
 from pipeline.errors import ANSWER, Declined, StageFailed, StudyError
 from pipeline.execution import display
-from pipeline.parameters import levels, loading
+from pipeline.execution.executor import FAILING, Outcome, Planner, State, bring_up_to_date
+from pipeline.execution.process import get_ready
+from pipeline.parameters import loading
+from pipeline.parameters.value import LEVEL_FILE, LEVEL_KEY, LEVELS
 from pipeline.study import Study, shown
-from pipeline.sweep import cluster_options
+from pipeline.sweep import cluster as clusters
 
 if TYPE_CHECKING:
-    from pipeline.execution.executor import Outcome
     from pipeline.sweep.sweep import Summary
 
 #: Follows once stages were computed, given why which of them failed; it returns the file it wrote, if any.
@@ -81,30 +83,23 @@ def _bring(
 
     `afterwards` follows under the same lock. Raises `StageFailed` after it where a stage said no or failed.
     """
-    if not dry_run and any(study.store.current(name) is None for name in names):
-        from pipeline.execution.process import get_ready
-
+    if not dry_run and None in map(study.store.current, names):
         get_ready()
     values, limits = study.parameters(names), bounds.read(study.root)
-    for sentence in study.warnings(values):
-        click.echo(f"warning: {sentence}", err=True)
+    options.warn(study, values)
     if dry_run:
         survey(study, values, form, frozenset(forced))
         return []
-    from pipeline.execution.executor import Planner, State, bring_up_to_date
-
     began, shows = time.perf_counter(), display.for_terminal(verbose, form.as_json)
     failed: StageFailed | None = None
     try:
         with disk.locked(study.results, shown(study.results), _typed(), wait, shows.note):
-            outcomes, failed, written = _compute(study, values, forced, jobs or os.cpu_count() or 1, shows, afterwards)
-            if written is not None and form.is_text:
-                click.echo(f"{written.stem:<13} written             {shown(written)}")
+            outcomes, failed = _compute(study, values, forced, jobs or os.cpu_count() or 1, form, shows, afterwards)
             bounds.hold(study.store, limits, shows.note)
             if any(outcome.how == "computed" for outcome in outcomes):
                 _say_if_large(study, shows)
     except disk.NotWritable:
-        if forced or any(item.state is not State.CURRENT for item in Planner(study, values).survey(names)):
+        if forced or {item.state for item in Planner(study, values).survey(names)} - {State.CURRENT}:
             raise
         outcomes = bring_up_to_date(study, values, shows)  # everything is current, so this writes nothing
     form.give((), {"stages": [{
@@ -117,28 +112,27 @@ def _bring(
 
 
 def _compute(
-    study: Study, values: Mapping[str, Any], forced: Iterable[str], jobs: int, shows: display.Display,
-    afterwards: Afterwards | None,
-) -> tuple[list[Outcome], StageFailed | None, Path | None]:  # fmt: skip
-    """What came of each stage, what failed, and the file that `afterwards` wrote."""
-    from pipeline.execution.executor import FAILING, bring_up_to_date
-
+    study: Study, values: Mapping[str, Any], forced: Iterable[str], jobs: int, form: options.Form,
+    shows: display.Display, afterwards: Afterwards | None,
+) -> tuple[list[Outcome], StageFailed | None]:  # fmt: skip
+    """What came of each stage, and what failed; says which file `afterwards` wrote."""
     with contextlib.suppress(OSError):
         study.store.sweep()
     _say_what_gives_way(study, values, shows)
-    failed, written = None, None
+    failed = None
     try:
         outcomes = bring_up_to_date(study, values, shows, force=forced, jobs=jobs)
     except StageFailed as error:
         outcomes, failed = error.outcomes, error
     why = {outcome.stage: outcome.summary for outcome in outcomes if outcome.how == FAILING}
     try:
-        written = afterwards(study, why) if afterwards else None
+        if afterwards and (written := afterwards(study, why)) and form.is_text:
+            click.echo(f"{written.stem:<13} written             {shown(written)}")
     except StudyError as error:
         if failed is None:
             raise
         shows.note(str(error))
-    return outcomes, failed, written
+    return outcomes, failed
 
 
 def _typed() -> str:
@@ -160,7 +154,7 @@ def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.
                 changed[f"{file}.{key}"] = f"{file}.{key} = {compact(was)} give way to those of {compact(will)}"
     kept, wanted = map(max, zip((0, 0), *ranks))
     if kept > wanted:
-        shows.note(f"these results are of accuracy {levels.LEVELS[kept]} and give way to {levels.LEVELS[wanted]}; they "
+        shows.note(f"these results are of accuracy {LEVELS[kept]} and give way to {LEVELS[wanted]}; they "
                    "are kept, and come back at once when that accuracy is asked for again")  # fmt: skip
     if changed:
         shows.note(f"results of {', of '.join(changed.values())}; they are kept, and come back at once without "
@@ -169,8 +163,8 @@ def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.
 
 def _rank(plain: Mapping[str, Mapping[str, Any]]) -> int:
     """Place of the level among plain parameters, the least accurate first; that one where they have none."""
-    level = plain.get(levels.FILE, {}).get(levels.KEY)
-    return levels.LEVELS.index(level) if level in levels.LEVELS else 0
+    level = plain.get(LEVEL_FILE, {}).get(LEVEL_KEY)
+    return LEVELS.index(level) if level in LEVELS else 0
 
 
 def _say_if_large(study: Study, shows: display.Display) -> None:
@@ -183,13 +177,13 @@ def _say_if_large(study: Study, shows: display.Display) -> None:
 @click.command("sweep", epilog=options.examples("sweep"))
 @click.argument("spec", type=click.Path(dir_okay=False, path_type=Path), metavar="SPEC")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="The table (default: results/sweeps).")
-@cluster_options.offered
+@clusters.offered
 @click.option("--dry-run", is_flag=True, help="Say how many points there are and what each computes; run nothing.")
 @click.option("--wait", is_flag=True, help="Wait for another sweep in the same results folder.")
 @options.own_study
 @options.answers
 def sweep(
-    study: Study, spec: Path, out: Path | None, jobs: int | None, cluster: cluster_options.Cluster, dry_run: bool,
+    study: Study, spec: Path, out: Path | None, jobs: int | None, cluster: clusters.Cluster, dry_run: bool,
     wait: bool, form: options.Form,
 ) -> None:  # fmt: skip
     """Compute a stage at every point that the file SPEC describes, and write one table with a row for each.

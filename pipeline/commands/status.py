@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from pipeline import layout
-from pipeline.cache import disk, untouched
+from pipeline.cache import untouched
 from pipeline.cache.store import Entry
 from pipeline.commands import options
 from pipeline.errors import StudyError
+from pipeline.execution.executor import Assessment, Planner
 from pipeline.study import Study, shown
-
-if TYPE_CHECKING:
-    from pipeline.execution.executor import Assessment
 
 #: Reasons that are named; after an update of the program there may be hundreds.
 _SHOWN = 5
@@ -43,8 +41,6 @@ def survey(
     study: Study, values: Mapping[str, Any], form: options.Form, forced: frozenset[str] = frozenset()
 ) -> None:  # fmt: skip
     """Give the state and the reasons of each stage in `values`, its parameters; `forced` ones would run in any case."""
-    from pipeline.execution.executor import Planner
-
     rows: list[dict[str, Any]] = []
     for item in Planner(study, values).survey(tuple(values)):
         state, reasons = item.state.value, item.reasons
@@ -95,8 +91,6 @@ class Standing:
     """How the results of some stages stand, surveyed once."""
 
     def __init__(self, study: Study, names: Iterable[str]) -> None:
-        from pipeline.execution.executor import Planner
-
         self.study, self.doubt = study, ""
         self.found: dict[str, Assessment] = {}
         try:
@@ -157,12 +151,10 @@ def made_by(study: Study, name: str) -> Entry | None:
 
     Where none lies there it is what was put there last, which may be a reason.
     """
-    from pipeline.cache import artefact  # with h5py, which takes its time
-
     last, place = study.store.current(name), study.store.place(study.graph.stages[name].artefact)
     if not place.exists():
         return last
-    key = artefact.provenance(disk.content(place, shown(place)), shown(place)).get("key", "")
+    key = study.provenance(place).get("key", "")
     return last if last is not None and last.key == key else study.store.entry(key) if key.isalnum() else None
 
 

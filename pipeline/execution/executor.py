@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import enum
+import functools
 import json
 import queue
 import shutil
@@ -16,18 +17,17 @@ import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pipeline.cache import disk, fingerprint
 from pipeline.cache.fingerprint import Ingredients
 from pipeline.cache.store import Entry, Out
 from pipeline.errors import ANSWER, FAILED, StageFailed
 from pipeline.execution.display import Display
+from pipeline.execution.job import TEMPORARY, job_of, task_of
+from pipeline.execution.process import Message, Worker
 from pipeline.parameters import loading
 from pipeline.study import Study, shown
-
-if TYPE_CHECKING:
-    from pipeline.execution.process import Message, Worker
 
 
 class State(enum.Enum):
@@ -143,7 +143,7 @@ def bring_up_to_date(
     run = _Run(study, Planner(study, values), display, frozenset(force), max(1, jobs))
     try:
         chains = study.graph.chains()  # what most stages wait for begins first
-        run.all(sorted(values, key=lambda name: -chains[name]))
+        run.all(sorted(values, key=chains.__getitem__, reverse=True))
     finally:
         run.close()
     outcomes = [run.outcomes[name] for name in values]
@@ -176,7 +176,7 @@ class _Run:
         self.lacking: list[str] = []
         self.broken = set[str]()
         self.events: queue.SimpleQueue[tuple[str, Message]] = queue.SimpleQueue()
-        self.log = Log(study.results / "log.jsonl")
+        self.log = functools.partial(_add_to_log, study.results / "log.jsonl")
 
     def all(self, pending: list[str]) -> None:
         """Go through the graph: start what is ready, in the order given, and take in what has finished."""
@@ -227,9 +227,6 @@ class _Run:
         self._start(assessment)
 
     def _start(self, assessment: Assessment) -> None:
-        from pipeline.execution.job import job_of, task_of
-        from pipeline.execution.process import Worker
-
         name, parts, store = assessment.name, assessment.ingredients, self.study.store
         assert parts is not None
         stage = self.study.graph.stages[name]
@@ -281,8 +278,6 @@ class _Run:
         self.outcomes[name] = Outcome(name, FAILING, reason, 0.0, (), "")
 
     def _keep(self, name: str, running: _Running, done: Message, seconds: float, used: float) -> None:
-        from pipeline.execution.job import TEMPORARY
-
         folder, assessment = running.folder, running.assessment
         assert assessment.ingredients is not None
         outs = {path: Out(**out) for path, out in done["outs"].items()}
@@ -319,7 +314,7 @@ class _Run:
         self.outcomes[name] = outcome
         self.display.finished(name, how, seconds, entry.summary)
         if how != "current":
-            self.log.add(stage=name, how=how, seconds=round(seconds, 3), processor_seconds=processor_seconds,
+            self.log(stage=name, how=how, seconds=round(seconds, 3), processor_seconds=processor_seconds,
                          key=entry.key, reasons=assessment.reasons)  # fmt: skip
 
     def _explain(self, name: str, folder: Path, failure: Message, seconds: float) -> None:
@@ -327,10 +322,12 @@ class _Run:
         said = {"refused": text, "system": f"it did not finish: {text}; earlier results are unchanged"}.get(kind)
         if said is None:
             log = self.study.results / "log" / f"{name}.log"
-            kept = self.log.keep(folder / _LOG, log)
-            said = f"{text}; " + (f"the full account is in {shown(log)}" if kept else "no log could be kept")
+            said = f"{text}; no log could be kept"
+            with contextlib.suppress(OSError):
+                disk.write(log, disk.blocks(folder / _LOG))
+                said = f"{text}; the full account is in {shown(log)}"
         self._fail(name, said)
-        self.log.add(stage=name, how=FAILING, seconds=round(seconds, 3), text=text)
+        self.log(stage=name, how=FAILING, seconds=round(seconds, 3), text=text)
 
     def _fail(self, name: str, why: str) -> None:
         self.failures.append((FAILED, f"stage {name}: {why}"))
@@ -338,24 +335,11 @@ class _Run:
         self._go_on_without(name, why)
 
 
-class Log:
-    """The side log, lines of JSON: when each stage ran and how long it took. Artefacts carry no times, so that their
-    bytes repeat. A log that cannot be written never stops a run.
+def _add_to_log(path: Path, **what: Any) -> None:
+    """Append to the side log a line of JSON, with the time. A log that cannot be written never stops a run.
+
+    It says when each stage ran and how long it took. Artefacts carry no times, so that their bytes repeat.
     """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def add(self, **what: Any) -> None:
-        """Append one line with the time."""
-        line = json.dumps({"time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **what})
-        with contextlib.suppress(OSError), disk.opened_at_end(self.path) as file:
-            file.write(line.encode() + b"\n")
-
-    def keep(self, source: Path, target: Path) -> bool:
-        """Copy a worker's own log to where the user finds it. Whether that worked."""
-        try:
-            disk.write(target, disk.blocks(source))
-        except OSError:
-            return False
-        return True
+    line = json.dumps({"time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **what})
+    with contextlib.suppress(OSError), disk.opened_at_end(path) as file:
+        file.write(line.encode() + b"\n")

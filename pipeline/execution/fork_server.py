@@ -32,8 +32,8 @@ from pipeline.errors import StudyError
 from pipeline.execution import worker
 from pipeline.execution.job import Job
 from pipeline.execution.worker import code_of
+from pipeline.home import home_of
 from pipeline.room.confine import when_parent_ends
-from pipeline.stage_modules import home_of
 
 _THREADS = Path("/proc/self/task")
 

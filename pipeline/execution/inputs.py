@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import typing
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -20,9 +19,10 @@ from pipeline.cache import artefact, disk
 from pipeline.errors import Lacking, StudyError, nearest
 from pipeline.execution.job import File
 from pipeline.graph import Stage, beneath
-from pipeline.parameters.value import declared
-from pipeline.room import hdf5_file
-from pipeline.stage_modules import result_class, stage_module
+from pipeline.home import result_class, stage_module
+from pipeline.parameters import loading
+from pipeline.parameters.value import declared, options_of
+from pipeline.room import reading
 
 MISSING, LOOSER = "missing", "looser"
 _NONE = "there is no "
@@ -30,24 +30,26 @@ _NONE = "there is no "
 
 def disagreements(package: str, stage: Stage, inputs: type | None, parameters: type) -> Iterator[str]:
     """Where a stage's `Inputs` and dvc.yaml do not say the same, a clause each, to follow on the stage's name."""
-    fields = declared(inputs) if inputs else {}
+    fields, optional = _fields(inputs)
     results = {Path(path).stem: path for path in stage.inputs}
-    named = {key for _, section in declared(parameters).values() for key, (about, _) in declared(section).items()
-             if about.metadata.get("file")}  # fmt: skip
-    for name, path in results.items():
-        if name not in fields:
-            yield f'dvc.yaml lists {path} among its deps, but its Inputs have no "{name}"{nearest(name, fields)}'
-    for name, (_, kind) in fields.items():
-        known = name in {*results, *named}
-        if name in (MISSING, LOOSER) or (not known and MISSING in fields and Path not in _kinds(kind)):
-            continue
-        if not known:
-            hint = nearest(name, {*results, *named})
+    known = {*results, *(key for _, section in declared(parameters).values() for key in loading.file_keys(section))}
+    for name in (name for name in results if name not in fields):
+        yield f'dvc.yaml lists {results[name]} among its deps, but its Inputs have no "{name}"{nearest(name, fields)}'
+    for name, kinds in fields.items():
+        if name not in known and (Path in kinds or not optional):
+            hint = nearest(name, known)
             yield f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}'
-        elif Path not in _kinds(kind):
+        elif name in known and Path not in kinds:
             allowed = [result_class(package, name)] if results.get(name, "").endswith(".h5") else []
-            if kind not in allowed:
-                yield f'its Inputs have "{name}" as {_named(_kinds(kind))}; allowed: {_named([*allowed, Path])}'
+            if list(kinds) != allowed:
+                yield f'its Inputs have "{name}" as {_named(kinds)}; allowed: {_named([*allowed, Path])}'
+
+
+def _fields(inputs: type | None) -> tuple[dict[str, tuple[Any, ...]], bool]:
+    """The types of each input by its name, and whether the stage goes on without results that are not there."""
+    fields = {} if inputs is None else declared(inputs)
+    return {name: options_of(kind) for name, (_, kind) in fields.items()
+            if name not in (MISSING, LOOSER)}, MISSING in fields  # fmt: skip
 
 
 def given(
@@ -63,28 +65,29 @@ def given(
     inputs = getattr(stage_module(package, stage.name, "run"), "Inputs", None)
     for sentence in disagreements(package, stage, inputs, type(parameters)):
         raise StudyError(sentence)
-    values: dict[str, Any] = {}
-    looser: dict[str, Any] = {}
+    if inputs is None:
+        return None, None, {}
+    fields, optional = _fields(inputs)
+    asks = LOOSER in declared(inputs)
+    lying = {name: _lying(name, stage, named, results) for name in fields}
+    missing = {name: why for name, kinds in fields.items()
+               if (why := _lacking(stage, kinds, optional, name, *lying[name]))}  # fmt: skip
+    for why in () if optional else missing.values():
+        raise Lacking(why)
+    values, looser = dict[str, Any](dict.fromkeys(missing)), dict[str, Any]()
     open_files: dict[str, File] = {}
-    missing: dict[str, str] = {}
-    fields = declared(inputs) if inputs else {}
-    for name in (name for name in fields if name not in (MISSING, LOOSER)):
-        kind, (path, files) = fields[name][1], _lying(name, stage, named, results)
-        why = _lacking(path, files)
-        if path not in stage.inputs and MISSING in fields and Path not in _kinds(kind):
-            why = f"{_NONE}{name}: this study's dvc.yaml leaves it out of what stage {stage.name} reads"
-        if why is not None and MISSING not in fields:
-            raise Lacking(why)
-        if why is not None:
-            missing[name], values[name] = why, None
-        elif files:  # else a parameter that names no file; the field has a default
-            open_files |= files if Path in _kinds(kind) else {}
-            values[name], looser[name] = _value(path, kind, files, errors or LOOSER in fields)
+    for name, (path, files) in lying.items():
+        if name in missing or not files:  # a parameter that names no file; the field has a default
+            continue
+        if Path in fields[name]:
+            open_files |= files
+            values[name] = _place(path, files)
+        else:
+            values[name], looser[name] = _decoded(path, fields[name][0], *files[path], errors or asks)
     values |= {MISSING: missing} if missing else {}
     solved = {name: value for name, value in looser.items() if value is not None}
-    other = inputs(**{**values, **solved}) if inputs and solved else None
-    beside = {LOOSER: other} if LOOSER in fields else {}
-    return inputs and inputs(**values, **beside), other, open_files
+    other = inputs(**{**values, **solved}) if solved else None
+    return inputs(**values, **({LOOSER: other} if asks else {})), other, open_files
 
 
 def _lying(
@@ -95,25 +98,32 @@ def _lying(
     return path, {name: named[name]} if name in named else {each: results[each] for each in beneath(path, results)}
 
 
-def _lacking(path: str, files: Mapping[str, File]) -> str | None:
-    """Why a result is not there; None where it is."""
-    why = next((reason for place, reason in files.values() if not place), None)
-    return why if why is None or why.startswith(_NONE) else f"{_NONE}{Path(path).name.removesuffix('.h5')}: {why}"
+def _lacking(
+    stage: Stage, kinds: Iterable[Any], optional: bool, name: str, path: str, files: Mapping[str, File]
+) -> str:
+    """Why a result is not there; nothing where it is."""
+    if path not in stage.inputs and optional and Path not in kinds:
+        return f"{_NONE}{name}: this study's dvc.yaml leaves it out of what stage {stage.name} reads"
+    why = next((reason for place, reason in files.values() if not place), "")
+    return f"{_NONE}{Path(path).name.removesuffix('.h5')}: {why}" if why and not why.startswith(_NONE) else why
 
 
-def _value(path: str, kind: Any, files: Mapping[str, File], errors: bool) -> tuple[Any, Any]:
-    """What lies at `path` of the study, one file or several: its place, or decoded as what the field declares; and what
-    looser solvers gave in its place, if anything, and if `errors` are wanted.
+def _place(path: str, files: Mapping[str, File]) -> Path:
+    """Where what stands at `path` of the study lies, one file or a folder of several."""
+    check_unchanged(files, "was changed by someone else meanwhile; run again")
+    first, (place, _) = next(iter(files.items()))
+    inside = len(Path(first).parts) - len(Path(path).parts)
+    return [Path(place), *Path(place).parents][inside]
+
+
+def _decoded(path: str, kind: Any, place: str, sha256: str, errors: bool) -> tuple[Any, Any]:
+    """The result that is called `path` and lies at `place`, as what the field declares, and what looser solvers gave in
+    its place, if anything, and if `errors` are wanted.
     """
-    if Path in _kinds(kind):
-        check_unchanged(files, "was changed by someone else meanwhile; run again")
-        first, (place, _) = next(iter(files.items()))
-        inside = len(Path(first).parts) - len(Path(path).parts)
-        return [Path(place), *Path(place).parents][inside], None
-    content = disk.read(Path(files[path][0])) or b""
-    if disk.digest(content) != files[path][1]:
+    content = disk.read(Path(place)) or b""
+    if disk.digest(content) != sha256:
         raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
-    hdf5_file.check_plain(io.BytesIO(content), path)
+    reading.check_plain(io.BytesIO(content), path)
     return artefact.decode(content, kind, path), artefact.decode_looser(content, kind, path) if errors else None
 
 
@@ -127,10 +137,6 @@ def check_unchanged(
             found = disk.file_digest(Path(file))
         if found != sha256:
             raise StudyError(f"its input {name} {said}")
-
-
-def _kinds(kind: Any) -> tuple[Any, ...]:
-    return typing.get_args(kind) or (kind,)
 
 
 def _named(classes: Iterable[Any]) -> str:

@@ -14,16 +14,13 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from pipeline.cache.fingerprint import attributes, entry_modules
+from pipeline.cache.fingerprint import Ingredients, attributes, entry_modules
 from pipeline.graph import Stage
 from pipeline.home import code_of, engine
 from pipeline.parameters import loading
-
-if TYPE_CHECKING:
-    from pipeline.cache.fingerprint import Ingredients
-    from pipeline.study import Study
+from pipeline.study import Study
 
 #: In a worker's folder, what stages mean to throw away.
 TEMPORARY = "tmp"

@@ -13,6 +13,7 @@ reads the source itself and compiles that text, and checks afterwards that this 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import gc
 import importlib.abc
 import importlib.machinery
@@ -31,21 +32,20 @@ from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, NoReturn
 
+import numpy as np
+
 from pipeline.cache import artefact, disk
+from pipeline.cache.differences import looser
 from pipeline.cache.fingerprint import versions
 from pipeline.cache.sources import Sources, beside
 from pipeline.errors import Lacking, StudyError, is_answer
-from pipeline.execution.columns import columns
-from pipeline.execution.confined import enter
 from pipeline.execution.inputs import check_unchanged, given
 from pipeline.execution.job import File, Job, Point, engine_code
 from pipeline.graph import Stage, beneath, is_inside
+from pipeline.home import home_of, importable, named, stage_module
 from pipeline.parameters import loading
-from pipeline.parameters.looser import looser
-from pipeline.room.confine import when_parent_ends
-from pipeline.room.needed import of_code
+from pipeline.room.confine import enter, of_code, when_parent_ends
 from pipeline.room.watch import watched
-from pipeline.stage_modules import home_of, importable, named, stage_module
 
 
 @cache
@@ -98,6 +98,8 @@ class _Loader(importlib.machinery.SourceFileLoader):
 #: through it takes time.
 OBJECTS = 50_000
 _REPORT_EVERY_S = 0.1
+#: Entries of an array that each have a column of their own, at most.
+_MOST_ENTRIES = 16
 
 
 class Unfit(StudyError):
@@ -204,7 +206,7 @@ class Computing:
                 self.kept[each.name] = token, self._written(made)
             files.update(self.kept[each.name][1])
         if self.job.provenance is None:
-            return columns(self._result(stage, point, files)[0])
+            return _columns(self._result(stage, point, files)[0])
         return self._stored(stage, *self._result(stage, point, files, errors=True))
 
     def _result(
@@ -278,6 +280,25 @@ class Computing:
             if self.job.code[name] != self.observed.sources.memo.meaning(source).tree:
                 raise Unfit(f"{name} was edited while it ran, so its result was not kept; run again", name)
         self.checked = len(self.observed.loaded)
+
+
+def _columns(result: Any, prefix: str = "") -> dict[str, Any]:
+    """Numbers and words of a result, for a row of a table, by name: mass.shell; of small arrays each: matrix.0.1."""
+    found: dict[str, Any] = {}
+    for item in dataclasses.fields(result):
+        value, name = getattr(result, item.name), prefix + item.name
+        if dataclasses.is_dataclass(value):
+            found.update(_columns(value, name + "."))
+        elif isinstance(value, Mapping):
+            found.update({f"{name}.{key}": part for key, part in value.items() if isinstance(part, (int, float))})
+        elif isinstance(value, (bool, np.bool_)):
+            found[name] = bool(value)
+        elif isinstance(value, (int, float, str, np.number)):
+            found[name] = value.item() if isinstance(value, np.number) else value
+        elif isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.size <= _MOST_ENTRIES:
+            found.update({name + "".join(f".{at}" for at in place): value[place].item()
+                          for place in np.ndindex(value.shape)})  # fmt: skip
+    return found
 
 
 def _processor_seconds() -> float:

@@ -1,11 +1,20 @@
-"""`bipedstudy package FILE`: results, parameters, code's identity, environment and claims in one ZIP to cite."""
+"""`bipedstudy package FILE`: results, parameters, code's identity, environment and claims in one ZIP to cite.
+
+The same files give the same bytes, and a stranger's package is unpacked within bounds.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import datetime
+import hashlib
 import json
 import os
 import shlex
+import stat
+import tempfile
+import zipfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +27,7 @@ from pipeline.commands import options, status
 from pipeline.errors import StudyError
 from pipeline.graph import CLAIMS, FILE_NAME, is_inside
 from pipeline.home import home
-from pipeline.package import archive, crate
+from pipeline.package import crate
 from pipeline.package.crate import About, File, Run
 from pipeline.parameters import loading, yaml_text
 from pipeline.study import Study, shown
@@ -27,6 +36,9 @@ _CITATION = "CITATION.cff"
 #: Authors and licence: the study's own, or those of the study that this program comes with.
 _PAPERS = (_CITATION, "LICENSE", "codemeta.json")
 _EPOCH = "SOURCE_DATE_EPOCH"
+#: What a stranger's package may unpack to at most [bytes, files].
+_LARGEST, _MOST = 8_000_000_000, 100_000
+_FIRST_DAY = (1980, 1, 1, 0, 0, 0)
 
 
 @click.command("package", epilog=options.examples("package"))
@@ -50,7 +62,7 @@ def package(study: Study, file: Path, date: datetime.datetime | None, form: opti
     about = described(study, runs, date, places)
     files = {path: File(disk.file_digest(place), place.stat().st_size, words.get(path, ""))
              for path, place in sorted(places.items())}  # fmt: skip
-    archive.write(disk.replaceable(file), {crate.NAME: crate.metadata(about, files, runs)}, places, files)
+    _zipped(disk.replaceable(file), {crate.NAME: crate.metadata(about, files, runs)}, places, files)
     digest, size = disk.file_digest(file), file.stat().st_size
     programs = "; ".join(sorted({run.program for run in runs}))
     who = "; ".join(map(crate.named, about.authors))
@@ -144,3 +156,49 @@ def _day(date: datetime.datetime | None, released: str, where: str) -> str:
     except (ValueError, OverflowError, OSError):
         raise StudyError(f"{_EPOCH} is no number of seconds, or {where} has no date-released: YYYY-MM-DD; say the "
                          "day of publication with --date") from None  # fmt: skip
+
+
+def _zipped(path: Path, texts: Mapping[str, bytes], places: Mapping[str, Path], files: Mapping[str, File]) -> None:
+    """Put texts and then files, by their names in it, into a ZIP that appears at `path`, whole or not at all.
+
+    Without compression, so that its bytes depend on no library. Raises `StudyError` for a file that has changed.
+    """
+    with disk.whole(path) as unfinished, zipfile.ZipFile(unfinished, "x", zipfile.ZIP_STORED) as out:
+        for name, content in texts.items():
+            out.writestr(_entry(name, len(content)), content)
+        for name, file in files.items():
+            with out.open(_entry(name, file.size), "w") as target:
+                found = hashlib.sha256()
+                for block in disk.blocks(places[name]):
+                    found.update(block)
+                    target.write(block)
+            if found.hexdigest() != file.sha256:
+                raise StudyError(f"{shown(places[name])}: changed while it was packed; try again")
+
+
+def _entry(name: str, size: int) -> zipfile.ZipInfo:
+    found = zipfile.ZipInfo(name, _FIRST_DAY)
+    found.create_system, found.external_attr, found.file_size = 3, (stat.S_IFREG | 0o644) << 16, size
+    return found
+
+
+@contextlib.contextmanager
+def unpacked(path: Path) -> Iterator[Path]:
+    """A folder, or a temporary one to which the package in a file is unpacked. Raises `StudyError`."""
+    if path.is_dir():
+        yield path
+        return
+    disk.check(path, shown(path))
+    with tempfile.TemporaryDirectory(prefix="bipedstudy-") as place:
+        try:
+            with zipfile.ZipFile(path) as package:
+                entries = [entry for entry in package.infolist() if not entry.is_dir()]
+                if len(entries) > _MOST or sum(entry.file_size for entry in entries) > _LARGEST:
+                    raise StudyError(f"{shown(path)}: unpacks to more than {_MOST} files or {_LARGEST} bytes")
+                for entry in entries:
+                    if not is_inside(entry.filename):
+                        raise StudyError(f"{shown(path)}: holds {entry.filename!a}, which would lie outside")
+                    package.extract(entry, place)
+        except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError, OSError) as error:
+            raise StudyError(f"{shown(path)}: is no package that can be read ({error})") from None
+        yield Path(place)

@@ -75,21 +75,10 @@ def metadata(about: About, files: Mapping[str, File], runs: Iterable[Run]) -> by
     known = sorted({run.processor for run in runs if run.made})
     processors = {words: f"#processor-{place}" for place, words in enumerate(known)}
     versions = sorted({pair for run in runs for pair in run.versions.items()})
-    authors, licenses = [_person(author) for author in about.authors], [_license(name) for name in about.licenses]
-    paper = [_paper(about.paper)] if about.paper else []
+    packages = [_package(*each) for each in versions]
     maker = {path: run for run in runs for path in run.made}
-    root = {
-        "@id": "./", "@type": "Dataset", "name": about.name, "description": about.description,
-        "datePublished": about.published, "conformsTo": {"@id": _PROFILE}, "author": _ids(authors),
-        "license": _ids(licenses), "hasPart": [{"@id": _address(path)} for path in files],
-        "mentions": [{"@id": f"#run-{run.stage}"} for run in runs], "citation": _ids(paper),
-    }  # fmt: skip
-    packages = [_package(name, version) for name, version in versions]
     graph = [
-        {"@id": NAME, "@type": "CreativeWork", "conformsTo": {"@id": _CRATE}, "about": {"@id": "./"}}, root,
-        {"@id": _PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"},
-        *authors, *(each for author in authors for each in author.pop("beside", ())), *licenses, *paper,
-        *(each for one in paper for each in one.pop("beside", ())),
+        *_described(about, files, runs),
         *({**program, "softwareRequirements": _ids(packages)} for program in programs.values()), *packages,
         *({"@id": place, "@type": "PropertyValue", "name": "processor", "value": words}
           for words, place in processors.items()),
@@ -99,6 +88,22 @@ def metadata(about: About, files: Mapping[str, File], runs: Iterable[Run]) -> by
     unique = {entity["@id"]: dict(_single(entity)) for entity in graph}
     whole = {"@context": [f"{_CRATE}/context", _MORE], "@graph": list(unique.values())}
     return (json.dumps(whole, indent=1, ensure_ascii=False) + "\n").encode()
+
+
+def _described(about: About, files: Iterable[str], runs: Iterable[Run]) -> Iterator[Row]:
+    """The package as a whole, and what it names: authors, licences, the paper."""
+    authors, licenses = list(map(_person, about.authors)), list(map(_license, about.licenses))
+    paper = _paper(about.paper) if about.paper else []
+    yield {"@id": NAME, "@type": "CreativeWork", "conformsTo": {"@id": _CRATE}, "about": {"@id": "./"}}
+    yield {
+        "@id": "./", "@type": "Dataset", "name": about.name, "description": about.description,
+        "datePublished": about.published, "conformsTo": {"@id": _PROFILE}, "author": _firsts(authors),
+        "license": _ids(licenses), "hasPart": [{"@id": quote(path)} for path in files],
+        "mentions": [{"@id": f"#run-{run.stage}"} for run in runs], "citation": _ids(paper[:1]),
+    }  # fmt: skip
+    yield {"@id": _PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"}
+    yield from (*(one for one, *_ in authors), *(place for _, *places in authors for place in places))
+    yield from (*licenses, *paper)
 
 
 def _single(entity: Row) -> Iterator[tuple[str, Any]]:
@@ -112,31 +117,31 @@ def _ids(entities: Iterable[Row]) -> list[Row]:
     return [{"@id": entity["@id"]} for entity in entities]
 
 
-def _address(path: str) -> str:
-    return quote(path)
+def _firsts(groups: Iterable[list[Row]]) -> list[Row]:
+    return _ids(first for first, *_ in groups)
 
 
 def _action(run: Run, program: Row, processor: str) -> Row:
     found = {
         "@id": f"#run-{run.stage}", "@type": "CreateAction", "name": f"stage {run.stage}", "description": run.command,
         "identifier": run.key, "instrument": {"@id": program["@id"]},
-        "object": [{"@id": _address(path)} for path in run.read],
+        "object": [{"@id": quote(path)} for path in run.read],
         "actionStatus": _STATUS[bool(run.refusal)],
     }  # fmt: skip
     if run.refusal:
         return {**found, "error": run.refusal}
-    return {**found, "result": [{"@id": _address(path)} for path in run.made], "environment": [{"@id": processor}]}
+    return {**found, "result": [{"@id": quote(path)} for path in run.made], "environment": [{"@id": processor}]}
 
 
 def _file(path: str, file: File, run: Run | None) -> Row:
-    found = {"@id": _address(path), "@type": "File", "name": path, "contentSize": str(file.size),
+    found = {"@id": quote(path), "@type": "File", "name": path, "contentSize": str(file.size),
              "encodingFormat": _KINDS.get(path.rpartition(".")[2], "text/plain"), "sha256": file.sha256}  # fmt: skip
     if file.words:
         found["description"] = file.words
     if run is None:
         return found
     return {**found, "wasGeneratedBy": f"#run-{run.stage}",
-            "wasDerivedFrom": [{"@id": _address(each)} for each in run.read]}  # fmt: skip
+            "wasDerivedFrom": [{"@id": quote(each)} for each in run.read]}  # fmt: skip
 
 
 def _program(run: Run) -> Row:
@@ -164,23 +169,21 @@ def named(author: Mapping[str, Any]) -> str:
         str(author[key]) for key in ("family-names", "given-names") if author.get(key)))  # fmt: skip
 
 
-def _person(author: Mapping[str, Any]) -> Row:
-    """An author of a CITATION.cff: a person has a family name, all others are organisations."""
-    name = named(author)
-    person = "family-names" in author
-    found: Row = {"@id": str(author.get("orcid") or f"#{quote(name)}"),
-                  "@type": "Person" if person else "Organization", "name": name}  # fmt: skip
-    if author.get("affiliation"):
-        place = {"@id": f"#{quote(str(author['affiliation']))}", "@type": "Organization",
-                 "name": str(author["affiliation"])}  # fmt: skip
-        found |= {"affiliation": {"@id": place["@id"]}, "beside": [place]}
-    return found
+def _person(author: Mapping[str, Any]) -> list[Row]:
+    """An author of a CITATION.cff, and where one works: a person has a family name, all others are organisations."""
+    found: Row = {"@id": str(author.get("orcid") or f"#{quote(named(author))}"),
+                  "@type": "Person" if "family-names" in author else "Organization", "name": named(author)}  # fmt: skip
+    if not author.get("affiliation"):
+        return [found]
+    name = str(author["affiliation"])
+    place = {"@id": f"#{quote(name)}", "@type": "Organization", "name": name}
+    return [{**found, "affiliation": {"@id": place["@id"]}}, place]
 
 
-def _paper(paper: Mapping[str, Any]) -> Row:
-    authors = [_person(author) for author in paper.get("authors") or ()]
-    beside = [each for author in authors for each in (author, *author.pop("beside", ()))]
-    title = str(paper.get("title", "")).strip()
+def _paper(paper: Mapping[str, Any]) -> list[Row]:
+    """A paper, and its authors."""
+    authors, title = list(map(_person, paper.get("authors") or ())), str(paper.get("title", "")).strip()
     found: Row = {"@id": f"https://doi.org/{paper['doi']}" if paper.get("doi") else f"#{quote(title)}",
-                  "@type": "ScholarlyArticle", "name": title, "author": _ids(authors), "beside": beside}  # fmt: skip
-    return found | ({"datePublished": str(paper["year"])} if paper.get("year") else {})
+                  "@type": "ScholarlyArticle", "name": title, "author": _firsts(authors)}  # fmt: skip
+    dated = {"datePublished": str(paper["year"])} if paper.get("year") else {}
+    return [found | dated, *(each for author in authors for each in author)]

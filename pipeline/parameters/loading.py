@@ -14,9 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import StudyError
-from pipeline.parameters import levels, yaml_text
+from pipeline.parameters import yaml_text
 from pipeline.parameters.overrides import Override, applied, home_of, node_of, parsed
 from pipeline.parameters.value import (
+    DEFAULT_LEVEL,
+    LEVEL_FILE,
+    LEVEL_KEY,
     SUFFIX,
     Refused,
     broken_rules,
@@ -39,14 +42,14 @@ def load(
     shown_as: str | None = None,
     requests: Sequence[Any] = (),
     requested: Mapping[str, str] | None = None,
-    remark: Callable[[str], None] = lambda sentence: None,
+    remark: Callable[[str], object] = str,
 ) -> dict[str, Any]:
     """Parameters of each stage in `wanted` (stage name -> its `Parameters` class).
 
     `settings` are the texts given to `--set`; `known` are the `Parameters` classes of all stages, which decide what a
-    known key is; `shown_as` is how messages name the folder; `requests` are those of `pipeline.requests`, `requested`
-    the texts given to them by name; `remark` is told what is taken, but not as the rest of its file is. Raises
-    `StudyError` with one sentence for each error.
+    known key is; `shown_as` is how messages name the folder; `requests` are those of `pipeline.commands.options`,
+    `requested` the texts given to them by name; `remark` is told what is taken, but not as the rest of its file is.
+    Raises `StudyError` with one sentence for each error.
     """
     loading = _Loading(folder, shown_as or str(folder), known, requests)
     stages = loading.load(settings, wanted, requested or {})
@@ -95,13 +98,13 @@ def _section(cls: type, plain: Mapping[str, Any]) -> Any:
 
 def files(parameters: Any) -> dict[str, tuple[str, str]]:
     """Files that a stage's parameters name: key -> (parameter file, path as it stands there)."""
-    named: dict[str, tuple[str, str]] = {}
-    for field in dataclasses.fields(parameters):
-        section = getattr(parameters, field.name)
-        for key, (about, _) in declared(section.__class__).items():
-            if about.metadata.get("file") and getattr(section, key) is not None:
-                named[key] = section.FILE, getattr(section, key)
-    return named
+    return {key: (section.FILE, getattr(section, key)) for section in vars(parameters).values()
+            for key in file_keys(type(section)) if getattr(section, key) is not None}  # fmt: skip
+
+
+def file_keys(section: type) -> list[str]:
+    """The keys of a parameter class that name files."""
+    return [key for key, (field, _) in declared(section).items() if field.metadata.get("file")]
 
 
 def sections(classes: Iterable[type]) -> dict[str, list[type]]:
@@ -126,11 +129,16 @@ class _Loading:
     def __init__(self, folder: Path, shown_as: str, known: Iterable[type], requests: Sequence[Any]) -> None:
         self.folder, self.shown_as, self.requests = folder, shown_as, requests
         self.classes = sections(known)
+        #: What the classes of each file say where a key is tried that none of them has.
+        self.beyond = {
+            file: "".join(f"; {said}" for said in {getattr(cls, "BEYOND", ""): cls for cls in classes} if said)
+            for file, classes in self.classes.items()
+        }
         self.problems: list[tuple[str, int, str]] = []
         self.remarks: list[str] = []
         self.overrides: dict[str, list[Override]] = {}
         self._entries = cache(self._read)
-        self.level = levels.DEFAULT
+        self.level = DEFAULT_LEVEL
 
     def load(self, settings: Sequence[str], wanted: Mapping[str, type], requested: Mapping[str, str]) -> dict[str, Any]:
         self._ask(requested, sections(wanted.values()))
@@ -158,7 +166,7 @@ class _Loading:
         for request in self.requests:
             if text := requested.get(request.NAME):
                 value, said = node_of(request, text), f"--{request.NAME} {text}"
-                changes = {levels.FILE: (levels.KEY, Node(request.level(value.plain()), 0))}
+                changes = {LEVEL_FILE: (LEVEL_KEY, Node(request.level(value.plain()), 0))}
                 if not isinstance(value.value, str):
                     changes |= {file: (request.NAME, value) for file, classes in read.items() if file in request.FILES
                                 and any(request.NAME in declared(cls) for cls in classes)}  # fmt: skip
@@ -167,17 +175,17 @@ class _Loading:
 
     def _read_level(self) -> None:
         """The study's level; what is wrong with it is said where its file is checked."""
-        for cls in self.classes.get(levels.FILE, ()):
-            entries = self._entries(levels.FILE) or {}
-            if levels.KEY in entries:
+        for cls in self.classes.get(LEVEL_FILE, ()):
+            entries = self._entries(LEVEL_FILE) or {}
+            if LEVEL_KEY in entries:
                 with contextlib.suppress(Refused):
-                    self.level = value_of(entries[levels.KEY], *declared(cls)[levels.KEY])
+                    self.level = value_of(entries[LEVEL_KEY], *declared(cls)[LEVEL_KEY])
 
     def _read_settings(self, settings: Sequence[str]) -> None:
         known = keys(self.classes)
         for setting in settings:
             try:
-                override = parsed(setting, known, self._beyond)
+                override = parsed(setting, known, self.beyond)
                 self.overrides.setdefault(override.file, []).append(override)
             except StudyError as error:
                 self.problems += [("", 0, sentence) for sentence in error.sentences]
@@ -197,7 +205,7 @@ class _Loading:
         known = keys(self.classes)
         for key, node in tree.value.items():
             if key not in known[file]:
-                hint = home_of(key, file, known) + self._beyond(file)
+                hint = home_of(key, file, known) + self.beyond[file]
                 self._problem(file, node.line, f'there is no parameter "{key}"{hint}')
         self.remarks += _unfounded(where, tree.value, {field.name: field.metadata["unit"] for field in fields})
         self.remarks += _not_as_printed(where, tree.value)
@@ -208,11 +216,6 @@ class _Loading:
             except StudyError as error:
                 self.problems += [("", 0, sentence) for sentence in error.sentences]
         return entries
-
-    def _beyond(self, file: str) -> str:
-        """What the classes of a file say where a key is tried that none of them has."""
-        said = dict.fromkeys(cls.BEYOND for cls in self.classes[file] if hasattr(cls, "BEYOND"))
-        return "".join(f"; {text}" for text in said)
 
     def _build(self, cls: type, file: str, entries: dict[str, Node]) -> Any:
         """An instance of `cls`, or None if a value or a rule between values is refused."""

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
 from pipeline.parameters.yaml_text import Node
 
+NOTHING: Mapping[str, str] = MappingProxyType({})
 _FORM = "the form is --set file.key=value, for example --set ground.gravity=9.81"
 
 
@@ -31,8 +33,8 @@ class Override:
     value: Node
 
 
-def parsed(text: str, known: Mapping[str, Sequence[str]], beyond: Callable[[str], str] = lambda file: "") -> Override:
-    """Read the text after `--set`. `known` maps each file to its keys; `beyond` is what follows on an unknown one.
+def parsed(text: str, known: Mapping[str, Sequence[str]], beyond: Mapping[str, str] = NOTHING) -> Override:
+    """Read the text after `--set`. `known` maps each file to its keys, `beyond` to what follows on an unknown one.
 
     Raises `StudyError`.
     """
@@ -44,7 +46,7 @@ def parsed(text: str, known: Mapping[str, Sequence[str]], beyond: Callable[[str]
     if file not in known:
         raise StudyError(f'--set {text}: there is no parameter file "{file}"{nearest(file, known)}')
     if key not in known[file]:
-        hint = home_of(key, file, known) + beyond(file)
+        hint = home_of(key, file, known) + beyond.get(file, "")
         raise StudyError(f'--set {text}: there is no parameter "{key}" in {file}{hint}')
     said = f"--set {text}"
     return Override(said, file, key, tuple(inner), Node.of(yaml_text.parse(value, said, with_lines=False).plain()))
@@ -57,7 +59,7 @@ def home_of(key: str, file: str, known: Mapping[str, Sequence[str]]) -> str:
 
 
 def node_of(request: Any, text: str) -> Node:
-    """The text given to a request (see `pipeline.requests`) as it would stand in a file. Raises `StudyError`."""
+    """The text given to a request (`pipeline.commands.options`) as it would stand in a file. Raises `StudyError`."""
     said = f"--{request.NAME} {text}"
     try:
         requested = request.parsed(text)

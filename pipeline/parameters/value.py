@@ -7,6 +7,10 @@ A number may say how far it may be off, by a half-width or half of the last digi
 `{value: 0.1, uncertainty: 0.002, ...}` lets the value lie within 0.002 of 0.1; `{value: 0.1, printed: "0.100", ...}`
 says how a source prints it, and so within 0.0005. A value without either is exact, and so is one that is set anew or
 edited: it is not the printed one any more.
+
+An entry may say what its value is at each level of accuracy, the least accurate first, the default in the middle:
+`{value: 1e-7, levels: [1e-5, 1e-7, 1e-9], ...}`. A value that is not the one of the default level was edited: it holds
+at all levels, as one does that is given with `--set`.
 """
 
 from __future__ import annotations
@@ -22,12 +26,17 @@ from functools import cache
 from typing import Any
 
 from pipeline.errors import nearest
-from pipeline.parameters import levels
 from pipeline.parameters.yaml_text import Node
 
+LEVELS = ("draft", "paper", "reference")
+DEFAULT_LEVEL = "paper"
+#: Where the level of a study stands.
+LEVEL_FILE, LEVEL_KEY = "accuracy", "level"
+#: The part of an entry with its value at each level.
+OF_LEVELS = "levels"
 #: The parts of an entry that say how far its value may be off.
 _UNCERTAIN = ("uncertainty", "printed")
-_ENTRY_KEYS = ("value", "rows", "unit", "source", levels.PART, *_UNCERTAIN)
+_ENTRY_KEYS = ("value", "rows", "unit", "source", OF_LEVELS, *_UNCERTAIN)
 #: The metadata of a field of a parameter class that is filled with the half-widths of its file's values.
 DERIVED = "half_widths"
 #: What follows on a key where a half-width stands among plain parameters.
@@ -96,27 +105,44 @@ def declared(cls: type) -> dict[str, tuple[dataclasses.Field[Any], Any]]:
     return {field.name: (field, hints[field.name]) for field in fields}
 
 
-def value_of(entry: Node, field: dataclasses.Field[Any], kind: Any, level: str = levels.DEFAULT) -> Any:
+def value_of(entry: Node, field: dataclasses.Field[Any], kind: Any, level: str = DEFAULT_LEVEL) -> Any:
     """The checked value of a file's entry at a level; those at the others are checked as well.
 
     Raises `Refused`, also for a wrong unit or a misspelt part of the entry.
     """
     try:
-        values = {each: checked(_unwrapped(levels.at(entry, each), field, kind), field, kind)
-                  for each in (levels.LEVELS if levels.has(entry) else (level,))}  # fmt: skip
+        values = {each: checked(_unwrapped(at_level(entry, each), field, kind), field, kind)
+                  for each in (LEVELS if has_levels(entry) else (level,))}  # fmt: skip
     except ValueError as reason:
         raise Refused(str(reason), entry.line) from None
     return values[level]
 
 
+def has_levels(entry: Node) -> bool:
+    """Whether an entry has a value for each level."""
+    return isinstance(entry.value, dict) and OF_LEVELS in entry.value
+
+
+def at_level(entry: Node, level: str) -> Node:
+    """The entry with its value at a level; as it is where it says nothing of levels, or was edited.
+
+    Raises ValueError with the reason, to follow on the key, if there is not one value for each level.
+    """
+    if not has_levels(entry):
+        return entry
+    values = entry.value[OF_LEVELS].value
+    if not isinstance(values, list) or len(values) != len(LEVELS):
+        raise ValueError(f"has {OF_LEVELS} that are not a list of {len(LEVELS)} values: {', '.join(LEVELS)}")
+    by_hand = entry.value.get("value", Node(None, 0)).plain() != values[LEVELS.index(DEFAULT_LEVEL)].plain()
+    return entry if by_hand else Node({**entry.value, "value": values[LEVELS.index(level)]}, entry.line)
+
+
 def checked(node: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
     """The value of `node` as type `kind`, inside the bounds that `field` declares. Raises `Refused`."""
-    if typing.get_origin(kind) in (typing.Union, types.UnionType):
-        options = typing.get_args(kind)
-        if node.value is None and type(None) in options:
-            return None
-        row = _row_of(kind, node.value) if isinstance(node.value, dict) else None
-        kind = row or next(option for option in options if option is not type(None))
+    if node.value is None and type(None) in options_of(kind):
+        return None
+    if len(options_of(kind)) > 1:
+        kind = (isinstance(node.value, dict) and _row_of(kind, node.value)) or present(kind)
     if kind is Any:
         return node.plain()
     if typing.get_origin(kind) is Mapping:
@@ -125,7 +151,7 @@ def checked(node: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
     if typing.get_origin(kind) is tuple:
         items = _of(node, list, "is not a list")
         return tuple(_inner(item, field, typing.get_args(kind)[0], f"[{at}]") for at, item in enumerate(items))
-    if dataclasses.is_dataclass(kind) and isinstance(kind, type):
+    if hasattr(kind, "__dataclass_fields__"):
         return _row(node, kind)
     if kind is bool:
         return _of(node, bool, "is not true or false")
@@ -177,10 +203,21 @@ def shown(value: Any) -> str:
     return "a table"
 
 
+def options_of(kind: Any) -> tuple[Any, ...]:
+    """The types that a value may have: of `float | None` both."""
+    return typing.get_args(kind) if typing.get_origin(kind) in (typing.Union, types.UnionType) else (kind,)
+
+
+def present(kind: Any) -> Any:
+    """The type of a field where it has a value: `float` of `float | None`."""
+    return next(option for option in options_of(kind) if option is not type(None))
+
+
 def _row_of(kind: Any, keys: Iterable[str] = ()) -> Any:
-    """The dataclass among the options of a type that has most of the keys, or None."""
+    """The dataclass among several types that has most of the keys, or None."""
     options = [option for option in typing.get_args(kind) if dataclasses.is_dataclass(option)]
-    return max(options, key=lambda cls: len({*keys} & {*declared(typing.cast(type, cls))}), default=None)
+    fitting = [len({*keys} & {*declared(typing.cast(type, option))}) for option in options]
+    return options[fitting.index(max(fitting))] if options else None
 
 
 def _unwrapped(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Node:

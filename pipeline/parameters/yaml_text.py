@@ -19,11 +19,13 @@ _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[-+]?[0-9]+$")
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$")
 _SPECIAL = re.compile(r"([-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$")
-_WORDS = {"null": None, "Null": None, "NULL": None, "~": None, "": None}
+_WORDS = {
+    "null": None, "Null": None, "NULL": None, "~": None, "": None,
+    "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
+}  # fmt: skip
 #: Most values of a document: through aliases a short text can mean more than any memory holds.
 _MOST_VALUES = 200_000
 _DEEPEST = 1000
-_BOOLEANS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 
 
 @dataclass(frozen=True)
@@ -84,22 +86,16 @@ def read(path: Any, where: str) -> Node:
 
 def text_of(path: Any, where: str) -> str:
     """The text of the file `path`, which messages call `where`. Raises `StudyError` if it cannot be read as text."""
-    try:
-        disk.check(path, where, disk.TEXT)
+    disk.check(path, where, disk.TEXT)
+    with disk.readable(where):
         text: str = path.read_text(encoding="utf-8")
-        return text
-    except UnicodeDecodeError:
-        raise StudyError(f"{where}: not a text file in UTF-8") from None
-    except OSError as error:
-        raise StudyError(f"{where}: cannot be read: {error.strerror}") from None
+    return text
 
 
 def scalar(text: str) -> Any:
     """A plain scalar by the core rules of YAML 1.2: null, boolean, integer, number, or else a word."""
     if text in _WORDS:
-        return None
-    if text in _BOOLEANS:
-        return _BOOLEANS[text]
+        return _WORDS[text]
     if _INTEGER.match(text):
         return int(text) if len(text) < 300 else float(text)
     if _NUMBER.match(text):

@@ -16,12 +16,12 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline import proofs
 from pipeline.cache import artefact, disk, hdf5
 from pipeline.cache.fingerprint import versions
 from pipeline.cache.hdf5 import describe
 from pipeline.cache.sources import Closure
 from pipeline.cache.store import QUESTIONS
+from pipeline.commands.claims import keep_proof
 from pipeline.commands.options import finite
 from pipeline.errors import Declined, StageFailed, Stopped, StudyError
 from pipeline.execution.job import Function, Job, engine_code
@@ -29,7 +29,7 @@ from pipeline.parameters import loading
 from pipeline.parameters.overrides import rewritten
 from pipeline.study import Study, shown
 from pipeline.sweep import pool
-from pipeline.sweep.journal import COMPUTED, NO_ANSWER, Journal, Row
+from pipeline.sweep.pool import COMPUTED, NO_ANSWER, Journal, Row
 
 #: Rows of a table that are compressed together.
 _CHUNK = 8192
@@ -129,7 +129,7 @@ class Asked:
         except OSError as error:
             raise StudyError(f"{shown(path.parent)}: cannot be written ({error.strerror}); choose another folder with "
                              "--results") from None  # fmt: skip
-        with journal:
+        with contextlib.closing(journal):
             waiting = {number: json.loads(said[number + 1]) for number, key in enumerate(keys) if key not in journal}
             self._done, self._of = len(keys) - len(waiting), len(keys)
             for number, row in self._rows(function, closure, waiting, json.loads(said[0])):
@@ -201,7 +201,7 @@ class Asked:
     def keep(self, content: bytes) -> None:
         """Keep a proof, made or checked here, beside the study's results."""
         if not self._study.borrowed:
-            proofs.keep(self._study, content)
+            keep_proof(self._study, content)
 
     @contextlib.contextmanager
     def new_file(self, path: Path) -> Iterator[Path]:

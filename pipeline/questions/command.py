@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import sys
-import types
 import typing
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -24,12 +23,12 @@ from pipeline.cache import disk
 from pipeline.commands import options
 from pipeline.commands.options import Command
 from pipeline.errors import ANSWER, StudyError, is_answer
+from pipeline.home import importable, stage_module
 from pipeline.parameters import yaml_text
-from pipeline.parameters.value import Refused, allowed, checked, declared
+from pipeline.parameters.value import Refused, allowed, checked, declared, present
 from pipeline.parameters.yaml_text import Node
-from pipeline.stage_modules import importable, stage_module
 from pipeline.study import Study, shown
-from pipeline.sweep import cluster_options
+from pipeline.sweep import cluster as clusters
 
 Question = Any
 _PATH, _FILE = click.Path(path_type=Path), click.Path(dir_okay=False, path_type=Path)
@@ -79,7 +78,7 @@ def _command(stage: str, question: Question) -> click.Command:
     given = [Option(name, *pair) for name, pair in declared(question.options).items()]
 
     def asked(study: Study, form: options.Form, figure: Path | None = None, jobs: int | None = None,
-              cluster: cluster_options.Cluster = cluster_options.HERE, into: Path | None = None, **texts: Any
+              cluster: clusters.Cluster = clusters.HERE, into: Path | None = None, **texts: Any
               ) -> None:  # fmt: skip
         from pipeline.questions.asking import Asked, vacant
 
@@ -91,8 +90,7 @@ def _command(stage: str, question: Question) -> click.Command:
             try:
                 values = {option.name: option.value(texts[option.name]) for option in given}
                 parameters = study.parameters([stage])
-                for sentence in study.warnings(parameters):
-                    click.echo(f"warning: {sentence}", err=True)
+                options.warn(study, parameters)
                 client, workers = until_answered.enter_context(cluster.client(_note))
                 asking = until_answered.enter_context(
                     Asked(study, stage, question, parameters[stage], workers or jobs, client))
@@ -126,7 +124,7 @@ def _command(stage: str, question: Question) -> click.Command:
                                 help="Draw into FILE (its ending names the format).")(function)  # fmt: skip
     function = options.study(options.answers(function, rows=question.rows))
     if question.pool:
-        function = cluster_options.offered(function)
+        function = clusters.offered(function)
     for option in reversed(given):
         function = option.declared()(function)
     ending = options.examples(question.name, question.examples) if question.examples else None
@@ -178,9 +176,7 @@ class Option:
     """A field of a question's options: how it is given, and its checked value."""
 
     def __init__(self, name: str, field: Field[Any], kind: Any) -> None:
-        optional = typing.get_origin(kind) in (typing.Union, types.UnionType)
-        self.name, self.field = name, field
-        self.kind = next(each for each in typing.get_args(kind) if each is not type(None)) if optional else kind
+        self.name, self.field, self.kind = name, field, present(kind)
         about = field.metadata
         self.flag = name.upper() if about["positional"] else "--" + (about["name"] or name.replace("_", "-"))
 

@@ -77,15 +77,17 @@ def figures(
     present = sorted(path.name for path in expected.iterdir() if not path.name.startswith("."))
     if against is None:
         status.say(study, *study.graph.needed_for((study.graph.maker(FIGURES),)))
-    if check:
-        how, exact = _strictness(study, exact, tolerance, against)
-        allowed, kept, own = TOLERANCE if tolerance is None else tolerance, study.results / "differences", None
-        if against is not None and _are_current(study):
-            own = study.store.place(FIGURES)
-        found = compare(expected, own, kept, allowed) if own else _drawn_anew(study, expected, present, kept, allowed)
-        _tell(found, len(present), how, exact, form)
+    if not check:
+        files = [shown(expected / name) for name in present]
+        form.give(files, {"files": files})
+        return
+    how, exact = _strictness(study, exact, tolerance, against)
+    allowed, kept = TOLERANCE if tolerance is None else tolerance, study.results / "differences"
+    if against is not None and _are_current(study):
+        found = compare(expected, study.store.place(FIGURES), kept, allowed)
     else:
-        form.give([shown(expected / name) for name in present], {"files": [shown(expected / name) for name in present]})
+        found = _drawn_anew(study, expected, present, kept, allowed)
+    _tell(found, len(present), how, exact, form)
 
 
 def _draw_named(study: Study, names: Iterable[str], folder: Path, form: options.Form) -> None:
@@ -150,9 +152,7 @@ def _strictness(study: Study, exact: bool, tolerance: float | None, against: Pat
     place = study.store.place(study.graph.stages[study.graph.maker(FIGURES)].artefact)
     if not place.exists():
         return f"{allowed}, as {shown(place)} is not there to tell what made them", False
-    from pipeline.cache import artefact
-
-    about = artefact.provenance(disk.content(place, shown(place)), shown(place))
+    about = study.provenance(place)
     if fingerprint.made_as_here(about):
         return "byte by byte, as they were made by such a processor and such versions as there are here", True
     made, here = about.get("processor", "an unknown processor"), processor.words()

@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline import proofs
 from pipeline.cache import disk
 from pipeline.cache.fingerprint import compact
 from pipeline.cache.store import Entry
@@ -30,9 +29,9 @@ from pipeline.commands.claims import Claim, Claims
 from pipeline.commands.status import Standing, echo
 from pipeline.errors import StudyError
 from pipeline.graph import CAPTIONS, CLAIMS, FIGURES, REPORT
-from pipeline.parameters import levels, yaml_text
+from pipeline.parameters import yaml_text
 from pipeline.parameters.loading import sections
-from pipeline.parameters.value import declared
+from pipeline.parameters.value import DEFAULT_LEVEL, declared
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
@@ -130,7 +129,7 @@ def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mappi
     parts = [
         [(entry.key, entry.seconds if with_times else 0, entry.summary if entry.refused else "")
          for entry in made.values()],
-        study.params.parent.name, dict(stale), proofs.said(study),
+        study.params.parent.name, dict(stale), claims.proven(study),
         *(disk.digest(disk.read(path) or b"") for path in files),
     ]  # fmt: skip
     return disk.digest(json.dumps(parts).encode())[:32]
@@ -159,7 +158,7 @@ def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) 
     """The page of a given content; `seconds` is the time of all stages, empty to leave times out."""
     sealing = _SEAL.format(sealed)
     page = template(_TEMPLATE).render(content=content, seal=sealing, with_times=bool(seconds), seconds=seconds,
-                                      stale=stale, usual_level=levels.DEFAULT)  # fmt: skip
+                                      stale=stale, usual_level=DEFAULT_LEVEL)  # fmt: skip
     head, mark, rest = page.encode().partition(sealing.encode())
     return head + mark + _whole(head, rest) + rest
 
@@ -228,9 +227,9 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
 
 def _proven(study: Study) -> Iterator[Row]:
     """What a proof says of the study's design, as an answer for the first screen."""
-    for words in dict.fromkeys(proofs.said(study).values()):
+    for words in dict.fromkeys(claims.proven(study).values()):
         answer = f"{words[0].upper()}{words[1:]}."
-        yield {"question": "Is it proven?", "answer": answer, "means": "", "errors": proofs.MEANS}
+        yield {"question": "Is it proven?", "answer": answer, "means": "", "errors": claims.MEANS}
 
 
 def _provenance(entry: Entry, with_times: bool) -> Row:

@@ -3,22 +3,35 @@
 Linux has Landlock for files (5.13 on; since 6.7 also for TCP), seccomp for sockets of all kinds, and limits for memory,
 files that are written, and time. Other systems have some of the limits. `confine` takes what there is and says what it
 could not; nothing of it can be undone in that process or in those that it starts.
+
+`enter` does so for a process that computes a stage, `enter_alone` for a command in a stranger's study, which loads the
+stages' parameters and results itself. Here is also the one list of what every program needs, whatever it computes: what
+confined processes may read, and what a stage may without its being an input.
 """
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
+import mimetypes
 import os
 import platform
 import struct
 import sys
-from collections.abc import Callable, Iterable, Iterator
+import sysconfig
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from pipeline.room.needed import SYSTEM, of_python
+from pipeline import trust
+from pipeline.cache import disk
+from pipeline.execution.job import TEMPORARY, Job, Task, named_files
+from pipeline.execution.process import get_ready
+from pipeline.graph import beneath
+from pipeline.home import DISTRIBUTION, engine, face, home, home_of
 
 _CREATE, _ADD, _RESTRICT = 444, 445, 446  # Landlock's system calls, the same on every processor
 _EXECUTE, _WRITE, _READ, _LIST = 1, 2, 4, 8
@@ -42,11 +55,38 @@ _CALLS = {
 }  # fmt: skip
 _X32 = 0x40000000
 
+#: Of whoever reads one file: system libraries, time zones, what tells the processor, and devices that hold nothing.
+SYSTEM = (
+    "/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib", "/nix/store", "/etc/ld.so.cache", "/etc/localtime",
+    "/usr/share/zoneinfo", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/proc/self", "/sys/devices/system",
+    "/dev/null", "/dev/zero", "/dev/urandom", "/dev/random", *map(str, mimetypes.knownfiles),
+)  # fmt: skip
+#: Of stages as well, unless it lies in the study: programs, names of users, fonts, limits; no other process.
+STAGES = (
+    *SYSTEM,
+    "/bin", "/sbin", "/usr", "/opt", "/nix", "/proc/sys", "/sys/fs/cgroup", "/sys/kernel/mm", "/etc/fonts",
+    "/etc/passwd", "/etc/group", "/etc/nsswitch.conf", "/etc/os-release", "/etc/ld.so.conf", "/etc/ld.so.conf.d",
+    "/etc/alternatives", "/var/cache/fontconfig", "~/.fonts", "~/.local/share/fonts", "~/.cache/fontconfig",
+    "~/.cache/matplotlib", "~/.config/matplotlib", "~/.matplotlib", "/System",
+    "/Library", "~/Library/Fonts", "~/Library/Caches",
+    "~/AppData", os.environ.get("SYSTEMROOT", "/usr"),
+)  # fmt: skip
+#: Variables that name folders of libraries, wherever these lie.
+_NAMED = ("MPLCONFIGDIR", "PYTHONPYCACHEPREFIX", "LOCALAPPDATA")
+#: Where processes that are forked share locks.
+SHARED = "/dev/shm"
+
 #: What is confined.
 FILES, SOCKETS, MEMORY, TIME = "files", "sockets", "memory", "time"
 _LIMIT = "limit of the system"
+_OF_SQLITE = ("-journal", "-wal", "-shm")
 #: How each of these holds in this process, once it is confined.
 held: dict[str, str] = {}
+
+
+def beside(source: Path) -> list[Path]:
+    """What may lie beside a file, should it be a database."""
+    return [each.with_name(each.name + ending) for each in (source, source.resolve()) for ending in _OF_SQLITE]
 
 
 def landlock() -> int:
@@ -180,3 +220,92 @@ def _prctl(*arguments: Any) -> int:
 
 def _libc() -> Any:
     return ctypes.CDLL(None, use_errno=True)
+
+
+def of_python() -> set[Path]:
+    """Folders with Python and its packages."""
+    path = {Path(part) for part in sys.path if part.endswith("-packages") or Path(part, "numpy").is_dir()}
+    return {Path(sys.prefix), Path(sys.base_prefix), *path}
+
+
+def of_stages(*homes: Path | str) -> list[Path]:
+    """Folders with this program, packages wherever they lie but not above `homes`, and what libraries keep."""
+    named = (os.environ[name] for name in _NAMED if os.environ.get(name))
+    own = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "matplotlib").expanduser()
+    packages = [Path(part) for part in (*sys.path, *sysconfig.get_paths().values()) if part
+                and not any(Path(home).is_relative_to(part) for home in (engine(), *homes))]  # fmt: skip
+    about = engine() / f"{DISTRIBUTION}.egg-info"  # of an unpacked release, which who looks for plug-ins reads
+    return [*of_python(), *packages, engine() / "pipeline", about, machine_code(), own, *map(Path, named)]
+
+
+def of_code(place: Path, package: str) -> list[Path]:
+    """A package of stages in `place`, and the branch that this is on, by which users of machine code are told apart."""
+    return [place / package, place / ".git" / "HEAD"]
+
+
+def machine_code() -> Path:
+    """The folder in which stages leave machine code: they say the same."""
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(os.environ["NUMBA_CACHE_DIR"]).absolute() / DISTRIBUTION
+    wished = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
+    return (wished if wished.is_absolute() else Path("~/.cache")).expanduser() / DISTRIBUTION / "machine_code"
+
+
+def enter(job: Job, folder: Path, tasks: Sequence[Task]) -> None:
+    """Let this process read what dvc.yaml lists for these tasks, the stages' code and what every program needs, and
+    write into `folder` and where machine code is kept. It opens no socket. It can never do more again.
+
+    Code that is not this program's own keeps its machine code apart, as loading that runs it.
+    """
+    place = home_of(job.package, Path(job.code_root))
+    own = _own(place, folder / TEMPORARY, any("/machine_code/" in file for file in job.code))
+    reads = [*of_code(place, job.package), *_needed(place, job.root), *_inputs(job, tasks)]
+    confine(reads, [folder, *own], [place, engine()])
+
+
+def enter_alone(root: Path, results: Path, package: str) -> None:
+    """Keep this command, and what it starts from now on, to a stranger's study, its results and what was typed."""
+    words = [word.partition("=")[2] if word.startswith("--") and "=" in word else word for word in sys.argv[1:]]
+    kept = results / ".cache"
+    writes = [root, results, kept, *(Path(into) for word, into in pairwise(sys.argv) if word == "--results")]
+    for folder in writes:
+        folder.mkdir(parents=True, exist_ok=True)
+    own = _own(root, kept / TEMPORARY, True)
+    get_ready()  # a process that runs none of the study's code
+    program = [trust.place(), engine() / package, face(),
+               *(home() / part for part in ("dvc.yaml", "params", "requirements")),
+               *(engine() / ".git" / part for part in ("HEAD", "refs", "packed-refs"))]  # fmt: skip
+    confine([*map(Path, words), *program, *_needed(root)], [*writes, *own], [engine()], signals=True)
+    if FILES not in held:
+        print(f"note: without Landlock what lies in {root} can read and change all that you can", file=sys.stderr)
+
+
+def _own(place: Path, temporary: Path, compiles: bool) -> list[Path]:
+    """Folders of this program that code in `place` may write, the temporary one and that of machine code."""
+    temporary.mkdir(exist_ok=True)  # a killed run's folder may be swept away by now, and is not made again
+    os.environ["TMPDIR"], tempfile.tempdir = str(temporary), None
+    if not compiles:
+        return [temporary, Path(SHARED)]
+    kept = machine_code()
+    if place != engine() and not kept.parent.name.startswith("of-"):
+        kept /= f"of-{disk.digest(str(place).encode())[:24]}"
+        os.environ["NUMBA_CACHE_DIR"] = str(kept)
+        kept /= DISTRIBUTION
+    for folder in (*reversed(kept.parents), kept):
+        if not folder.exists():
+            folder.mkdir(mode=0o700, exist_ok=True)
+    return [temporary, Path(SHARED), kept]
+
+
+def _needed(*homes: Path | str) -> list[Path]:
+    return [*of_stages(*homes), *(Path(each).expanduser() for each in STAGES)]
+
+
+def _inputs(job: Job, tasks: Sequence[Task]) -> Iterator[Path]:
+    named = named_files(tasks) if job.function is None else set()
+    for place in {*(place for place, _ in job.files.values() if place), *named}:
+        yield from (Path(place), *beside(Path(place)))
+    for path in (path for stage in job.stages for path in stage.inputs if path not in job.files):
+        for first in beneath(path, job.files)[:1]:
+            inside = len(Path(first).parts) - len(Path(path).parts)
+            yield [Path(job.files[first][0]), *Path(job.files[first][0]).parents][inside]

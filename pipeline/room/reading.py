@@ -3,11 +3,13 @@
 What a reader yields comes back through a pipe as JSON, with the bytes of arrays behind it. Nothing is unpickled, so
 that a reader that a file has taken over can answer with wrong numbers alone. On Linux the process is forked, elsewhere
 it is begun afresh. Processor time, memory, and what is unpacked have limits, which grow with the size of the source.
+What an HDF5 file says of itself is looked at before anything in it is read: its size, and whether all of it is there.
 """
 
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import math
 import os
@@ -24,22 +26,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
+import h5py
 import numpy as np
 
 from pipeline.cache import disk
-from pipeline.errors import StudyError, is_answer
+from pipeline.errors import ArtefactError, StudyError, is_answer
 from pipeline.execution.process import FORKED
-from pipeline.home import engine
-from pipeline.room import hdf5_file
-from pipeline.room.confine import confine, when_parent_ends
-from pipeline.stage_modules import named
+from pipeline.home import engine, named
+from pipeline.room.confine import beside, confine, when_parent_ends
 
 Reader = Callable[..., Iterable[Any]]
 _ARRAY, _HEAD = "array", struct.Struct("<Q")
 _NUMBERS = re.compile(r"[<>|][fiub]\d{1,2}$")
 _LONGEST_HEAD = 1 << 28
 _PATIENCE = 30.0  # by the clock, which a busy machine shares among as many; waiting for a disk counts as well
-_OF_SQLITE = ("-journal", "-wal", "-shm")
 
 
 class Refused(StudyError):
@@ -122,7 +122,7 @@ def read(reader: Reader, source: Path, *given: Any, writes: Path | None = None) 
 def vetted(path: Path, where: str) -> bytes:
     """The bytes of an artefact, which was read whole in the room. Raises `StudyError` where that is refused."""
     content = disk.content(path, where)
-    if [*read(hdf5_file.vet, path)] != [disk.digest(content)]:
+    if [*read(vet, path)] != [disk.digest(content)]:
         raise Refused(f"{where} was changed by someone else meanwhile; try again")
     return content
 
@@ -147,11 +147,6 @@ def _size(source: Path, name: str) -> int:
         with contextlib.suppress(OSError):
             found = [each.stat() for each in source.rglob("*") if each.is_file()]
     return sum(min(each.st_size, 512 * getattr(each, "st_blocks", each.st_size)) for each in found)
-
-
-def beside(source: Path) -> list[Path]:
-    """What may lie beside a file, should it be a database."""
-    return [each.with_name(each.name + ending) for each in (source, source.resolve()) for ending in _OF_SQLITE]
 
 
 class _Process:
@@ -242,24 +237,34 @@ def _answer(send: int, reader: Reader, source: Path, given: Any, writes: Path | 
             written=limits.memory if writes else 0)  # fmt: skip
     with os.fdopen(send, "wb") as out:
         try:
-            for each in [source] if source.is_file() else source.rglob("*"):
-                signed = each.is_file() and hdf5_file.is_signed(each)
-                if signed and hdf5_file.check_plain(each, ascii(each.name)) > limits.memory:
-                    raise _Over("unpacked")
+            _check_unpacked(source, limits)
             for item in reader(source, *given):
-                arrays: list[np.ndarray] = []
-                plain = _parted(item, arrays)
-                if any(each.ndim and len(each) > limits.rows for each in arrays):
-                    raise _Over("rows")
-                _send(out, {"item": plain, "arrays": [[each.dtype.str, each.shape] for each in arrays]})
-                for array in filter(np.size, arrays):
-                    out.write(np.ascontiguousarray(array).data.cast("B"))
-                out.flush()
+                _hand_over(out, item, limits)
             _send(out, {"ended": None})
         except BrokenPipeError:
             pass
         except BaseException as error:
             _send(out, {"ended": _said(error, source, reader.__module__.partition(".")[0])})
+
+
+def _check_unpacked(source: Path, limits: Limits) -> None:
+    """Raise `_Over` where an HDF5 file, or one in a folder, would fill more memory than is allowed."""
+    files = [each for each in ([source] if source.is_file() else source.rglob("*")) if each.is_file()]
+    for each in filter(is_signed, files):
+        if check_plain(each, ascii(each.name)) > limits.memory:
+            raise _Over("unpacked")
+
+
+def _hand_over(out: IO[bytes], item: Any, limits: Limits) -> None:
+    """Send what a reader yielded, its arrays behind the rest."""
+    arrays: list[np.ndarray] = []
+    plain = _parted(item, arrays)
+    if any(each.ndim and len(each) > limits.rows for each in arrays):
+        raise _Over("rows")
+    _send(out, {"item": plain, "arrays": [[each.dtype.str, each.shape] for each in arrays]})
+    for array in filter(np.size, arrays):
+        out.write(np.ascontiguousarray(array).data.cast("B"))
+    out.flush()
 
 
 class _Over(Exception):
@@ -305,6 +310,65 @@ def _how(code: int) -> str:
     with contextlib.suppress(ValueError):
         return signal.Signals(-code).name
     return f"code {code}"
+
+
+
+def is_signed(path: Path) -> bool:
+    """Whether a file says that it is HDF5, at its beginning or behind what MATLAB writes there."""
+    with open(path, "rb") as file:
+        return b"\x89HDF\r\n\x1a\n" in file.read(520)
+
+
+def size_of_plain(file: Any, name: str) -> int:
+    """Bytes of all arrays of an open file, unpacked. Raises `ArtefactError`, before anything is read, where parts lie
+    in other files: external storage, virtual datasets, links out.
+    """
+    links: list[tuple[bytes, int]] = []
+    size = 0
+    try:
+        file.id.links.visit(lambda path, link: links.append((path, link.type)), info=True)
+    except (OSError, RuntimeError, KeyError, ValueError):
+        raise ArtefactError(f"{name} is no HDF5 file that can be read") from None
+    for path, kind in links:
+        if kind > h5py.h5l.TYPE_SOFT:
+            raise ArtefactError(f"{name} cannot be read: {path.decode(errors='replace')!a} is a link out of it")
+        with contextlib.suppress(OSError, RuntimeError, KeyError, ValueError):  # what is broken cannot be read later
+            if kind != h5py.h5l.TYPE_HARD or h5py.h5o.get_info(file.id, path).type != h5py.h5o.TYPE_DATASET:
+                continue
+            stored = h5py.h5d.open(file.id, path)
+            how = stored.get_create_plist()
+            if how.get_external_count() or how.get_layout() == h5py.h5d.VIRTUAL:
+                raise ArtefactError(f"{name} cannot be read: the values of {path.decode(errors='replace')!a} lie "
+                                    "in other files")
+            size += stored.get_space().get_simple_extent_npoints() * stored.get_type().get_size()
+    return size
+
+
+def vet(source: Path) -> Iterator[str]:
+    """The digest of an artefact all of which was read, or which is damaged so that it cannot be: a reader."""
+    content = source.read_bytes()
+    try:
+        with h5py.File(io.BytesIO(content), "r") as file:
+            file.visititems(_read)
+    except (MemoryError, StudyError):
+        raise
+    except Exception:  # whoever reads it here says what is wrong
+        pass
+    yield disk.digest(content)
+
+
+def _read(path: str, item: Any) -> None:
+    """Read what lies at a path."""
+    dict(item.attrs)
+    if isinstance(item, h5py.Dataset):
+        item[()]
+
+
+def check_plain(file: Path | io.BytesIO, name: str) -> int:
+    """As `size_of_plain`; 0 for what cannot be opened, of which others say what is wrong."""
+    with contextlib.suppress(OSError), h5py.File(file, "r") as opened:
+        return size_of_plain(opened, name)
+    return 0
 
 
 if __name__ == "__main__":

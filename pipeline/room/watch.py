@@ -19,7 +19,7 @@ from typing import Any
 import h5py
 
 from pipeline.errors import StudyError
-from pipeline.room.needed import STAGES, of_stages
+from pipeline.room.confine import STAGES, of_stages
 
 _SHOWN = 3
 _NETWORK = b"network:"  # no path

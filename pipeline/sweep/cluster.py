@@ -2,26 +2,31 @@
 
 The benches are worker processes of their own, so a point that hangs or crashes costs that process and not dask's; a
 dask worker that dies costs its chunks, which dask gives to another. What dask carries are texts in JSON and the name
-of the function `work`, none of this program's objects.
+of the function `work`, none of this program's objects. At the end stand the options that ask for a cluster.
 """
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import logging
 import platform
 import threading
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+import click
+
+from pipeline.commands.options import Command
 from pipeline.errors import StageFailed, StudyError
 from pipeline.execution.job import Job, Task
 from pipeline.room.confine import landlock
-from pipeline.sweep.journal import CRASH, Row
-from pipeline.sweep.pool import Bench, Chunks
+from pipeline.sweep.pool import CRASH, Bench, Chunks, Row
 
 _AHEAD = 3  # chunks for each thread that dask holds, so that none waits for the next
 _CONNECT_S = 15
@@ -190,3 +195,61 @@ def _end_idle(place: tuple[str, int]) -> None:
 
 def _first_line(error: BaseException) -> str:
     return next(iter(str(error).splitlines()), type(error).__name__)
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """The scheduler's address, None for this machine, and the certificates by dask's names."""
+
+    address: str | None = None
+    certificates: Mapping[str, str] = field(default_factory=dict)
+
+    @contextlib.contextmanager
+    def client(self, note: Callable[[str], None]) -> Iterator[tuple[Any, int]]:
+        """A client and how much it computes at a time; None and 0 on this machine. Raises `StudyError`."""
+        if self.address is None:
+            yield None, 0
+            return
+        if is_open(self.address):
+            note(f"the way to {self.address} is not encrypted, and whoever reaches that port, on your own computer "
+                 "each of its users, can run programs there; docs/sweeps.md has the way with certificates")  # fmt: skip
+        client = connected(self.address, self.certificates)
+        if machines := unconfined(client):
+            note(f"what is computed on {', '.join(machines)} is not confined there, as Landlock is missing: it can "
+                 "read and write whatever the worker's user can")  # fmt: skip
+        try:
+            yield client, threads(client)
+        finally:
+            client.close()
+
+
+HERE = Cluster()
+
+
+def offered(function: Command) -> Command:
+    """`--jobs` for this machine, `--cluster` and its certificates; the command gets `jobs` and a `Cluster`."""
+
+    @click.option("--jobs", "-j", metavar="N", type=click.IntRange(min=1),
+                  help="How much is computed side by side (default: cores).")  # fmt: skip
+    @click.option("--cluster", "address", metavar="ADDRESS",
+                  help="Compute on the dask cluster of the scheduler at ADDRESS.")  # fmt: skip
+    @click.option("--tls-ca-file", metavar="FILE", help="Authority of its certificates, for ADDRESS = tls://...")
+    @click.option("--tls-cert", metavar="FILE", help="Certificate that shows who you are.")
+    @click.option("--tls-key", metavar="FILE", help="Its key, if it is not in the certificate's file.")
+    @functools.wraps(function)
+    def with_cluster(
+        *given: Any, jobs: int | None, address: str | None, tls_ca_file: str | None, tls_cert: str | None,
+        tls_key: str | None, **options: Any,
+    ) -> Any:  # fmt: skip
+        if jobs and address:
+            raise StudyError("--jobs is for this machine; a cluster has as many workers as it has")
+        files = {"tls_ca_file": tls_ca_file, "tls_client_cert": tls_cert, "tls_client_key": tls_key}
+        certificates = {name: file for name, file in files.items() if file}
+        if certificates and not address:
+            raise StudyError("--tls-ca-file, --tls-cert and --tls-key are for --cluster tls://...")
+        for file in certificates.values():
+            if not Path(file).is_file():
+                raise StudyError(f"--cluster {address}: there is no file {file}")
+        return function(*given, jobs=jobs, cluster=Cluster(address, certificates), **options)
+
+    return with_cluster

@@ -1,19 +1,25 @@
-"""The points of a sweep on this machine: a thread with a worker for each core, and how many points each gets.
+"""Points computed on this machine, and what came of them: a thread with a worker for each core, a file that grows.
 
-A bench is a place where points are computed: a worker that is replaced when it dies, and ended when it hangs.
+A bench is a place where points are computed: a worker that is replaced when it dies, and ended when it hangs. How many
+points each gets follows the time they take. A line of the journal is written when its point is done, so a sweep that is
+killed loses what was on its way and nothing else. A line that was torn or edited fails its seal and counts as never
+written.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import math
+import os
 import queue
 import shutil
 import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
@@ -21,7 +27,86 @@ from pipeline.cache import disk
 from pipeline.errors import StageFailed, StudyError
 from pipeline.execution.job import Job, Task, named_files
 from pipeline.execution.process import Message, Worker
-from pipeline.sweep.journal import COMPUTED, CRASH, ERROR, NO_ANSWER, TIME_LIMIT, Row
+
+_SYNC_EVERY_S = 2.0
+_SEAL = 16
+COMPUTED = "computed"
+NO_ANSWER = "no answer"  # the stage's own reasoned refusal
+NOT_ALLOWED = "not allowed"  # the values break a rule between parameters
+TIME_LIMIT = "time limit"
+CRASH = "crash"
+ERROR = "error"
+KEPT = (COMPUTED, NO_ANSWER)  # what follows from the point alone; the rest may be the machine's fault
+
+
+@dataclass(frozen=True)
+class Row:
+    """Outcome of a point, the reason where there is no result, values by column, and the seconds it took."""
+
+    outcome: str
+    reason: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    seconds: float = 0.0
+
+
+class Journal:
+    """Rows on disk, of each only its place in the file in memory; what follows not from its point alone is kept there
+    until the end.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._places: dict[str, int] = {}
+        self._unkept: dict[str, Row] = {}
+        self._file = disk.opened_at_end(path)
+        self._read_all()
+        self._synced = time.monotonic()
+
+    def close(self) -> None:
+        """Flush and close the file."""
+        self._sync()
+        self._file.close()
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._places or key in self._unkept
+
+    def row(self, key: str) -> Row:
+        """The row of a point. Raises KeyError if it is not there."""
+        if key in self._unkept:
+            return self._unkept[key]
+        self._file.seek(self._places[key])
+        stored = json.loads(self._file.readline()[_SEAL + 1 :])
+        return Row(stored["outcome"], stored["reason"], stored["values"])
+
+    def add(self, key: str, row: Row) -> None:
+        """Keep a row. What follows from the point alone is written; the seconds it took are not."""
+        if row.outcome not in KEPT:
+            self._unkept[key] = row
+            return
+        body = json.dumps({"key": key, "outcome": row.outcome, "reason": row.reason, "values": dict(row.values)})
+        place = self._file.seek(0, os.SEEK_END)
+        self._file.write(disk.digest(body.encode())[:_SEAL].encode() + b" " + body.encode() + b"\n")
+        self._places[key] = place
+        if time.monotonic() - self._synced > _SYNC_EVERY_S:
+            self._sync()
+        else:
+            self._file.flush()
+
+    def _sync(self) -> None:
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        self._synced = time.monotonic()
+
+    def _read_all(self) -> None:
+        self._file.seek(0)
+        place, line = 0, b"\n"
+        for line in self._file:
+            seal, _, body = line.rstrip(b"\n").partition(b" ")
+            if line.endswith(b"\n") and disk.digest(body)[:_SEAL].encode() == seal:
+                self._places[json.loads(body)["key"]] = place
+            place += len(line)
+        if not line.endswith(b"\n"):
+            self._file.write(b"\n")  # what a killed run left half-written must not spoil the next line
+
 
 _MOST_DEATHS = 2  # at the same point
 _MOST_FALSE_STARTS = 5

@@ -14,15 +14,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
 from pipeline.parameters.value import allowed, declared, shown, values_of
 from pipeline.study import shown as shown_path
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 class Between(NamedTuple):
@@ -188,8 +187,6 @@ class Spec:
         """Shares between 0 and 1 of each drawn point, shape (count, parameters); None where points are not drawn."""
         if self.kind not in ("latin_hypercube", "monte_carlo"):
             return None
-        import numpy as np
-
         random = np.random.default_rng(self.seed)
         if self.kind == "monte_carlo":
             return random.random((self.size, len(self.axes)))

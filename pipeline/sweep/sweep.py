@@ -7,11 +7,13 @@ says why. On one kind of processor the same sweep gives the same bytes.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import time
+import typing
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -24,29 +26,27 @@ from pipeline.cache import artefact, disk, fingerprint, hdf5
 from pipeline.cache.hdf5 import describe
 from pipeline.cache.store import SWEEPS
 from pipeline.errors import StudyError
-from pipeline.execution.columns import about
 from pipeline.execution.display import Display
 from pipeline.execution.job import Task, task_of
-from pipeline.stage_modules import result_class
+from pipeline.home import result_class
 from pipeline.study import Study
 from pipeline.sweep import pool
 from pipeline.sweep.chain import Chain
-from pipeline.sweep.journal import COMPUTED, KEPT, NOT_ALLOWED, Journal, Row
+from pipeline.sweep.pool import COMPUTED, NOT_ALLOWED, Journal, Row
 from pipeline.sweep.spec import Spec
 
 _STORAGE = {"compression": "gzip", "shuffle": True}
 
 
 def table(
-    chain: Chain, rows: Iterable[Row], outcomes: Counter[str], note: Callable[[str], None]
-) -> bytes:
-    """The HDF5 file of a sweep's points with their rows, whose `outcomes` are counted; `note` is told of an output that
-    no result has.
+    chain: Chain, rows: Iterable[Row], note: Callable[[str], None]
+) -> tuple[bytes, dict[str, int]]:
+    """The HDF5 file of a sweep's points with their rows, and how many have each outcome; `note` is told of an output
+    that no result has.
     """
-    count, reasons = chain.spec.size, []
-    given: dict[str, Any] = {}
-    found: dict[str, Any] = {}
-    ended = []
+    count = chain.spec.size
+    given, found = dict[str, Any](), dict[str, Any]()
+    ended, reasons = list[str](), list[str]()
     for index, row in enumerate(rows):
         for name, value in chain.spec.point(index).items():
             _put(given, name, index, value, count)
@@ -55,7 +55,6 @@ def table(
                 _put(found, name, index, value, count)
         ended.append(row.outcome)
         reasons.append(row.reason)
-    outcomes.update(ended)
     for pattern in chain.spec.outputs:
         if not any(fnmatchcase(name, pattern) for name in found):
             note(f'{chain.spec.name}: outputs: no point has a result "{pattern}"')
@@ -77,7 +76,7 @@ def table(
         group = file.create_group("provenance")
         for name, text in _provenance(chain).items():
             group.attrs[name] = text
-        return artefact.image(file)
+        return artefact.image(file), dict(Counter(ended))
 
 
 def _put(columns: dict[str, Any], name: str, index: int, value: Any, count: int) -> None:
@@ -96,6 +95,23 @@ def _write(group: Any, name: str, column: Any, attributes: Mapping[str, str]) ->
     item = group.create_dataset(name, data=column, track_times=False, **_STORAGE)
     describe(item, attributes)
     return item
+
+
+def about(cls: type, column: str) -> Mapping[str, str]:
+    """Unit, symbol and description of a column of a result class; empty where it has none."""
+    return next(_meanings(cls, column.split(".")), {})
+
+
+def _meanings(cls: type, path: list[str]) -> Iterator[Mapping[str, str]]:
+    hints = typing.get_type_hints(cls)
+    for item in dataclasses.fields(cls):
+        if item.name == path[0]:
+            kinds = [hints[item.name], *typing.get_args(hints[item.name])]
+            inner = next((kind for kind in kinds if dataclasses.is_dataclass(kind)), None)
+            if inner is not None and len(path) > 1 and isinstance(inner, type):
+                yield from _meanings(inner, path[1:])
+            else:
+                yield {key: str(item.metadata[key]) for key in ("unit", "symbol", "description") if item.metadata[key]}
 
 
 def _provenance(chain: Chain) -> dict[str, str]:
@@ -143,49 +159,37 @@ class Sweep:
         """Compute what is missing and write the table to `out`. Call it under the lock of `folder`."""
         job = self.chain.job(self.display)
         shared = disk.digest(json.dumps(self.chain.ground, sort_keys=True).encode())[:32]
-        with Journal(self.folder / ".cache" / f"{shared}.jsonl") as journal:
-            unkept: dict[str, Row] = {}
-            keys = [self._key(index, unkept) for index in range(self.spec.size)]
-            known = sum(key in journal for key in keys)
+        with contextlib.closing(Journal(self.folder / ".cache" / f"{shared}.jsonl")) as journal:
+            keys = [self._key(index, journal) for index in range(self.spec.size)]
             first: dict[str, int] = {}
             for index, key in enumerate(keys):
-                if key not in journal and key not in unkept:
+                if key not in journal:
                     first.setdefault(key, index)
+            known = sum(key in journal and key != str(index) for index, key in enumerate(keys))
             if known:
                 self.display.note(f"{known} of {len(keys)} points are known already")
-            began, point_seconds, meter = time.monotonic(), 0.0, Meter(len(first), self.display)
-            missing = [*first.values()]
-            try:
+            missing, meter = [*first.values()], Meter(len(first), self.display)
+            with contextlib.closing(self.display):
                 for index, row in pool.rows(job, missing, self._task, workers, client) if missing else ():
-                    if keys[index] in journal or keys[index] in unkept:
-                        continue  # a chunk that was given to another worker may come back twice
-                    point_seconds += row.seconds
-                    if row.outcome in KEPT:
+                    if keys[index] not in journal:  # a chunk that was given to another worker may come back twice
                         journal.add(keys[index], row)
-                    else:
-                        unkept[keys[index]] = row
-                    meter.one_more(row.outcome != COMPUTED)
-            finally:
-                self.display.close()
-            seconds = time.monotonic() - began
-            lost = sum(key not in journal and key not in unkept for key in first)
+                        meter.one_more(row)
+            seconds, lost = meter.spent(), sum(key not in journal for key in first)
             if lost:
                 raise StudyError(f"{lost} points did not come back; run the sweep again to compute them")
-            outcomes: Counter[str] = Counter()
-            rows = (journal.row(key) if key in journal else unkept[key] for key in keys)
-            content = table(self.chain, rows, outcomes, self.display.note)
+            content, outcomes = table(self.chain, map(journal.row, keys), self.display.note)
         disk.write(out, content)
-        return Summary(len(keys), dict(outcomes), known, len(missing), seconds, point_seconds, workers)
+        return Summary(len(keys), outcomes, known, len(missing), seconds, meter.seconds, workers)
 
     def _task(self, index: int) -> Task:
         return task_of(self.study, self.chain.parameters(self.spec.point(index)), index)
 
-    def _key(self, index: int, unkept: dict[str, Row]) -> str:
-        """Key of a point; its number and a row where its values are not allowed."""
+    def _key(self, index: int, journal: Journal) -> str:
+        """Key of a point; its number, with a row in the journal, where its values are not allowed."""
         try:
             return self.chain.key(self.chain.parameters(self.spec.point(index)))
         except StudyError as error:
-            unkept[str(index)] = Row(NOT_ALLOWED, str(error))
+            journal.add(str(index), Row(NOT_ALLOWED, str(error)))
             return str(index)
 
 
@@ -193,19 +197,23 @@ class Meter:
     """Counts the points of this run, not those found in the journal, and tells a display."""
 
     def __init__(self, total: int, display: Display) -> None:
-        self.total, self.done, self.failed, self._display = total, 0, 0, display
+        self.total, self.done, self.failed, self.seconds, self._display = total, 0, 0, 0.0, display
         self._began = time.monotonic()
 
-    def one_more(self, failed: bool) -> None:
+    def spent(self) -> float:
+        """Seconds since this began."""
+        return time.monotonic() - self._began
+
+    def one_more(self, row: Row) -> None:
         """A point is done."""
         self.done += 1
-        self.failed += failed
+        self.failed += row.outcome != COMPUTED
+        self.seconds += row.seconds
         self._display.points(self.done, self.total, self.sentence())
 
     def sentence(self) -> str:
         """`120 of 2000 points, 3 without result, 18.3 points/s, 1 min 43 s left`."""
-        spent = time.monotonic() - self._began
-        rate = self.done / spent if spent > 0 else 0.0
+        rate = self.done / spent if (spent := self.spent()) > 0 else 0.0
         left = duration((self.total - self.done) / rate) if rate else "unknown time"
         return f"{self.done} of {self.total} points, {self.failed} without result, {rate:.3g} points/s, {left} left"
 

@@ -10,8 +10,7 @@ from stages.biped.accuracy.tolerances import Accuracy, ConstraintTolerance, Leve
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, half_widths, parameter
 from stages.biped.rubber import Rubber
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 
 
 @dataclass(frozen=True)

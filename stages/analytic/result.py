@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.accuracy.estimate import ErrorEstimate
-from stages.biped.gait import Gait, StanceState
 from stages.biped.quantity import quantity
-from stages.biped.walk import Walk
+from stages.biped.walk import Gait, StanceState, Walk
 
 #: A sliding foot uses all the friction there is, up to this share.
 ROUND_OFF = 1e-9

@@ -43,10 +43,9 @@ from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
 from stages.biped.accuracy.tolerances import FINEST, scaled
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
 from stages.biped.processes import Progress, ignore
 from stages.biped.rubber import FEET, Rubber, soled
-from stages.biped.walk import Walk
+from stages.biped.walk import StanceState, Walk
 
 STEPS = 100
 

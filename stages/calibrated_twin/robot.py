@@ -14,8 +14,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import gait_near
 from stages.analytic.model.walker import Vector
 from stages.biped.between_steps import uniform_times
-from stages.biped.gait import StanceState
-from stages.biped.walk import Walk
+from stages.biped.walk import StanceState, Walk
 from stages.calibration.information.identifiability import FINE
 from stages.calibration.observation.measured_run import (
     SIDES,
@@ -35,8 +34,7 @@ from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import with_numbers_of
 from stages.twin.parameters import IMU_IN_SPACE
 from stages.twin.parameters import Settings as TwinSettings
-from stages.twin.walking.record import Record
-from stages.twin.walking.signals import sample
+from stages.twin.walking.record import Record, sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.between_steps import refined_times
 from stages.biped.design import require_plain
-from stages.biped.gait import StanceState
 from stages.biped.processes import Progress, each_in_a_process, ignore
+from stages.biped.walk import StanceState
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import BARE, Result, RunTruth, SensorTruth, SetSpike
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, generator, walk_twin
@@ -37,8 +37,7 @@ from stages.planar.signals import IMU
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import project
 from stages.twin.result import Result as Twin
-from stages.twin.walking.record import find_events
-from stages.twin.walking.signals import sample
+from stages.twin.walking.record import find_events, sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 

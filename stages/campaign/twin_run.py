@@ -15,8 +15,7 @@ import numpy as np
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.between_steps import uniform_times
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
-from stages.biped.walk import Walk, require
+from stages.biped.walk import StanceState, Walk, require
 from stages.campaign.parameters import Parameters, RunSettings
 from stages.campaign.result import LegTruth
 from stages.campaign.virtual_sensor import SensorMotion
@@ -24,7 +23,7 @@ from stages.ground.slope import Slope
 from stages.twin.machine.machine import Build, build
 from stages.twin.parameters import IMU_IN_SPACE
 from stages.twin.result import Signals
-from stages.twin.walking.signals import sample
+from stages.twin.walking.record import sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 

@@ -11,7 +11,9 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.calibration.parameters import Settings as CalibrationSettings
 from stages.campaign.parameters import RadioSettings, RunSettings, SensorSettings
-from stages.comparison.limits import Limits
+from stages.comparison.claims.paper import (
+    Limits,
+)
 from stages.contact_study.parameters import Settings as StudySettings
 from stages.error_budget.parameters import Settings as BudgetSettings
 from stages.ground.blocks import Blocks

@@ -18,11 +18,10 @@ from stages.biped.walk import require
 from stages.comparison.claims.judge import another_biped, judge
 from stages.comparison.claims.numerics import constraints_reduce_effort
 from stages.comparison.claims.paper import FREQUENCY_HZ
-from stages.comparison.claims.verdict import DOES_NOT_APPLY
 from stages.comparison.determinants import Determinants, digits_of, of_walk
 from stages.comparison.evidence import NAN, Evidence, Inputs, known, largest
 from stages.comparison.parameters import Parameters
-from stages.comparison.result import BipedSummary, Claim, Result, counted, tables_of
+from stages.comparison.result import DOES_NOT_APPLY, BipedSummary, Claim, Result, counted, tables_of
 from stages.comparison.tables import Table
 
 

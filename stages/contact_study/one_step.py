@@ -22,13 +22,11 @@ from stages.analytic.walk.recording import Segment, crossing_state, walk_on
 from stages.analytic.walk.sampling import sample_segment, sample_walk, signal_scales
 from stages.biped.between_steps import SAME, largest_magnitudes, sampled_at
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
-from stages.biped.walk import Walk
+from stages.biped.walk import StanceState, Walk
 from stages.contact_study.result import OneStep
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
-from stages.penalty.settings import Settings
+from stages.ground.slope import Friction, Slope
+from stages.penalty.walk import Settings
 from stages.planar.run import COMPLETED, Run, foot_kinematics
 from stages.planar.sampling import find_events, ground_reaction, peaks
 from stages.planar.signals import GROUND_REACTION, SIGNALS

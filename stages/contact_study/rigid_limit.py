@@ -47,7 +47,7 @@ from stages.contact_study.result import (
     RigidLimit,
 )
 from stages.ground.contact_law import ContactLaw, family_member, with_creep, with_impact
-from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Friction
 from stages.planar.limit_cycle import fixed_point
 from stages.planar.run import STEP_FLOOR
 from stages.planar.section import NoLimitCycle, section_numbers

@@ -27,8 +27,8 @@ from stages.contact_study.parameters import Parameters, Settings
 from stages.contact_study.result import VARIED, FrictionVariation, OneStep, Result, Variations
 from stages.contact_study.rigid_limit import from_rigid_limit, same_set
 from stages.ground.contact_law import ContactLaw
-from stages.penalty.settings import Settings as SolverSettings
 from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import Settings as SolverSettings
 from stages.planar.limit_cycle import FixedPoint, fixed_point
 from stages.planar.section import NoLimitCycle, section_numbers
 from stages.studies.result import COMPLETED, EngineAgreement, as_columns, drawn

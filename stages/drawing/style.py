@@ -1,4 +1,8 @@
-"""One look for all figures: colour-blind-safe, readable in grey, the same bytes from the same data."""
+"""One look for all figures: colour-blind-safe, readable in grey, the same bytes from the same data.
+
+A figure has beside it the numbers behind it, every curve, set of points and map, as CSV. It says where it can be cut
+into pieces that a phone shows one below the other; a box is left, top, right, bottom.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,8 @@ import io
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import chain
+from operator import itemgetter
 from typing import Any
 
 import matplotlib
@@ -16,15 +22,16 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.collections import PathCollection, QuadMesh
+from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator, StrMethodFormatter
+from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter, NullLocator, StrMethodFormatter
 from matplotlib.transforms import Bbox
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from stages.drawing.drawn_numbers import as_csv
-from stages.drawing.panels import pieces
+from stages.drawing.csv_table import table
 
 #: Okabe and Ito's palette, one colour a source.
 ANALYTIC, MULTIBODY, TWIN, MEASURED, GROUND = "#0072B2", "#D55E00", "#000000", "#999999", "#8C6D46"
@@ -218,3 +225,145 @@ def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True, said: str
             files[f"figures/{name}.pdf"] = buffer.getvalue()
     plt.close(figure)
     return files
+
+
+#: Width that a piece may have, about what a phone shows at the size of print, and the empty edge around it [inches];
+#: room of a legend's handle before its words, in their size.
+PHONE, EDGE, HANDLE = 3.6, 0.04, 3.0
+Box = tuple[float, float, float, float]
+
+
+def pieces(figure: Figure) -> str:
+    """The size of a figure that was drawn, then left, top, width and height of its pieces [inches], as words."""
+    (width, height), dpi = figure.get_size_inches(), figure.dpi
+    found = [[width, height]]
+    for group in whole_parts(figure):
+        boxes = [(box.x0 / dpi, height - box.y1 / dpi, box.x1 / dpi, height - box.y0 / dpi) for box in group]
+        found += [[left - EDGE, top - EDGE, right - left + 2 * EDGE, bottom - top + 2 * EDGE]
+                  for left, top, right, bottom in (cut(boxes) if boxes else ())]  # fmt: skip
+    return "; ".join(" ".join(f"{value:.3f}" for value in box) for box in found) + ";"
+
+
+def whole_parts(figure: Figure) -> list[list[Bbox]]:
+    """What must stay whole [pixels]: entries of each legend; then axes with their labels and colour bars, and words."""
+    bars = {axes: [one.colorbar.ax for one in (*axes.images, *axes.collections) if one.colorbar is not None]
+            for axes in figure.get_axes()}  # fmt: skip
+    apart = [axes for axes in bars if axes.get_visible() and not any(axes in own for own in bars.values())]
+    legends: list[list[Bbox]] = []
+    found = [Bbox.union([box for one in (axes, *bars[axes]) if (box := one.get_tightbbox()) is not None])
+             for axes in apart]  # fmt: skip
+    for level in (figure, *figure.subfigs):
+        found += [text.get_window_extent() for text in level.texts if text.get_text()]
+        for legend in level.legends:
+            room = HANDLE * legend.prop.get_size_in_points() / 72.0 * figure.dpi
+            entries = [text.get_window_extent() for text in legend.get_texts()]
+            legends.append([Bbox([[box.x0 - room, box.y0], [box.x1, box.y1]]) for box in entries])
+    return [*legends, found]
+
+
+def cut(boxes: list[Box]) -> list[Box]:
+    """The pieces of boxes as they are read: columns, as many together as fit; rows where there are no columns."""
+    left, top, right, bottom = zip(*boxes, strict=True)
+    for axis in (0, 1) if max(right) - min(left) > PHONE else ():
+        groups: list[list[Box]] = []
+        for run in runs(boxes, axis):
+            both = [*(groups[-1] if groups else ()), *run]
+            narrow = max(box[2] for box in both) - min(box[0] for box in both) <= PHONE
+            if groups and (narrow if axis == 0 else len(runs(both, 0)) > 1):
+                groups[-1] = both
+            else:
+                groups.append(run)
+        if len(groups) > 1:
+            return [piece for group in groups for piece in cut(group)]
+    return [(min(left), min(top), max(right), max(bottom))]
+
+
+def runs(boxes: list[Box], axis: int) -> list[list[Box]]:
+    """Boxes in groups that do not overlap, from left to right (axis 0) or from top to bottom (1)."""
+    groups: list[list[Box]] = []
+    for box in sorted(boxes, key=itemgetter(axis)):
+        if groups and box[axis] < max(each[axis + 2] for each in groups[-1]):
+            groups[-1].append(box)
+        else:
+            groups.append([box])
+    return groups
+
+
+COLUMNS = ("panel", "series", "x", "y")
+#: Digits that are kept: more than a picture shows.
+NUMBER = "%.6g"
+
+
+def as_csv(figure: Figure) -> str:
+    """A row for each point that is shown of every curve, below lines with # that say what x and y are; "" if none."""
+    panels = {name: axes for name, axes in _panels(figure) if axes.axison}
+    rows = "".join(text for name, axes in panels.items() for text in _rows(name, axes))
+    if not rows:
+        return ""
+    text = ""
+    for name, axes in panels.items():
+        x, y = (" ".join(label.split()) for label in (axes.get_xlabel(), axes.get_ylabel()))
+        text += f"# panel {name}: x: {x or 'as below'}; y: {y or 'as beside'}\n"
+    return text + _line(*COLUMNS) + rows
+
+
+def _line(*words: str) -> str:
+    return table([words])
+
+
+def _panels(figure: Figure) -> Iterator[tuple[str, Axes]]:
+    """Axes by their letters, or by their numbers."""
+    for number, axes in enumerate(figure.get_axes(), 1):
+        yield axes.get_title(loc="left").strip("()") or str(number), axes
+
+
+def _rows(panel: str, axes: Axes) -> Iterator[str]:
+    """The rows of each series: many thousand points may be, so that numbers are written at one go."""
+    low, high = sorted(axes.get_xlim())
+    places = _words(axes)
+    for count, (name, points) in enumerate(_series(axes), 1):
+        series = str(count) if name.startswith("_") else name
+        shown = points[(points[:, 0] >= low) & (points[:, 0] <= high)].tolist()
+        if places:
+            yield from (_line(panel, series, NUMBER % x, places.get(y, NUMBER % y)) for x, y in shown)
+        else:
+            begin = _line(panel, series)[:-1].replace("%", "%%")
+            yield f"{begin},{NUMBER},{NUMBER}\n" * len(shown) % tuple(chain.from_iterable(shown))
+
+
+def _words(axes: Axes) -> dict[float, str]:
+    """What stands at places of a vertical axis of words."""
+    if not isinstance(axes.yaxis.get_major_locator(), FixedLocator):
+        return {}
+    words = [" ".join(label.get_text().split()) for label in axes.get_yticklabels()]
+    return {place: word for place, word in zip(map(float, axes.get_yticks()), words, strict=False)
+            if any(sign.isalpha() for sign in word)}  # fmt: skip
+
+
+def _series(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:
+    """Name and points (n, 2) of what is drawn in the axes' own scales."""
+    for line in axes.lines:
+        if line.get_transform() == axes.transData:
+            x, y = (np.asarray(values) for values in line.get_data(orig=False))
+            if x.shape == y.shape:
+                yield str(line.get_label()), np.column_stack([np.ravel(x), np.ravel(y)]).astype(float)
+    for bars in axes.containers:
+        if isinstance(bars, BarContainer):
+            ends = [(one.get_x() + one.get_width(), one.get_y() + 0.5 * one.get_height())
+                    if bars.orientation == "horizontal" else (one.get_x() + 0.5 * one.get_width(), one.get_height())
+                    for one in bars.patches]  # fmt: skip
+            yield f"{bars.get_label()}, ends of bars", np.array(ends).reshape(-1, 2)
+    for points in axes.collections:
+        if isinstance(points, PathCollection):
+            yield str(points.get_label()), np.ma.filled(np.ma.asarray(points.get_offsets(), dtype=float), np.nan)
+        elif isinstance(points, QuadMesh):
+            yield from _cells(points)
+
+
+def _cells(mesh: QuadMesh) -> Iterator[tuple[str, np.ndarray]]:
+    """The middles (n, 2) of a map's cells, a series for each value that cells have."""
+    corners = np.asarray(mesh.get_coordinates())
+    middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
+    values: np.ndarray = np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan)
+    for value in np.unique(values[np.isfinite(values)]):
+        yield f"{mesh.get_label()}: {value:g}", middles[values == value]

@@ -14,7 +14,7 @@ from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.walk.recording import crossing_state, is_last, walk_on
 from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.result import (
     CONTACT,
@@ -29,10 +29,8 @@ from stages.error_budget.result import (
 )
 from stages.ground.contact_law import ContactLaw, with_impact
 from stages.ground.friction import static_penetration
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
-from stages.penalty.settings import Settings
-from stages.penalty.walk import simulate
+from stages.ground.slope import Friction, Slope
+from stages.penalty.walk import Settings, simulate
 from stages.planar.limit_cycle import fixed_point
 from stages.planar.run import Trajectory
 from stages.planar.sampling import find_events

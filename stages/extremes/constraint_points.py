@@ -27,12 +27,10 @@ from stages.analytic.walk.error_estimate import estimate_errors
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import walk_differences
 from stages.biped.design import Biped
-from stages.extremes.engines import COULOMB, DETAILED, FAILED, REFUSED, RIGHT, UNCONFIRMED, WRONG
-from stages.extremes.parameters import Parameters
+from stages.extremes.parameters import COULOMB, DETAILED, FAILED, REFUSED, RIGHT, UNCONFIRMED, WRONG, Parameters
 from stages.extremes.points import Point
 from stages.extremes.result import Finding, judged
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 
 REFERENCE_TOLERANCE, TIGHTEST = 1e-9, 1e-12
 #: A rerun's tolerance differs from the answer's by this factor at least; it is looser where round-off of the springs'

@@ -11,18 +11,15 @@ import numpy as np
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.design import Biped, require_own_strikes
-from stages.biped.gait import StanceState
-from stages.biped.walk import Walk
+from stages.biped.walk import StanceState, Walk
 from stages.extremes.constraint_points import usual_gait
-from stages.extremes.engines import COMPILED, FAILED, INACCURATE, JOINTS, TREE, TWIN, UNCONFIRMED, WRONG
-from stages.extremes.parameters import Parameters
+from stages.extremes.parameters import COMPILED, FAILED, INACCURATE, JOINTS, TREE, TWIN, UNCONFIRMED, WRONG, Parameters
 from stages.extremes.points import Point
 from stages.extremes.result import Finding, judged
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 from stages.multibody.walking.walk import simulate
-from stages.penalty.settings import Settings as CompiledSettings
+from stages.penalty.walk import Settings as CompiledSettings
 from stages.penalty.walk import simulate as compiled_walk
 from stages.planar.energy import energy_balance
 from stages.planar.run import Run, Trajectory, rolling_state

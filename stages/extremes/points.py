@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.design import Biped
-from stages.extremes.engines import (
+from stages.extremes.parameters import (
     COMPILED,
     COULOMB,
     DERIVATIVES,
@@ -31,8 +31,8 @@ from stages.extremes.engines import (
     TREE,
     TWIN,
     USUAL,
+    Parameters,
 )
-from stages.extremes.parameters import Parameters
 
 #: Parameters that a point changes, by their names in the parameter files.
 Changes = tuple[tuple[str, Any], ...]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.extremes.engines import CRASHED, HUNG, INACCURATE, RIGHT, STATUSES, WRONG
+from stages.extremes.parameters import CRASHED, HUNG, INACCURATE, RIGHT, STATUSES, WRONG
 from stages.studies.result import Table
 
 #: An answer may depart by so many tolerances: errors grow over a step's thousand integration steps and its impact.

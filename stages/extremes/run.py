@@ -11,7 +11,7 @@ from stages.analytic.errors import NoGait
 from stages.biped.design import BeyondModel
 from stages.biped.processes import Progress, ignore
 from stages.extremes import constraint_points, penalty_points
-from stages.extremes.engines import (
+from stages.extremes.parameters import (
     COMPILED,
     COULOMB,
     CRASHED,
@@ -28,8 +28,8 @@ from stages.extremes.engines import (
     TREE,
     TWIN,
     UNCONFIRMED,
+    Parameters,
 )
-from stages.extremes.parameters import Parameters
 from stages.extremes.points import BLOCK, KINDS, Point, detailed_draw, points
 from stages.extremes.result import Finding, Result
 from stages.extremes.watchdog import compute

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from stages.biped.accuracy.tolerances import CUSTOM
-from stages.extremes.engines import COMPILED, COULOMB, GAIT, INACCURATE, JOINTS, RIGHT, TREE, TWIN
+from stages.extremes.parameters import COMPILED, COULOMB, GAIT, INACCURATE, JOINTS, RIGHT, TREE, TWIN
 
 TABLE = Path(__file__).with_name("envelope") / "table.json"
 #: Columns of a row of the table; what follows them are the numbers, in the order that the table names.

@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from stages.biped.processes import context
-from stages.extremes.engines import CRASHED, HUNG
+from stages.extremes.parameters import CRASHED, HUNG
 from stages.extremes.result import Finding
 
 Evaluate = Callable[[Any, Any], Finding]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
-from stages.comparison.limits import Limits
+from stages.comparison.claims.paper import Limits
 from stages.ground.blocks import Blocks
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.quantity import Bound, Broken, parameter
-from stages.ground.friction_coefficients import Friction, dynamic_friction, static_friction
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw
+from stages.ground.slope import Friction, dynamic_friction, static_friction
 
 
 @dataclass(frozen=True)

@@ -26,12 +26,11 @@ from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 from stages.model_error.measures import NAMES
 from stages.model_error.result import MODELS, PRICES
-from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import Settings as PenaltySettings
 from stages.penalty.walk import simulate
 from stages.planar.limit_cycle import corrected, floquet_multipliers, gait_near
 from stages.planar.limit_cycle import fixed_point as limit_cycle
@@ -39,11 +38,10 @@ from stages.planar.run import LimitCycle
 from stages.planar.sampling import peaks
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
 from stages.planar.signals import GROUND_REACTION
-from stages.twin.machine.detailed import machine_of
 from stages.twin.machine.machine import Machine
-from stages.twin.machine.projection import project
+from stages.twin.machine.projection import machine_of, project
 from stages.twin.parameters import Settings as TwinSettings
-from stages.twin.walking.signals import peak_force
+from stages.twin.walking.record import peak_force
 from stages.twin_ladder.cycle import ALONG, SIDE_UNITS, Search, step_map
 from stages.twin_ladder.run import STANDING, section_numbers
 

@@ -16,7 +16,7 @@ from stages.ground.blocks import Laid
 from stages.ground.friction import lanes
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.multibody.assembly.planar import Planar
-from stages.multibody.assembly.quiet_exudyn import VERSION
+from stages.multibody.assembly.system import VERSION
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.result import Facts, Result
 from stages.multibody.walking.cycle import Model, solve

@@ -31,7 +31,6 @@ from stages.penalty.model.walker import (
 )
 from stages.penalty.motion import feet
 from stages.penalty.motion.engine import integrate, readings, states_at
-from stages.penalty.settings import Settings
 from stages.planar.run import (
     COMPLETED,
     DIVERGED,
@@ -46,6 +45,20 @@ from stages.planar.run import (
     Trajectory,
 )
 from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Tolerance, absolute and relative alike, in the design's scales; moments between two steps of the integrator that
+    are recorded too; the time without a heel strike after which a walk counts as stalled [s], None: by its size; the
+    steps after which the solver is stuck.
+    """
+
+    tolerance: float
+    between: int = 0
+    longest_step: float | None = None
+    most_solver_steps: int = 500_000
+
 
 #: First step of all, in the walker's scales: the error estimate corrects it either way.
 FIRST_STEP = 5e-5

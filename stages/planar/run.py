@@ -15,8 +15,8 @@ import numpy as np
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.between_steps import acting, hermite, hermite_from
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
 from stages.biped.quantity import quantity
+from stages.biped.walk import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import static_penetration
 from stages.ground.slope import Slope

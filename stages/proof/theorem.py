@@ -19,9 +19,9 @@ import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
 from stages.biped.quantity import faults
 from stages.biped.question import refuse
+from stages.biped.walk import StanceState
 from stages.ground.slope import Slope
 from stages.proof.equations import Machine
 from stages.proof.flow import BITS, Ball, Carried, Matrix, NotProven, around, column, identity

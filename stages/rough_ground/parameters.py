@@ -12,8 +12,7 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
 from stages.ground.blocks import Blocks
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 from stages.twin.parameters import Settings as TwinSettings
 
 

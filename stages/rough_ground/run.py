@@ -22,7 +22,7 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.processes import Progress, ignore
 from stages.ground.blocks import Blocks
-from stages.penalty.settings import Settings as PenaltySettings
+from stages.penalty.walk import Settings as PenaltySettings
 from stages.penalty.walk import begin, numbers_of
 from stages.planar.run import COMPLETED, rolling_state
 from stages.rough_ground.front import front
@@ -31,7 +31,7 @@ from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN, DesignNorm, On
 from stages.stability.blocks.passage import Counted
 from stages.stability.blocks.walks import Rough, Walk, heights_of, walk_on
 from stages.stability.run import section_of
-from stages.twin.machine.detailed import machine_of
+from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 

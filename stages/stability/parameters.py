@@ -11,8 +11,7 @@ from stages.biped.accuracy.tolerances import LOOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
 from stages.ground.blocks import Blocks
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 
 
 @dataclass(frozen=True)

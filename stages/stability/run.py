@@ -18,8 +18,8 @@ from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates
 from stages.analytic.result import Basin, RecordedFamily
 from stages.analytic.result import Result as Analytic
-from stages.biped.gait import StanceState
 from stages.biped.processes import Progress, ignore
+from stages.biped.walk import StanceState
 from stages.stability.parameters import Parameters, Settings
 from stages.stability.result import Result
 

@@ -14,14 +14,14 @@ import numpy as np
 
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.cycle import SectionWalker
 from stages.multibody.walking.walk import simulate as exudyn_walk
-from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import Settings
 from stages.penalty.walk import simulate as compiled_walk
 from stages.planar.limit_cycle import corrected, fixed_point
 from stages.planar.run import PlanarState, Run, rolling_state

@@ -29,9 +29,8 @@ from stages.analytic.walk.recording import Segment, crossing_state, is_last, nex
 from stages.analytic.walk.sampling import sample_walk
 from stages.analytic.walk.validity import FEET, NORMAL, Phase
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.biped.walk import StanceState
+from stages.ground.slope import Friction, Slope
 from stages.tradeoff.way import GRID_HZ, Walked, Way, WayFailed
 
 ROLLING, COULOMB = "constraint model, rolling", "constraint model, coulomb"

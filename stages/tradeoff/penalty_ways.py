@@ -17,7 +17,7 @@ from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.cycle import limit_cycle
 from stages.multibody.walking.walk import build, simulate
-from stages.penalty.settings import Settings as CompiledSettings
+from stages.penalty.walk import Settings as CompiledSettings
 from stages.planar.limit_cycle import gait_near
 from stages.planar.run import LimitCycle, PlanarState, Run
 from stages.planar.sampling import find_events, peaks
@@ -29,9 +29,8 @@ from stages.twin.machine import machine as spatial
 from stages.twin.machine.contact import X, Y
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings as TwinSettings
-from stages.twin.walking.record import Record
+from stages.twin.walking.record import Record, peak_force
 from stages.twin.walking.record import find_events as find_spatial_events
-from stages.twin.walking.signals import peak_force
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 PENALTY = "penalty model"

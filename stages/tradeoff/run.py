@@ -29,9 +29,9 @@ from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.penalty_ways import PENALTY, TWIN, Scene, joints_way, penalty_way, tree_way, twin_way
 from stages.tradeoff.result import ERRORS, UNKNOWN, Errors, Reference, Result, Row
 from stages.tradeoff.way import Walked, Way, WayFailed, hip_error
-from stages.twin.machine.connectors import ConnectorTree
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import project
+from stages.twin.machine.tree import ConnectorTree
 
 PAPER, DEFAULT = "paper", "default"
 TRAPEZOIDAL, ALPHA = "trapezoidal", "generalized_alpha"

@@ -15,15 +15,14 @@ from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.twin.machine.bill import sums
-from stages.twin.machine.detailed import PLAIN, machine_of
 from stages.twin.machine.parts import Part, solid
+from stages.twin.machine.projection import PLAIN, machine_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import lay_blocks
 from stages.twin.result import EnergyBalance, PartRow, Result, Signals, SumRow
 from stages.twin.walking.measures import energy_balance, settling
-from stages.twin.walking.record import Record, find_events, snapshots
-from stages.twin.walking.signals import sample
+from stages.twin.walking.record import Record, find_events, sample, snapshots
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 #: Poses kept for the figure: this many, evenly over the last two strides.

@@ -11,8 +11,7 @@ from stages.biped.accuracy.tolerances import LOOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.twin.parameters import Settings as TwinSettings
 

@@ -23,14 +23,13 @@ from stages.analytic.result import Result as Analytic
 from stages.analytic.walk.recording import crossing, is_last, up_to_mid_stance, vaulting, walk_on
 from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped, require_plain
-from stages.biped.gait import StanceState
 from stages.biped.processes import Progress, ignore
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.biped.walk import StanceState
+from stages.ground.slope import Friction, Slope
 from stages.multibody.result import Result as Multibody
 from stages.multibody.walking.walk import simulate
-from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import Settings as PenaltySettings
 from stages.planar.limit_cycle import gait_near
 from stages.planar.run import LimitCycle, PlanarState
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state

@@ -11,8 +11,8 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.between_steps import uniform_times
 from stages.biped.processes import Progress, ignore
 from stages.twin.machine.contact import ROLL, YAW, Z
-from stages.twin.machine.detailed import machine_of
 from stages.twin.machine.machine import Machine
+from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.measures import largest_roll
 from stages.twin.walking.record import Record, find_events

@@ -20,8 +20,7 @@ from stages.analytic.phases.section import section_state
 from stages.analytic.result import Result
 from stages.biped.design import Biped
 from stages.biped.rubber import Rubber
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 
 #: Table 1 of the paper.
 TABLE_1 = Biped(

@@ -32,7 +32,7 @@ from stages.analytic.walk.on_a_ramp import on_a_ramp
 from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces, sample_walk
 from stages.analytic.walk.validity import dense_states
-from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Friction
 from tests.analytic.designs import (
     FRICTION,
     HEAVY_LEGS,

@@ -17,7 +17,7 @@ from stages.analytic.phases.impact import LIFTS, SLIPS, STICKS, heel_strike_rese
 from stages.analytic.phases.motion import DOUBLE_STANCE, HOVERING, SLIDING_BACK, SLIDING_FORWARD
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
-from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Friction
 from tests.analytic.designs import (
     HEAVY_LEGS,
     SLOPE,

@@ -14,7 +14,7 @@ from stages.analytic.walk.error_estimate import along, carried_error, estimate_e
 from stages.analytic.walk.recording import crossing_state, record, states_at, walk_on
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import walk_differences
-from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Friction
 from tests.analytic.designs import TABLE_1, found_gait, gait_beside, stiff_gait
 from tests.analytic.test_detailed import LAME
 

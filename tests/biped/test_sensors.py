@@ -25,7 +25,7 @@ from stages.multibody.walking.walk import simulate
 from stages.planar.run import PlanarState
 from stages.stability.parameters import Parameters as Stability
 from stages.twin.machine.contact import HINGE, PITCH, SLIDE
-from stages.twin.machine.kinematics import pair_axes, point_motion
+from stages.twin.walking.record import pair_axes, point_motion
 
 LENGTH, RADIUS, COM = 0.333, 0.083, 0.1
 TIME = np.linspace(0.0, 2.0, 41)

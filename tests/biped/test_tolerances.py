@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.parameters.levels import LEVELS
+from pipeline.parameters.value import LEVELS
 from pipeline.study import locate
 from stages.biped.accuracy.tolerances import CHECKED_FINEST, FINEST, scaled
 from tests.pipeline.toy import HOME

@@ -2,7 +2,7 @@
 
 import pytest
 
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.campaign.run import spike
 from tests.imu.made_walks import campaign_parameters
 

@@ -17,8 +17,7 @@ from pipeline.study import Study
 from stages.comparison.claims import judge, numerics
 from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import BIPED, SETTINGS
-from stages.comparison.claims.verdict import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS
-from stages.comparison.result import BipedSummary
+from stages.comparison.result import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS, BipedSummary
 from stages.comparison.run import as_yaml
 from stages.tradeoff import constraint_ways, penalty_ways
 from tests.changed import changed

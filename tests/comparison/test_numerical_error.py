@@ -11,7 +11,7 @@ from pipeline.commands.claims import Claim as Shown
 from pipeline.commands.claims import as_text
 from stages.comparison.claims import judge
 from stages.comparison.claims.judge import judged
-from stages.comparison.claims.verdict import FAILS, HOLDS, UNDECIDED, UNKNOWN
+from stages.comparison.result import FAILS, HOLDS, UNDECIDED, UNKNOWN
 from tests.comparison.test_claims import CASES, PARAMETERS, of
 
 STABLE = CASES[3][0]

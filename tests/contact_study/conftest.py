@@ -8,11 +8,10 @@ import pytest
 from pipeline.study import locate
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.contact_study.one_step import Scene, constraint_model
 from stages.contact_study.rigid_limit import Ruler
-from stages.penalty.settings import Settings
-from stages.penalty.walk import simulate
+from stages.penalty.walk import Settings, simulate
 from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from tests.changed import changed

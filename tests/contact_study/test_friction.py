@@ -10,9 +10,8 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.contact_study.result import FrictionVariation, changes, crossing
 from stages.contact_study.run import laws_of, vary_friction
-from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
-from stages.penalty.walk import simulate
+from stages.penalty.walk import Settings, simulate
 from stages.planar.run import rolling_state
 from stages.planar.sampling import find_events
 from stages.planar.section import NoLimitCycle

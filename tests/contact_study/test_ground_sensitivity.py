@@ -7,7 +7,7 @@ import pytest
 
 from stages.biped.question import WrongOption
 from stages.contact_study.questions.ground_sensitivity import HEADS, Options, ask
-from stages.penalty import response
+from stages.penalty import step_map
 from stages.penalty.model.changes import names_of
 
 
@@ -32,7 +32,7 @@ def test_it_names_what_moves_the_gait_and_nothing_else(parameters):
 
 def test_elasticities_of_legs_that_differ_in_words_and_numbers(parameters, default, monkeypatch):
     """Of the multipliers seven digits would do; how they are had to ten, `tests/penalty/test_response.py` says."""
-    monkeypatch.setattr(response, "OF_MATRICES", 1e-10)
+    monkeypatch.setattr(step_map, "OF_MATRICES", 1e-10)
     design = dataclasses.replace(
         parameters.biped, frame_mass=0.03, frame_com=0.04, other_leg_length=parameters.biped.leg_length - 1e-4)
     names = ("biped.foot_mass", "biped.leg_length", "biped.leg_inertia")

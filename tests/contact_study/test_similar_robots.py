@@ -6,8 +6,8 @@ import pytest
 
 from stages.contact_study.one_step import Scene, constraint_model
 from stages.contact_study.rigid_limit import Ruler, choose
-from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import Settings
 from stages.planar.run import rolling_state
 from stages.planar.section import section_numbers
 from tests.changed import changed

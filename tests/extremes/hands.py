@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 
-from stages.extremes.engines import RIGHT
+from stages.extremes.parameters import RIGHT
 from stages.extremes.result import Finding
 
 

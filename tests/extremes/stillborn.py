@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from stages.extremes.engines import RIGHT
+from stages.extremes.parameters import RIGHT
 from stages.extremes.result import Finding
 
 if os.environ["FIRST"] != str(os.getpid()):

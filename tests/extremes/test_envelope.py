@@ -12,8 +12,19 @@ from click.testing import CliRunner
 from pipeline.cli import cli
 from pipeline.study import locate
 from stages.extremes import warnings as warned
-from stages.extremes.engines import COULOMB, GAIT, INACCURATE, JOINTS, REFUSED, RIGHT, STEP, TREE, TWIN, USUAL
-from stages.extremes.parameters import Parameters
+from stages.extremes.parameters import (
+    COULOMB,
+    GAIT,
+    INACCURATE,
+    JOINTS,
+    REFUSED,
+    RIGHT,
+    STEP,
+    TREE,
+    TWIN,
+    USUAL,
+    Parameters,
+)
 from stages.extremes.points import points
 from stages.extremes.run import evaluate, in_words
 

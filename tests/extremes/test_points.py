@@ -11,7 +11,7 @@ from stages.analytic.model.walker import build_walker
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.extremes import constraint_points, penalty_points
-from stages.extremes.engines import (
+from stages.extremes.parameters import (
     COMPILED,
     COULOMB,
     CRASHED,
@@ -34,8 +34,8 @@ from stages.extremes.engines import (
     TWIN,
     UNCONFIRMED,
     WRONG,
+    Parameters,
 )
-from stages.extremes.parameters import Parameters
 from stages.extremes.points import AXES, BLOCK, KINDS, SIZE, Point, changes, detailed_draw, points
 from stages.extremes.result import Finding, judged
 from stages.extremes.run import as_result, evaluate

@@ -6,7 +6,7 @@ import pytest
 
 from pipeline.study import locate
 from stages.extremes import run as stage
-from stages.extremes.engines import LIMIT, RIGHT
+from stages.extremes.parameters import LIMIT, RIGHT
 from stages.extremes.result import Finding
 
 

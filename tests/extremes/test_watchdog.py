@@ -7,7 +7,7 @@ import os
 import pytest
 
 from stages.extremes import watchdog
-from stages.extremes.engines import CRASHED, HUNG, RIGHT
+from stages.extremes.parameters import CRASHED, HUNG, RIGHT
 from stages.extremes.watchdog import MOST_FALSE_STARTS, NoProcess, compute
 from tests.extremes.hands import behave
 

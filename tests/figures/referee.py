@@ -16,7 +16,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator
 
-from stages.drawing import panels, style
+from stages.drawing import style
 
 #: The smallest letter [points], in figures that are shown at the size they are made for.
 SMALLEST = 7.0
@@ -58,7 +58,7 @@ def complaints(figure, phone=False):
 
 def scale_on_a_phone(figure):
     """By how much the widest piece of a figure is smaller on a phone than in print; the report enlarges a little."""
-    whole, *parts = ([float(number) for number in box.split()] for box in panels.pieces(figure).split(";")[:-1])
+    whole, *parts = ([float(number) for number in box.split()] for box in style.pieces(figure).split(";")[:-1])
     widest = max(part[2] for part in parts) if len(parts) > 1 else whole[0]
     return min(PIECE, PHONE / widest) / INCH
 

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from stages.drawing import style
-from stages.drawing.drawn_numbers import COLUMNS, as_csv
+from stages.drawing.style import COLUMNS, as_csv
 from tests.figures.made_up_results import analytic, shown
 
 

@@ -11,9 +11,8 @@ from stages.model_error.measures import NAMES
 from stages.model_error.result import PENALTY, TWIN
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS, NoRung
-from stages.twin.machine.detailed import PLAIN, machine_of
 from stages.twin.machine.machine import build
-from stages.twin.machine.projection import project
+from stages.twin.machine.projection import PLAIN, machine_of, project
 from tests.similar import EXPONENT, similar
 
 DETAILS = {

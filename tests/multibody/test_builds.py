@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 
-from stages.multibody.assembly.quiet_exudyn import VERSION
+from stages.multibody.assembly.system import VERSION
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import simulate
 
@@ -15,11 +15,11 @@ WALK = """
 import json, sys
 sys.exudynFast = False
 from stages.biped.design import Biped
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
-from stages.multibody.assembly.quiet_exudyn import VERSION
+from stages.multibody.assembly.system import VERSION
 from stages.planar.run import (rolling_state)
 from stages.multibody.walking.walk import simulate
 biped = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)

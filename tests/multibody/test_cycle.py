@@ -11,8 +11,8 @@ from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.result import Result
 from stages.multibody.walking.cycle import limit_cycle, search, solve, solved_cycle, unsettled
-from stages.penalty.settings import Settings as PenaltySettings
 from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import Settings as PenaltySettings
 from stages.planar.limit_cycle import by_differences, fixed_point, gait_near, nearer
 from stages.planar.run import rolling_state
 from stages.planar.sampling import sample

@@ -8,7 +8,7 @@ import pytest
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.walk.driven_stance import driven_stance
 from stages.biped.design import BeyondModel
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.ground.contact_law import family_member
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.ground.friction import Lane
 from stages.multibody.assembly.inventory import take_inventory
 from stages.planar.run import rolling_state

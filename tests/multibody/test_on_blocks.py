@@ -14,7 +14,7 @@ from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.scales import scales_of
 from stages.ground.blocks import Blocks, BlocksDoNotFit
 from stages.ground.friction import lanes
-from stages.penalty.settings import Settings as PenaltySettings
+from stages.penalty.walk import Settings as PenaltySettings
 from stages.penalty.walk import begin, numbers_of
 from stages.planar.energy import energy_balance
 from stages.planar.run import COMPLETED, FELL, rolling_state

@@ -13,7 +13,7 @@ from stages.analytic.phases.motion import SINGLE_STANCE
 from stages.analytic.walk.recording import crossing_state, record
 from stages.analytic.walk.sampling import sample_walk
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Friction
 from stages.planar.run import rolling_state
 
 FRICTION, EXPONENT = 1.1, 2.2

@@ -2,8 +2,8 @@
 
 import pytest
 
-from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import Settings
 from stages.planar.limit_cycle import gait_near
 from tests.planar_start import biped, contact, rough, slope, start
 

@@ -8,9 +8,8 @@ import pytest
 
 from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.walk import simulate as exudyn_walk
-from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
-from stages.penalty.walk import foot_acceleration, simulate
+from stages.penalty.walk import Settings, foot_acceleration, simulate
 from stages.planar.limit_cycle import gait_near
 from stages.planar.run import rolling_state
 from stages.planar.section import NoLimitCycle

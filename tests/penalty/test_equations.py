@@ -15,7 +15,7 @@ from stages.penalty.motion.accelerations import accelerations
 from stages.penalty.motion.engine import penalty_rates
 from stages.penalty.motion.feet import AWAITED, LANDED, OUT, phase_of
 from stages.penalty.motion.hip import hip_load
-from stages.penalty.response import changed
+from stages.penalty.step_map import changed
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
 from tests.analytic.differences import extrapolated
 from tests.penalty.drawn import drawn_designs

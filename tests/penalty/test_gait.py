@@ -5,9 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
-from stages.penalty.walk import simulate
+from stages.penalty.walk import Settings, simulate
 from stages.planar.section import NoLimitCycle, mid_stance_after, section_numbers, section_state
 from tests.planar_start import SCALES
 

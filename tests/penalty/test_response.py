@@ -12,9 +12,8 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.ground.contact_law import family_member
 from stages.penalty.model.changes import changes_of
-from stages.penalty.response import changed, of_multipliers, responses
-from stages.penalty.settings import Settings
-from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.step_map import PenaltyStepper, changed, of_multipliers, responses
+from stages.penalty.walk import Settings
 from stages.planar.limit_cycle import fixed_point, gait_near
 from stages.planar.run import rolling_state
 from stages.planar.section import section_numbers

@@ -9,14 +9,13 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.phases.motion import SINGLE_STANCE
 from stages.analytic.walk.recording import crossing_state, record
 from stages.analytic.walk.sampling import sample_walk
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.ground.contact_law import family_member
 from stages.ground.friction import static_penetration
-from stages.ground.friction_coefficients import Friction
+from stages.ground.slope import Friction
 from stages.penalty.model.walker import build_penalty
 from stages.penalty.motion import feet
-from stages.penalty.settings import Settings
-from stages.penalty.walk import simulate
+from stages.penalty.walk import Settings, simulate
 from stages.planar.energy import energy_balance
 from stages.planar.run import FELL, STALLED, STEP_FLOOR, rolling_state
 from stages.planar.sampling import find_events

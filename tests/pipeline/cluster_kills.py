@@ -6,6 +6,7 @@ that are not those of an undisturbed sweep on this machine. *Without a sentence*
 
 from __future__ import annotations
 
+import contextlib
 import random
 import subprocess
 import time
@@ -13,7 +14,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from pipeline.sweep.journal import Journal
+from pipeline.sweep.pool import Journal
 from tests.pipeline.dask_processes import Cluster
 from tests.pipeline.toy import Toy
 
@@ -81,7 +82,7 @@ class Sweeping:
             self.count.told.append(f"{client.returncode}: {errors[-2000:]}")
         rows = {}
         for path in self.toy.root.glob("results/sweeps/.cache/*.jsonl"):
-            with Journal(path) as journal:
+            with contextlib.closing(Journal(path)) as journal:
                 rows = {key: journal.row(key) for key in list(journal._places)}
         self.count.lost += [key for key in self.known if key not in rows]
         self.count.wrong += [key for key, row in self.known.items() if rows.get(key, row) != row]

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.execution import process
-from pipeline.room import needed
+from pipeline.room import confine
 from tests.pipeline.toy import Toy, agreed, with_commands, written
 
 _serial = itertools.count()
@@ -71,7 +71,7 @@ def done(finished: Toy, tmp_path: Path) -> Toy:
 @pytest.fixture
 def told() -> Path:
     """A folder outside of the study in which stages can leave a file, although they are confined."""
-    with tempfile.TemporaryDirectory(dir=needed.SHARED if Path(needed.SHARED).is_dir() else None) as folder:
+    with tempfile.TemporaryDirectory(dir=confine.SHARED if Path(confine.SHARED).is_dir() else None) as folder:
         yield Path(folder)
 
 

@@ -7,6 +7,7 @@ after it, and *without a sentence* if it meets an error that has none.
 
 from __future__ import annotations
 
+import contextlib
 import random
 from collections import Counter
 from collections.abc import Iterator
@@ -23,7 +24,7 @@ from pipeline.questions.asking import Asked
 from pipeline.report import page
 from pipeline.report.page import entries
 from pipeline.sweep import spec as specs
-from pipeline.sweep.journal import Journal
+from pipeline.sweep.pool import Journal
 from pipeline.sweep.sweep import Sweep
 from tests.pipeline.toy import Toy
 
@@ -74,7 +75,7 @@ class Flipped:
             if entry:
                 yield ("entry", path.name), (entry.outs, entry.summary)
         for path in [*self.results.glob(".cache/questions/*.jsonl"), *self.results.glob("sweeps/.cache/*.jsonl")]:
-            with Journal(path) as journal:
+            with contextlib.closing(Journal(path)) as journal:
                 yield from ((("row", path.stem, key), journal.row(key)) for key in list(journal._places))
         if digests := disk.read_sealed(study.store.folder / "digests.json"):
             yield ("digests",), digests

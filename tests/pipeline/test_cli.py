@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.commands import why
+from pipeline.commands import show
 from pipeline.study import locate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -107,7 +107,7 @@ def test_show_why_tells_parameters_by_line_inputs_code_and_the_same_of_what_was_
 
 def test_why_names_the_line_of_a_row(repository):
     study = locate(start=repository)
-    (found,) = why._parameters(study, "twin.materials.1 = {name: aluminium, density: 2700}")
+    (found,) = show._parameters(study, "twin.materials.1 = {name: aluminium, density: 2700}")
     path, _, number = found["place"].partition(":")
     assert "name: aluminium" in (repository / path).read_text().splitlines()[int(number) - 1]
 
@@ -297,7 +297,7 @@ def test_a_run_with_nothing_to_do_loads_nothing_heavy(ran, repository):
         "from pipeline.cli import main\n"
         "try: main(['run-all'])\n"
         "except SystemExit: pass\n"
-        "print(sorted({'numpy', 'h5py', 'rich', 'subprocess', 'stages.fall.run'} & set(sys.modules)))"
+        "print(sorted({'numpy', 'h5py', 'rich', 'stages.fall.run'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ran.root, text=True, capture_output=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"

@@ -92,11 +92,11 @@ def test_certificates_that_cannot_be_used_are_one_sentence(toy, tmp_path):
 @pytest.mark.slow
 def test_a_machine_with_other_code_of_this_program_refuses(toy, started, tmp_path):
     shutil.copytree(HOME / "pipeline", tmp_path / "other/pipeline")
-    row = tmp_path / "other/pipeline/sweep/journal.py"
+    row = tmp_path / "other/pipeline/sweep/pool.py"
     row.write_text(row.read_text() + "LATER = 1\n")
     cluster = started(first_on_path=(tmp_path / "other",))
     code, _, said = swept(toy, "--cluster", cluster.address)
-    assert code == 1 and "pipeline/sweep/journal.py differs from what the sweep was started with" in said
+    assert code == 1 and "pipeline/sweep/pool.py differs from what the sweep was started with" in said
     assert "the machine " in said
 
 

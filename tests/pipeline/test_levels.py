@@ -9,7 +9,7 @@ import pytest
 
 from pipeline.commands.run import _say_what_gives_way
 from pipeline.errors import StudyError
-from pipeline.parameters import levels
+from pipeline.parameters import value
 from pipeline.parameters.yaml_text import parse
 from pipeline.study import Study, locate
 from tests.pipeline.toy import HOME
@@ -20,10 +20,10 @@ def study(*settings: str, asked: str = "") -> Study:
 
 
 def at(text: str, level: str) -> object:
-    return levels.at(parse(text, "a text"), level).plain()["value"]
+    return value.at_level(parse(text, "a text"), level).plain()["value"]
 
 
-@pytest.mark.parametrize("level, value", [*zip(levels.LEVELS, (1e-5, 1e-7, 1e-9), strict=True)])
+@pytest.mark.parametrize("level, value", [*zip(value.LEVELS, (1e-5, 1e-7, 1e-9), strict=True)])
 def test_a_value_is_that_of_its_level_unless_it_was_edited(level, value):
     assert at("{value: 1e-7, levels: [1e-5, 1e-7, 1e-9]}", level) == value
     assert at("{value: 2e-7, levels: [1e-5, 1e-7, 1e-9]}", level) == 2e-7
@@ -52,12 +52,12 @@ def test_an_unknown_level_is_told_with_those_there_are():
 
 def test_every_level_of_every_file_is_allowed_and_every_stage_says_at_which_it_is():
     found = study()
-    for level in levels.LEVELS:
+    for level in value.LEVELS:
         values = study(asked=level).parameters(found.graph.stages)
         assert {name for name, one in values.items() if one.level.level == level} == set(found.graph.stages)
     files = {path.stem: parse(path.read_text(), path.name).value for path in found.params.glob("*.yaml")}
     spread = {f"{file}.{key}" for file, entries in files.items() for key, entry in entries.items()
-              if levels.has(entry) and len({str(value.plain()) for value in entry.value[levels.PART].value}) > 1}
+              if value.has_levels(entry) and len({str(one.plain()) for one in entry.value[value.OF_LEVELS].value}) > 1}
     assert len(spread) > 5
 
 

@@ -54,34 +54,33 @@ def test_the_digest_of_a_large_file_is_remembered_until_it_changes(tmp_path, mon
     long_ago = file.stat().st_mtime - 100
     os.utime(file, (long_ago, long_ago))
     time.sleep(0.05)  # a tick of the clock that stamps files
-    digests = disk.Digests(memo)
-    found = digests.digest(file, "large")
+    found = disk.remembered_digest(file, "large", memo)
     assert found == hashlib.sha256(b"one").hexdigest()
     monkeypatch.setattr(disk, "file_digest", lambda path: "taken anew")
-    assert digests.digest(file, "large") == found
+    assert disk.remembered_digest(file, "large", memo) == found
     os.utime(file, (long_ago + 1, long_ago + 1))
     time.sleep(0.05)
-    assert digests.digest(file, "large") == "taken anew"
+    assert disk.remembered_digest(file, "large", memo) == "taken anew"
     memo.write_text(memo.read_text().replace("taken anew", "forged one"))
     monkeypatch.setattr(disk, "file_digest", lambda path: "again")
-    assert digests.digest(file, "large") == "again", "a damaged memo is never believed"
+    assert disk.remembered_digest(file, "large", memo) == "again", "a damaged memo is never believed"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="Windows does not tell when a file was last changed")
 def test_a_large_file_changed_in_place_with_its_time_kept_is_seen(tmp_path, monkeypatch):
     monkeypatch.setattr(disk, "_WORTH_REMEMBERING", 0)
     monkeypatch.setattr(disk, "_IN_DOUBT_S", 0.0)
-    file, digests = tmp_path / "large", disk.Digests(tmp_path / "memo.json")
+    file, memo = tmp_path / "large", tmp_path / "memo.json"
     file.write_bytes(b"one")
     before = file.stat()
     time.sleep(0.05)  # a tick of the clock that stamps files
-    first = digests.digest(file, "large")
+    first = disk.remembered_digest(file, "large", memo)
     with file.open("r+b") as opened:
         opened.write(b"two")
     os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
     after = file.stat()
     assert (after.st_size, after.st_mtime_ns, after.st_ino) == (before.st_size, before.st_mtime_ns, before.st_ino)
-    assert digests.digest(file, "large") == hashlib.sha256(b"two").hexdigest() != first
+    assert disk.remembered_digest(file, "large", memo) == hashlib.sha256(b"two").hexdigest() != first
 
 
 @pytest.mark.skipif(not Path("/proc/self/mem").exists(), reason="needs a file that cannot be read at its beginning")
@@ -95,9 +94,9 @@ def test_a_file_changed_just_now_is_not_remembered(tmp_path, monkeypatch):
     monkeypatch.setattr(disk, "_WORTH_REMEMBERING", 0)
     file = tmp_path / "large"
     file.write_bytes(b"one")
-    digests = disk.Digests(tmp_path / "memo.json")
-    digests.digest(file, "large")
-    assert not (tmp_path / "memo.json").exists()
+    memo = tmp_path / "memo.json"
+    disk.remembered_digest(file, "large", memo)
+    assert not memo.exists()
 
 
 @pytest.fixture

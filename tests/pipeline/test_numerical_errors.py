@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from pipeline.cache import artefact
-from pipeline.cache.differences import ROUND_OFF, differences
-from pipeline.parameters.looser import looser
-from pipeline.stage_modules import stage_module
+from pipeline.cache.differences import ROUND_OFF, differences, looser
+from pipeline.home import stage_module
 from pipeline.study import Study
 from stages.biped.accuracy.tolerances import CUSTOM, LOOSER
 

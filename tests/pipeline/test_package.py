@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.package import archive
+from pipeline.package import command
 
 CONTEXT = Path(__file__).with_name("ro_crate_context.json")
 NAME = "ro-crate-metadata.json"
@@ -176,7 +176,7 @@ def test_a_study_s_own_authors_and_licences_are_named(ran):
 def test_a_file_that_changes_while_it_is_packed_leaves_no_package(ran, tmp_path):
     place = ran.root / "dvc.yaml"
     with pytest.raises(Exception, match="changed while it was packed"):
-        archive.write(tmp_path / "a.zip", {}, {"dvc.yaml": place}, {"dvc.yaml": archive.File("0" * 64, 3)})
+        command._zipped(tmp_path / "a.zip", {}, {"dvc.yaml": place}, {"dvc.yaml": command.File("0" * 64, 3)})
     assert not [*tmp_path.glob("*.zip*"), *tmp_path.glob(".*")]
 
 

@@ -25,7 +25,7 @@ def test_kernels_are_pinned_where_they_run(monkeypatch, system, machine, flags, 
     monkeypatch.delenv(processor.VARIABLE, raising=False)
     monkeypatch.setattr(processor.sys, "platform", system)
     monkeypatch.setattr(processor.platform, "machine", lambda: machine)
-    monkeypatch.setattr(processor, "_described", lambda: ["processor : 0", flags])
+    monkeypatch.setattr(processor, "_flags", lambda: {*flags.split()})
     processor._chosen.cache_clear()
     try:
         assert processor.settings() == ({processor.VARIABLE: expected} if expected else {})

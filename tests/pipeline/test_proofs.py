@@ -6,7 +6,6 @@ import json
 
 import pytest
 
-from pipeline import proofs
 from pipeline.commands import claims
 from pipeline.report import page
 
@@ -29,7 +28,7 @@ def test_proven_is_said_of_a_proof_of_the_very_design_that_was_made_here(ran):
     assert beside(ran) == "does not hold"
     before = page.seal(ran, page.entries(ran), True, {})
     content = json.dumps(TOLD).encode()
-    proofs.keep(ran, content)
+    claims.keep_proof(ran, content)
     assert beside(ran) == "does not hold (proven for a toy)"
     assert page.seal(ran, page.entries(ran), True, {}) != before
     shown = page.render(ran, page.entries(ran), False, {}).decode()
@@ -42,7 +41,7 @@ def test_a_file_from_elsewhere_or_an_edited_one_is_not_called_proven(ran):
     (ran.results / "proof.json").write_bytes(json.dumps(TOLD).encode())
     assert beside(ran) == "does not hold (a proof file says so, not checked here)"
     assert "A proof file says so, not checked here." in page.render(ran, page.entries(ran), False, {}).decode()
-    proofs.keep(ran, json.dumps(TOLD).encode())
+    claims.keep_proof(ran, json.dumps(TOLD).encode())
     (ran.results / "proof.json").write_bytes(json.dumps(TOLD, indent=1).encode())
     assert beside(ran) == "does not hold (a proof file says so, not checked here)"
 
@@ -51,13 +50,13 @@ def test_a_file_from_elsewhere_or_an_edited_one_is_not_called_proven(ran):
                                      b'{"says": {"force": "x"}, "picture": []}'])  # fmt: skip
 def test_what_is_no_proof_of_any_parameters_says_nothing(ran, content):
     (ran.results / "proof.json").write_bytes(content)
-    assert proofs.said(ran) == {}
+    assert claims.proven(ran) == {}
 
 
 def test_a_study_without_a_stage_of_claims_has_its_report(toy, ran):
     graph = ran.root / "dvc.yaml"
     graph.write_text(graph.read_text().replace(", results/claims.yaml", ""))
-    proofs.keep(ran, json.dumps(TOLD).encode())
+    claims.keep_proof(ran, json.dumps(TOLD).encode())
     without = toy.study()
-    assert proofs.said(without) == {}
+    assert claims.proven(without) == {}
     assert b"Proven for a toy" not in page.render(without, page.entries(without), False, {})

@@ -12,7 +12,7 @@ import pytest
 
 from pipeline import trust
 from pipeline.errors import StageFailed
-from pipeline.room import needed
+from pipeline.room import confine
 from stages.biped import machine_code
 from tests import commands
 from tests.pipeline.toy import HOME
@@ -169,5 +169,5 @@ def test_machine_code_lies_where_stages_leave_it(monkeypatch, tmp_path):
     for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
         for value in (str(tmp_path), "", "relative"):
             monkeypatch.setenv(name, value)
-            assert machine_code.home() == needed.machine_code() or sys.platform != "linux"
+            assert machine_code.home() == confine.machine_code() or sys.platform != "linux"
             monkeypatch.delenv(name)

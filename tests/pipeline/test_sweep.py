@@ -18,8 +18,7 @@ from pipeline.execution.display import Display, Lines
 from pipeline.parameters.value import declared
 from pipeline.sweep import pool
 from pipeline.sweep import spec as specs
-from pipeline.sweep.journal import Row
-from pipeline.sweep.pool import Bench
+from pipeline.sweep.pool import Bench, Row
 from pipeline.sweep.spec import Normal, Range
 from pipeline.sweep.sweep import Meter, Sweep, duration
 from tests.pipeline.processes import workers
@@ -316,9 +315,9 @@ def test_how_far_a_sweep_is_said_now_and_then(capsys, monkeypatch):
     now = [0.0]
     monkeypatch.setattr("time.monotonic", lambda: now[0])
     meter = Meter(9, Lines())
-    for failed in (False, True, False):
+    for outcome in ("computed", "crash", "computed"):
         now[0] += 4
-        meter.one_more(failed)
+        meter.one_more(Row(outcome))
     assert capsys.readouterr().err == "3 of 9 points, 1 without result, 0.25 points/s, 24 s left\n"
 
 

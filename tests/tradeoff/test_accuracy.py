@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import yaml
 
-from pipeline import requests
 from pipeline.cache import artefact, fingerprint
+from pipeline.commands import options
 from pipeline.errors import StudyError
 from pipeline.parameters import loading
 from pipeline.study import Study
@@ -27,7 +27,7 @@ def study(*settings, asked=""):
 
 
 def asked_of(found, values):
-    return {stage: asked.errors for _, stage, asked in requests.all_requested(found, values)}
+    return {stage: asked.errors for _, stage, asked in options.all_requested(found, values)}
 
 
 def with_key(folder, line, *settings, stage="twin"):
@@ -172,20 +172,21 @@ def test_an_estimate_is_kept_beside_the_artefact_it_belongs_to(verifiable, monke
     estimated = (ErrorEstimate("hip_position_m", 1e-8, 2.34e-9, "tolerance 1e-10"),)
     monkeypatch.setattr(artefact, "provenance", lambda *_: {"key": "k1"})
     monkeypatch.setattr(artefact, "decode", lambda *_: SimpleNamespace(errors=estimated))
-    chosen = requests.to_verify(verifiable, ("twin",))
-    requests.verify(verifiable, chosen, show=True)
-    kept = yaml.safe_load(requests.record_of(verifiable, request, "twin").read_text())
+    chosen = options.to_verify(verifiable, ("twin",))
+    options.keep_verifications(verifiable, chosen, show=True)
+    kept = yaml.safe_load(options.record_of(verifiable, request, "twin").read_text())
     assert kept["estimated"] == {"hip_position_m": 2.3e-9} and kept["asked"] == {"hip_position_m": 1e-8}
     assert kept["settings"] == "tolerance 1e-10"
     said = "used tolerance 1e-10; estimated hip_position_m 2.3e-09"
     about = {"stage": "twin", "key": "k1", "accuracy": "asked: {hip_position_m: 1e-8}"}
-    assert said in "".join(requests.kept(verifiable, about)) and said in capsys.readouterr().out
-    assert list(requests.kept(verifiable, {**about, "key": "of another run"})) == [f"accuracy {about['accuracy']}"]
+    assert said in "".join(options.verifications(verifiable, about)) and said in capsys.readouterr().out
+    of_another = options.verifications(verifiable, {**about, "key": "of another run"})
+    assert list(of_another) == [f"accuracy {about['accuracy']}"]
 
 
 def test_nothing_asked_is_nothing_to_verify():
     with pytest.raises(StudyError, match=r"none is asked of twin, imu; give --accuracy"):
-        requests.to_verify(study(), ("twin", "imu"))
+        options.to_verify(study(), ("twin", "imu"))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.parameters.loading import load
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.stability.parameters import Parameters as Stability
 from stages.twin.machine.contact import COUNT
 from stages.twin.machine.machine import build

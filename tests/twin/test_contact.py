@@ -8,7 +8,6 @@ import pytest
 from stages.ground.friction import SCALARS
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES
 from stages.multibody.assembly.contact import disc_force
-from stages.twin.machine.connectors import ConnectorTree
 from stages.twin.machine.contact import (
     COUNT,
     HINGE,
@@ -23,8 +22,9 @@ from stages.twin.machine.contact import (
     feet_forces,
     point_law,
 )
-from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import build
+from stages.twin.machine.tree import ConnectorTree
+from stages.twin.walking.record import pair_axes, point_motion
 
 
 @pytest.mark.parametrize("normal", NORMAL_FORCES)

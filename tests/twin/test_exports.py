@@ -18,10 +18,9 @@ from stages.twin.exports.formats import FORMATS
 from stages.twin.exports.gltf import Motion
 from stages.twin.exports.solids import shown_parts, surface
 from stages.twin.machine.contact import COUNT, SLIDE
-from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import build, join
 from stages.twin.machine.parts import solid
-from stages.twin.walking.record import find_events
+from stages.twin.walking.record import find_events, pair_axes, point_motion
 from tests.changed import changed
 from tests.twin.peers import PEERS
 

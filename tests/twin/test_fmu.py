@@ -15,8 +15,7 @@ from stages.biped.question import WrongOption
 from stages.penalty.model.walker import build_penalty
 from stages.penalty.motion import feet
 from stages.penalty.motion.engine import readings
-from stages.penalty.settings import Settings
-from stages.penalty.walk import foot_acceleration, simulate
+from stages.penalty.walk import Settings, foot_acceleration, simulate
 from stages.planar.run import FALLEN, PlanarState
 from stages.planar.sampling import find_events
 from stages.twin.exports.fmu import package

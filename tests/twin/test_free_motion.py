@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stages.twin.machine.contact import COUNT, SLIDE
-from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.walking.measures import mechanical_energy
+from stages.twin.walking.record import pair_axes, point_motion
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stages.twin.machine.kinematics import pair_axes, point_motion
+from stages.twin.walking.record import pair_axes, point_motion
 
 H = 1e-4
 

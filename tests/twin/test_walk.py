@@ -14,13 +14,12 @@ from stages.multibody.walking.walk import simulate
 from stages.planar.run import FELL, rolling_state
 from stages.planar.section import section_numbers, section_state
 from stages.twin.machine.contact import ROLL, SLIDE, YAW, Z
-from stages.twin.machine.detailed import machine_of
 from stages.twin.machine.machine import Build, build, join
+from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
 from stages.twin.walking.measures import energy_balance
-from stages.twin.walking.record import find_events
-from stages.twin.walking.signals import peak_force, sample
+from stages.twin.walking.record import find_events, peak_force, sample
 from stages.twin_ladder.cycle import SectionState, step_map
 from tests.twin.conftest import ROUGH, STANDING_FORCE
 

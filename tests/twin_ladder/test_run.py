@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.multibody.walking.cycle import limit_cycle
 from stages.planar.run import rolling_state
 from stages.planar.section import section_scales

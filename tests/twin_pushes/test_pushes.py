@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.errors import StudyError
 from pipeline.parameters.loading import load
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.stability.parameters import Parameters as Stability
 from stages.twin_pushes.parameters import Parameters
 from stages.twin_pushes.run import Inputs, run

@@ -78,19 +78,23 @@ def _arguments(question: Any) -> str:
         "Raises StudyError for what is not allowed, and what the stage raises where the answer is no."])  # fmt: skip
 
 
+def _by_place(question: Any, options: Mapping[str, Option], given: tuple[Any, ...]) -> dict[str, Any]:
+    """What is given without a name, by the names of the options that stand first."""
+    first = [name for name, option in options.items() if option.field.metadata["positional"]]
+    if first and options[first[-1]].repeated and len(given) >= len(first):
+        given = *given[:len(first) - 1], given[len(first) - 1:]
+    if len(given) > len(first):
+        raise StudyError(f"{question.name} takes {len(first)} arguments without a name; parameters are given by name, "
+                         "as hip_mass=0.4")  # fmt: skip
+    return dict(zip(first, given))
+
+
 def _ask(
     study: Study, stage: str, question: Any, given: tuple[Any, ...], jobs: int | None, keywords: dict[str, Any]
 ) -> Reply:
     """Sort what is given into options and parameters, ask, and wrap the answer."""
     options = {name: Option(name, *pair) for name, pair in declared(question.options).items()}
-    first = [name for name, option in options.items() if option.field.metadata["positional"]]
-    chosen = {name: keywords.pop(name) for name in options if name in keywords}
-    if first and options[first[-1]].repeated:
-        given = (*given[:len(first) - 1], given[len(first) - 1:]) if len(given) >= len(first) else given
-    if len(given) > len(first):
-        raise StudyError(f"{question.name} takes {len(first)} arguments without a name; parameters are given by name, "
-                         "as hip_mass=0.4")  # fmt: skip
-    chosen |= dict(zip(first, given))
+    chosen = {name: keywords.pop(name) for name in options if name in keywords} | _by_place(question, options, given)
     for name, option in options.items():
         if name not in chosen and option.field.default is MISSING:
             raise StudyError(f"{question.name} needs {name}: {option.field.metadata['description']}")

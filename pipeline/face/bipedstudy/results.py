@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 import json
 from collections.abc import Mapping, Sequence
+from operator import methodcaller
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -124,7 +125,7 @@ def _texts(setting: Setting) -> list[str]:
         return [setting]
     if not isinstance(setting, Mapping):
         raise StudyError(f'{setting!r} is no setting; it is a text, "biped.hip_mass=0.4", or {{"biped.hip_mass": 0.4}}')
-    return [f"{key}={value if isinstance(value, str) else json.dumps(value, default=lambda part: part.tolist())}"
+    return [f"{key}={value if isinstance(value, str) else json.dumps(value, default=methodcaller('tolist'))}"
             for key, value in setting.items()]  # fmt: skip
 
 

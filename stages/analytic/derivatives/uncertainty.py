@@ -20,7 +20,7 @@ from stages.analytic.gait.poincare import SEARCH_TOLERANCE, FixedPoint, fixed_po
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.result import Elasticities, Uncertainty
-from stages.biped.gait import Gait, StanceState
+from stages.biped.walk import Gait, StanceState
 
 SLOPE = "ground.slope_deg"
 #: The numbers of a gait with an elasticity.

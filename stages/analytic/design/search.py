@@ -24,7 +24,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.model.walker import Vector, Walker
-from stages.biped.gait import Gait
+from stages.biped.walk import Gait
 
 #: Measures that can be held, by the words that goals and `ask` have for them: the goal's own, or a field of the gait.
 TARGETS = {"multiplier": "multiplier", "friction": "friction", "scuff": "scuff", "speed": "speed_m_s",

@@ -11,8 +11,7 @@ from typing import Any
 from stages.analytic.model.walker import Walker, build_walker
 from stages.biped.design import DETAILS, Biped
 from stages.biped.quantity import Bound, faults
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 
 
 @dataclass(frozen=True)

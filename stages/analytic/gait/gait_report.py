@@ -23,8 +23,8 @@ from stages.analytic.result import EnergyAudit, Validity
 from stages.analytic.walk.recording import Segment, is_last, record, rise, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import assess
-from stages.biped.gait import Gait
 from stages.biped.quantity import quantity
+from stages.biped.walk import Gait
 
 
 @dataclass(frozen=True)

@@ -60,9 +60,8 @@ from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate, 
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_state
 from stages.biped.design import Biped
-from stages.biped.gait import Gait
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.biped.walk import Gait
+from stages.ground.slope import Friction, Slope
 
 #: Where a gait is looked for: parameters, and factors on the design's value of each.
 ELSEWHERE = {"ground.slope_deg": (0.5, 2.0, 0.25, 4.0), "biped.stiffness": (2.0, 4.0, 16.0),

@@ -26,9 +26,8 @@ from stages.analytic.model.kinds import (
 from stages.analytic.model.stiffness import judged
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import BeyondModel, Biped, Leg
-from stages.biped.gait import StanceState
-from stages.ground.friction_coefficients import Friction
-from stages.ground.slope import Slope
+from stages.biped.walk import StanceState
+from stages.ground.slope import Friction, Slope
 
 Vector = np.ndarray
 

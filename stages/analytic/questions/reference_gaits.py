@@ -15,7 +15,7 @@ from stages.biped.question import Answer, Asking, Question, option, refuse
 if TYPE_CHECKING:
     from stages.analytic.parameters import Parameters
     from stages.biped.design import Biped
-    from stages.biped.gait import StanceState
+    from stages.biped.walk import StanceState
     from stages.ground.slope import Slope
 
 KIND = "bipedstudy reference gaits 1"

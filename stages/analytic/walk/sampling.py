@@ -13,7 +13,6 @@ from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.motion import accelerations, in_contact
 from stages.analytic.walk.recording import Segment, crossing, in_single_stance, is_last, states_at, walk_on
 from stages.biped.between_steps import uniform_times
-from stages.biped.gait import StanceState
 from stages.biped.kinematics import (
     Coordinate,
     Motion,
@@ -24,7 +23,7 @@ from stages.biped.kinematics import (
     stance_mass_motion,
     swing_point_motion,
 )
-from stages.biped.walk import Walk
+from stages.biped.walk import StanceState, Walk
 
 #: Columns of `accelerations_and_forces`: qdd (4), stance foot's force (tangential, normal), swing foot's force.
 COLUMNS = 8

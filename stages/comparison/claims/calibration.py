@@ -13,9 +13,9 @@ from stages.calibration.result import HALF_WIDTH
 from stages.campaign.result import RunTruth
 from stages.comparison.claims.measurement import MEASURED, RUNS, made_up
 from stages.comparison.claims.statement import Statement
-from stages.comparison.claims.verdict import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, percent, yes_or_no
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
+from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, percent, yes_or_no
 
 CALIBRATION = ("calibration.fitted_runs", "calibration.discrepancy_runs")
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from stages.comparison.claims.paper import FREQUENCY_HZ, LAST_DIGIT_HZ
 from stages.comparison.claims.statement import Statement
-from stages.comparison.claims.verdict import FAILS, HOLDS, OPEN, Judgement, percent, yes_or_no
 from stages.comparison.evidence import NAN, Evidence, largest
 from stages.comparison.parameters import Settings
+from stages.comparison.result import FAILS, HOLDS, OPEN, Judgement, percent, yes_or_no
 
 SOLVER = ("analytic.tolerance", "analytic.transition")
 PLANAR = ("ground.contact_stiffness", "ground.stiction_velocity", "multibody.tolerance")

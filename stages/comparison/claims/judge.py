@@ -15,10 +15,9 @@ from typing import Any
 from stages.comparison.claims import calibration, contact, figure_8, gait, measurement, numerics, twin
 from stages.comparison.claims.paper import BIPED, SETTINGS
 from stages.comparison.claims.statement import Measured, Statement
-from stages.comparison.claims.verdict import DOES_NOT_APPLY, UNDECIDED, UNKNOWN
 from stages.comparison.evidence import Evidence
 from stages.comparison.parameters import Parameters, Settings
-from stages.comparison.result import Claim, Number
+from stages.comparison.result import DOES_NOT_APPLY, UNDECIDED, UNKNOWN, Claim, Number
 
 
 def in_the_papers_order(one: Statement) -> list[int]:

@@ -10,9 +10,9 @@ from collections.abc import Iterable
 
 from stages.comparison.claims.paper import SETTINGS
 from stages.comparison.claims.statement import Statement
-from stages.comparison.claims.verdict import FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, yes_or_no
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
+from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, yes_or_no
 from stages.tradeoff.result import Row, cost_at
 
 #: Words in the names of implicit ways to compute a walk.

@@ -7,6 +7,9 @@ Their source and that of every sentence is Vasileiou, Smyrli, Drogosis and Papad
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
+
+from stages.biped.quantity import Bound, parameter
 
 STANDARD_GRAVITY = 9.80665  # m/s^2 in one g of a sensor's data sheet
 
@@ -50,3 +53,14 @@ SETTINGS = {
     "ground.stiction_velocity": Printed(0.1, "section 3.4: Adams' default"),
     "ground.friction_velocity": Printed(1.0, "section 3.4: Adams' default"),
 }
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the figures show too: how far the paper's models differ, and how a stride is cut."""
+
+    FILE: ClassVar[str] = "comparison"
+
+    position_limit: float = parameter("m", "largest hip difference the paper states", bound=Bound(above=0))
+    velocity_limit: float = parameter("m/s", "largest hip velocity difference the paper states", bound=Bound(above=0))
+    phase_points: int = parameter("1", "points of a stride", bound=Bound(minimum=11, maximum=100_001))

@@ -9,9 +9,9 @@ import numpy as np
 from stages.biped.walk import Walk
 from stages.comparison.claims.paper import BLOCK_SETS, RAMP_M
 from stages.comparison.claims.statement import OF_ITS_ROW, Statement
-from stages.comparison.claims.verdict import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, percent, yes_or_no
 from stages.comparison.evidence import NAN, Evidence, largest
 from stages.comparison.parameters import Settings
+from stages.comparison.result import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, percent, yes_or_no
 from stages.rough_ground.result import CONSTRAINT, PENALTY
 
 RESTS_ON = ("twin.inertia", "twin.parts", "twin.tolerance", "ground.contact_stiffness", "ground.stiction_velocity")

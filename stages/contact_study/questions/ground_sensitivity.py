@@ -37,9 +37,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.gait.gait_search import find_gait
     from stages.analytic.walk.sampling import walk_from_mid_stance
     from stages.penalty.model.changes import names_of, owner
-    from stages.penalty.response import TOLERANCE, of_multipliers, responses
-    from stages.penalty.settings import Settings
-    from stages.penalty.step_map import PenaltyStepper
+    from stages.penalty.step_map import TOLERANCE, PenaltyStepper, of_multipliers, responses
+    from stages.penalty.walk import Settings
     from stages.planar.limit_cycle import gait_near
     from stages.planar.run import rolling_state
     from stages.planar.section import section_state

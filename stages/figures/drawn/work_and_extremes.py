@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from stages.analytic.parameters import Settings as Analytic
 from stages.biped.design import Biped
 from stages.drawing import style
-from stages.extremes.engines import (
+from stages.extremes.parameters import (
     CRASHED,
     FAILED,
     HUNG,

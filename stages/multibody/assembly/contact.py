@@ -14,7 +14,7 @@ import numpy as np
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import SCALARS, Lane, Operations, friction_coefficient, normal_force, with_single_terms
-from stages.multibody.assembly.quiet_exudyn import CreateSymbolicUserFunction, items, symbolic
+from stages.multibody.assembly.system import CreateSymbolicUserFunction, items, symbolic
 
 Lanes = tuple[Lane, Lane] | None
 

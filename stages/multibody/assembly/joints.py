@@ -17,8 +17,7 @@ import numpy as np
 from stages.biped.design import BeyondModel, Leg
 from stages.ground.slope import Slope
 from stages.multibody.assembly.planar import Planar, PlanarBody, Pose, above_spring, reactions
-from stages.multibody.assembly.quiet_exudyn import items
-from stages.multibody.assembly.system import COORDINATES
+from stages.multibody.assembly.system import COORDINATES, items
 from stages.planar.run import PlanarState
 from stages.planar.signals import IMU
 

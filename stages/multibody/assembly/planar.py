@@ -17,8 +17,7 @@ from stages.biped.design import Biped, Leg
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.assembly.contact import Lanes, add_ground
-from stages.multibody.assembly.quiet_exudyn import items
-from stages.multibody.assembly.system import OUTPUT, System
+from stages.multibody.assembly.system import OUTPUT, System, items
 from stages.multibody.walking.watch import Look
 from stages.planar.run import PlanarState, hip_creep
 from stages.planar.signals import GROUND_REACTION, SIGNALS

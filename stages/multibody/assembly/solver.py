@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from stages.multibody.assembly.quiet_exudyn import SOLVER_ERRORS, exudyn
+from stages.multibody.assembly.system import SOLVER_ERRORS, exudyn
 from stages.multibody.parameters import Settings
 from stages.multibody.walking.watch import Walker, Watch
 from stages.planar.run import DIVERGED, RUNNING, SOLVER_FAILED, STALLED

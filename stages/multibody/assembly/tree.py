@@ -12,8 +12,7 @@ import numpy as np
 
 from stages.ground.slope import Slope
 from stages.multibody.assembly.planar import Planar, PlanarBody, Pose, above_spring, below_spring, joined, reactions
-from stages.multibody.assembly.quiet_exudyn import exudyn, items
-from stages.multibody.assembly.system import OUTPUT
+from stages.multibody.assembly.system import OUTPUT, exudyn, items
 from stages.planar.run import PlanarState
 from stages.planar.signals import IMU
 

@@ -20,7 +20,7 @@ from stages.biped.design import DETAILS, Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.model.walker import LENGTH, RATES, SIZE, Directions, build_penalty, natural_lengths
-from stages.penalty.motion.contact import STEP
+from stages.penalty.motion.feet import STEP
 
 
 @dataclass(frozen=True)

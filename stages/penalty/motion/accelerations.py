@@ -15,8 +15,7 @@ from stages.analytic.compiled import ByKind, Numbers
 from stages.penalty.compiled import compiled
 from stages.penalty.model.legs import leg_of, leg_terms
 from stages.penalty.model.walker import DetailedPenalty, LegNumbers, Penalty, Walker
-from stages.penalty.motion.contact import foot_force
-from stages.penalty.motion.feet import acts_on, block_under
+from stages.penalty.motion.feet import acts_on, block_under, foot_force
 from stages.penalty.motion.hip import hip_load
 
 Vector = np.ndarray

@@ -23,8 +23,7 @@ from stages.penalty.compiled import again, compiled
 from stages.penalty.model.legs import leg_by, leg_change, leg_jacobian, leg_of
 from stages.penalty.model.walker import Directions, Walker
 from stages.penalty.motion.accelerations import Six, accelerations, solve
-from stages.penalty.motion.contact import Slopes, force_slopes, law_change
-from stages.penalty.motion.feet import acts_on, penalty_guard
+from stages.penalty.motion.feet import Slopes, acts_on, force_slopes, law_change, penalty_guard
 from stages.penalty.motion.hip import hip_change, leg_place, torque_variation
 
 Vector = np.ndarray

@@ -7,6 +7,8 @@ acts is awaited until it touches it, its heel strike.
 
 A phase is a negative number, -1 - (status of leg 0 + 3 status of leg 1 + 9 end), so that none is one of the constraint
 walkers'. `end` is 1 or 2 while the step ends in the mid-stance of leg 0 or 1.
+
+The force of the ground on a foot, and its derivatives, by the contact laws of `stages.ground`.
 """
 
 from __future__ import annotations
@@ -15,6 +17,8 @@ from math import cos, sin
 
 import numpy as np
 
+from stages.ground.compiled import COMPILED, TANGENTS, compiled_coefficient
+from stages.ground.laws import PointLaw
 from stages.penalty.compiled import compiled
 from stages.penalty.model.legs import leg_of
 from stages.penalty.model.walker import Walker
@@ -134,3 +138,50 @@ def status_after(phase: int, y: Vector, p: Walker, leg: int) -> int:
     ahead = place(y, p, leg, y, 0)[0] - place(y, p, 1 - leg, y, 0)[0]
     leaving = max(AIR * leg_of(p, leg).L_nat - above, ahead, -y[8 + leg])
     return LANDED if status == AWAITED and above < leaving else OUT
+
+
+#: Imaginary step by which a law is differentiated: its square is lost beside anything but zero.
+STEP = 1e-40
+#: What `force_slopes` gives.
+Slopes = tuple[float, float, float, float]
+
+
+@compiled
+def foot_force(acts: bool, depth: float, rate: float, slip: float, law: PointLaw) -> tuple[float, float]:
+    """Normal force and friction [N] at a penetration [m], its rate and the slip [m/s]; none where no ground acts."""
+    if not acts or depth <= 0.0:
+        return 0.0, 0.0
+    normal = law.normal.force(depth, rate, COMPILED)
+    return normal, -compiled_coefficient(law, slip, COMPILED) * normal
+
+
+@compiled
+def force_slopes(acts: bool, depth: float, rate: float, slip: float, law: PointLaw) -> Slopes:
+    """Derivatives of the normal force by penetration and rate, of friction by the slip, and friction over normal force.
+
+    By a complex step, so that the law's one text gives its derivatives too.
+    """
+    if not acts or depth <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    by_depth = law.normal.force(complex(depth, STEP), complex(rate, 0.0), TANGENTS)
+    by_rate = law.normal.force(complex(depth, 0.0), complex(rate, STEP), TANGENTS)
+    coefficient = compiled_coefficient(law, complex(slip, STEP), TANGENTS)
+    slope = -(coefficient.imag / STEP) * by_depth.real
+    return by_depth.imag / STEP, by_rate.imag / STEP, slope, -coefficient.real
+
+
+@compiled
+def law_change(
+    acts: bool, depth: float, rate: float, slip: float, law: PointLaw, numbers: np.ndarray
+) -> tuple[float, float]:
+    """Change of the normal force, and of friction beside that, at an unchanged state.
+
+    `numbers`: those of the law, with their changes times `STEP` as imaginary parts.
+    """
+    if not acts or depth <= 0.0:
+        return 0.0, 0.0
+    normal, friction = law.normal.like(numbers, 0), law.friction.like(numbers, len(law.normal))
+    force = normal.force(complex(depth, 0.0), complex(rate, 0.0), TANGENTS)
+    varied = PointLaw(normal, friction, numbers[len(law.normal) + len(law.friction)])
+    coefficient = compiled_coefficient(varied, complex(slip, 0.0), TANGENTS)
+    return force.imag / STEP, -(coefficient.imag / STEP) * force.real

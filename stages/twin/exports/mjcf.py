@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stages.twin.exports.exported import COLOURS, QUARTER, Exported, Link
+from stages.twin.exports.exported import COLOURS, QUARTER, Element, Exported, Link, Value, document, tag, tensor
 from stages.twin.exports.solids import piece_place, surface
-from stages.twin.exports.xml_text import Element, Value, document, tag, tensor
 from stages.twin.machine.parts import Part
 
 ENDING = "xml"

@@ -9,8 +9,19 @@ from __future__ import annotations
 import numpy as np
 
 from stages.ground.friction import static_penetration
-from stages.twin.exports.exported import COLOURS, QUARTER, Exported, Joint, Link, Shape
-from stages.twin.exports.xml_text import Element, document, tag, tensor, text
+from stages.twin.exports.exported import (
+    COLOURS,
+    QUARTER,
+    Element,
+    Exported,
+    Joint,
+    Link,
+    Shape,
+    document,
+    tag,
+    tensor,
+    text,
+)
 from stages.twin.machine.machine import LEGS
 
 ENDING = "sdf"

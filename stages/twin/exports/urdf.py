@@ -5,8 +5,7 @@ It has no springs, no start, no contact. The six coordinates of the inner frame 
 
 from __future__ import annotations
 
-from stages.twin.exports.exported import COLOURS, QUARTER, Exported, Link, Shape
-from stages.twin.exports.xml_text import Element, Value, document, tag, tensor
+from stages.twin.exports.exported import COLOURS, QUARTER, Element, Exported, Link, Shape, Value, document, tag, tensor
 
 ENDING = "urdf"
 OF = "ROS, Pinocchio, Drake, PyBullet"

@@ -12,11 +12,10 @@ from stages.biped.between_steps import NODES, largest, quadrature
 from stages.biped.walk import Walk
 from stages.planar.run import hip_creep
 from stages.twin.machine.contact import HINGE, ROLL, SLIDE, along, point_law
-from stages.twin.machine.kinematics import pair_axes, point_motion
 from stages.twin.machine.machine import FOOT_BODY, Machine
 from stages.twin.machine.projection import project
 from stages.twin.result import EnergyBalance, Settling
-from stages.twin.walking.record import Record
+from stages.twin.walking.record import Record, pair_axes, point_motion
 
 #: Steps at the end of a walk over which means are taken: two strides.
 SETTLED_STEPS = 4

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from stages.biped.gait import StanceState
+from stages.biped.walk import StanceState
 from stages.ground.blocks import Laid
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import static_penetration

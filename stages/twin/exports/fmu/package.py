@@ -26,14 +26,13 @@ from stages.biped.question import WrongOption
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.penalty.motion.feet import LANDED, OUT
-from stages.penalty.settings import Settings
 from stages.penalty.step_map import PenaltyStepper
-from stages.penalty.walk import FALLEN_GUARD
+from stages.penalty.walk import FALLEN_GUARD, Settings
 from stages.planar.limit_cycle import gait_near
 from stages.planar.run import PlanarState, rolling_state
 from stages.planar.section import section_state
+from stages.twin.exports.exported import Element, document, tag
 from stages.twin.exports.fmu.equations import equations
-from stages.twin.exports.xml_text import Element, document, tag
 
 #: A design on its slope and ground.
 Sections = tuple[Biped, Slope, ContactLaw]
