@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.run_fit import design_sizes
 from stages.calibration.following import robot_file
+from stages.calibration.following.beside_truth import followed
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Present
 from stages.calibration.following.robot_file import FittedRobot
@@ -19,6 +21,7 @@ from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, layout_of, usable
 from stages.calibration.observation.prediction import predict, walk
 from stages.calibration.recordings import as_mounted
+from stages.calibration.result import FittedRun
 from tests.calibration.runs import DESIGN, PARAMETERS, SETTINGS, disturbed
 from tests.similar import similar
 
@@ -256,3 +259,21 @@ def test_a_robot_is_read_as_it_was_left_and_one_that_was_changed_is_refused(tmp_
     file.unlink()
     with pytest.raises(WrongOption, match=r"has no robot\.json, which calibrate --into leaves; fit the robot again"):
         robot_file.read(tmp_path)
+
+
+def test_a_run_of_the_study_is_followed_beside_the_truth():
+    """Angles are off by as much as they say; without a truth there is none."""
+    run, design, unknowns = made(5, 7)
+    robot, fitted = model()
+    values, d = np.array([design.value(name) for name in fitted.of_design]), len(fitted.shared)
+    fit = FittedRun("drawn", "lab", values[:d], values[d:], unknowns, robot.covariance, values[:d], 1.0, 1.0, 1, True,
+                    "", None, None, run.strikes)  # fmt: skip
+    times = np.arange(0.6, run.duration, 0.005)
+    states, lie = walk(design, (), unknowns, fitted.layout, run.sampling, run.duration, 1e-9).states(times)
+    angle = np.array([-state[0, 0] if one.stance_leg == 0 else state[2, 0] for state, one in zip(states, lie)])
+    truth = SimpleNamespace(heel_strike_time=3.0 + np.concatenate([[-0.5], run.strikes]),
+                            leg=SimpleNamespace(time=3.0 + times, angle=angle))  # fmt: skip
+    found = followed(design, run, fit, fitted, SETTINGS, truth)
+    off = (found.angle - np.interp(found.time, found.true_time, found.true_angle)) / found.angle_sd
+    assert len(off) > 150 and np.abs(found.true_angle).max() > 0.2 and np.mean(off[5:-5] ** 2) < 4.0
+    assert len(followed(design, run, fit, fitted, SETTINGS, None).true_time) == 0
