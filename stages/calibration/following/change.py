@@ -178,6 +178,11 @@ class Comparison:
             evidence, there, unknowns, run = self.as_this(run, begun(design, run, model))
         except StepFailed:
             evidence, there, unknowns, run = self._there(run, fit_run(design, run, model, self.robot.known))
+        if not self.verdict(evidence).same:  # a fit that went astray is no other robot
+            with contextlib.suppress(StepFailed):
+                again = self._there(run, fit_run(design, run, model, self._known))
+                if again[0].misfit < evidence.misfit:
+                    evidence, there, unknowns, run = again
         verdict, at_best, tried, least = self.verdict(evidence), evidence, set[str](), np.inf
         while not verdict.same and len(tried) < MOST and verdict.changes[0].part.name not in tried:
             part = verdict.changes[0].part
