@@ -70,8 +70,8 @@ def judge_rolling_without_slip(
     within = max(single, strike) <= friction and time_outside == 0
     shares = f"{100 * time_outside:.0f} % of its time and {100 * impulse_outside:.0f} % of its impulse"
     return Judgement(
-        f"the static coefficient is {friction:g}; single stance needs {single:.2f}, the trailing foot {strike:.4g} "
-        f"at heel strike; in double stance that foot is outside the friction cone for {shares}",
+        f"single stance needs {single:.2f} of a static coefficient of {friction:g}, the trailing foot {strike:.4g} at "
+        f"heel strike; in double stance that foot is outside the friction cone for {shares}",
         yes_or_no(within),
         (
             (within, f"every phase stays inside the cone, at most at {max(single, strike):.2f}"),
