@@ -216,9 +216,10 @@ def caption_held_out(given: Given) -> str:
 def draw_followed(given: Given) -> Figure:
     """Above the inner leg's angle with the truth, then their difference in its band; below the next heel strike."""
     one = _followed(given)
-    figure, (above, middle, below) = plt.subplots(3, 1, figsize=(style.TWO_COLUMNS, 5.4), sharex=True)
+    figure, (above, middle, below) = plt.subplots(3, 1, figsize=(style.ONE_COLUMN, 5.4), sharex=True)
     above.plot(one.true_time, one.true_angle, color=style.MEASURED, linewidth=2.5, label="true")
     above.plot(one.time, one.angle, color=style.ANALYTIC, linewidth=0.9, label="followed")
+    above.margins(y=0.25)  # room for the legend
     above.set_ylabel("inner leg's angle [rad]")
     _band(middle, one.time, 1e3 * _off(one), 1e3 * one.angle_sd, "followed less true")
     middle.set_ylabel("angle [mrad]")
@@ -242,7 +243,7 @@ def _band(axes: Axes, time: np.ndarray, off: np.ndarray, sd: np.ndarray, label: 
     half = HALF_WIDTH * sd
     axes.fill_between(time, -half, half, color=style.SECOND, alpha=0.3, linewidth=0, label="95 %")
     axes.plot(time, off, color=style.ANALYTIC, linewidth=0.9, label=label)
-    room = 3.0 * float(np.nanmedian(half))
+    room = 4.0 * float(np.nanmedian(half))
     axes.set_ylim(-room, room)
     style.mark_beyond(axes)
 
