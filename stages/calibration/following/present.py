@@ -4,6 +4,9 @@ The unknowns are Gaussian, and a state is a function of them. At a fixed time si
 nearly linear. When that began is not known either, and where a leg has just landed its springs ring, or a foot leaves
 the ground and the state has a bend: so the mean and covariance over that one time are those of Gauss and Hermite's
 points, given the leg that stands; all that goes not along with it is taken as a line at each of them.
+
+Whether the robot will fall is told by states drawn from what is known of its next heel strike, which walk on step by
+step. Of the robot and its ground only the mean is walked. A fall is what the step map says: a step that has no end.
 """
 
 from __future__ import annotations
@@ -15,9 +18,13 @@ from functools import partial
 
 import numpy as np
 
+from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_report import energy
+from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.kinds import natural_lengths, radii
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.section import section_coordinates
+from stages.analytic.phases.succession import single_stance, succeed
 from stages.calibration.observation.prediction import Walked
 
 #: What is wrong in a state comes with so many times as much in its time, in units of the walker: contacts take theirs.
@@ -35,6 +42,10 @@ SMALL = 1e-5
 #: Points in standard deviations, and weights: far from all events, and near one.
 FEW, MANY = ((np.sqrt(2.0) * points, weights / weights.sum())
              for points, weights in map(np.polynomial.hermite.hermgauss, (3, 15)))  # fmt: skip
+#: Steps that are looked ahead; states that are drawn, and how many of them first: where these do alike, so do all.
+STEPS, DRAWN, FIRST = 3, 60, 8
+#: Falls are found with steps that are solved to this.
+LOOSE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -176,3 +187,35 @@ def _length(walker: Walker, state: Vector) -> float:
     radius, other = radii(walker.p)
     return float(walker.length * ((stance - radius) * math.sin(theta) + (swing - other) * math.sin(psi)
                                   + radius * theta + other * psi))  # fmt: skip
+
+
+def falls(walked: Walked, moved: Vector, covariance: np.ndarray, steps: int = STEPS) -> Vector:
+    """Probabilities (steps,) to fall in the first, the first two and so on of the steps after a walk's first strike.
+
+    The walk's unknowns are `moved` (n,) from its own, with a covariance; NaN where it does not come to a strike.
+    """
+    if not any(one.ends_step for one in walked.stretches):
+        return np.full(steps, np.nan)
+    leg, mean, spread = landing(walked, 0, moved, covariance)
+    values, vectors = np.linalg.eigh(spread)
+    spread = vectors * np.sqrt(np.maximum(values, 0.0))
+    chance = np.random.default_rng(0).normal(size=(DRAWN, len(mean)))
+    walker, other = walked.walker.on(leg), walked.walker.on(1 - leg)
+    last = np.array([_last(mean + spread @ one, walker, other, steps) for one in chance[:FIRST]])
+    if np.ptp(last) > 0:
+        more = [_last(mean + spread @ one, walker, other, steps) for one in chance[FIRST:]]
+        last = np.append(last, more)
+    return np.asarray((last[:, None] <= np.arange(steps)).mean(axis=0))
+
+
+def _last(before: Vector, walker: Walker, other: Walker, steps: int) -> int:
+    """Whole steps, so many at most, after a state (size,) just before a heel strike."""
+    state, taken = before.copy(), 0
+    _, decided = succeed(int(single_stance(state, walker.p)), state, walker.p, None)
+    try:
+        z = section_coordinates(state, other.p)
+        while decided and taken < steps:
+            z, other, taken = poincare_map(other, z, LOOSE).z, other.exchanged, taken + 1
+    except StepFailed:
+        pass
+    return taken
