@@ -133,7 +133,8 @@ class Result:
     held_out: tuple[HeldOut, ...] = quantity("-", "runs that were not, explained and foretold")
     misses: Misses = quantity("-", "what fits of runs of further machines miss")
     failed: tuple[Failed, ...] = quantity("-", "runs that could not be fitted or walked")
-    followed: tuple[Followed, ...] = quantity("-", "the first run that was fitted, followed; none if it is lost")
+    followed: tuple[Followed, ...] = quantity(
+        "-", "the first run that was fitted, followed; none if it is lost", default=())
 
     def of_kind(self, kind: str) -> list[FittedRun]:
         """Fits of one kind of robot."""
