@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
@@ -173,16 +174,19 @@ def corrected(walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray) -> 
 
 
 def nearer(walker: Steps[S], found: FixedPointOf[S], derivative: np.ndarray) -> FixedPointOf[S]:
-    """A fixed point that was found, or where one more correction leads if that is nearer. Raises NoLimitCycle.
+    """A fixed point that was found, or where one more correction leads if that is nearer.
 
     So its numbers are off by the steps' own errors, which looser steps tell, and not by where the search stopped.
     """
     if found.residual == 0.0:
         return found
-    numbers = found.numbers + np.linalg.solve(np.eye(10) - derivative, found.step.numbers - found.numbers)
-    step = walker.step(numbers)
-    residual = _size(walker, step.numbers - numbers)
-    return FixedPointOf(numbers, step, residual, derivative) if residual < found.residual else found
+    with contextlib.suppress(NoLimitCycle):  # what was found stays, if nothing is near it
+        moved = found.step.numbers - found.numbers
+        numbers = found.numbers + _newton_change(derivative, moved, walker.scales)
+        step = walker.step(numbers)
+        residual = _size(walker, step.numbers - numbers)
+        return FixedPointOf(numbers, step, residual, derivative) if residual < found.residual else found
+    return found
 
 
 def _size(walker: Steps[S], moved: np.ndarray) -> float:

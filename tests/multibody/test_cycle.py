@@ -77,6 +77,7 @@ def test_one_more_correction_leaves_little_of_where_a_search_stopped():
     assert found.residual > 1e-5 and closer.residual < 0.05 * found.residual
     assert away(closer.numbers) < 0.05 * away(found.numbers)
     assert nearer(walker, closer, scaled(np.zeros((10, 10)))).residual <= closer.residual
+    assert nearer(walker, found, scaled(np.eye(10))) is found  # a multiplier of one leads nowhere
 
 
 @pytest.mark.parametrize(("central", "steps", "within"), [(True, 20, 1e-9), (False, 10, 1e-6)])
