@@ -56,8 +56,6 @@ def errors(texts: Sequence[str], flag: str = "--within") -> Mapping[str, Allowed
 def learnt_by(asking: Asking) -> Result:
     """The stage's result among the study's. Raises WrongOption without one."""
     result, where = asking.result()
-    if result is not None and result.values.shape[-1] != len(MEASURES):
-        result, where = None, "its result is of other measures"
     if result is None:
         raise WrongOption(NOT_KNOWN.format(where))
     found: Result = result

@@ -48,6 +48,11 @@ class Result:
         dimensions=("rung", "measure", "part"))
     without_gait: tuple[str, ...] = quantity("-", "designs of which a rung has no gait, and why")
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for one of an earlier version."""
+        if self.values.shape[-1] != len(MEASURES):
+            raise ValueError("of other measures")
+
     def misses(self, rung: int) -> np.ndarray:
         """What a rung misses of the penalty walker, and that of the twin, (n, k), of gaits that both find stable: as a
         share, multipliers by themselves."""

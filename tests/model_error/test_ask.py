@@ -1,5 +1,6 @@
 """`ask`: the cheapest rung that has the error, its parts, and requests that are refused."""
 
+import copy
 import dataclasses
 import json
 import math
@@ -8,12 +9,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pipeline.cache import artefact
+from pipeline.errors import ArtefactError
 from stages.biped.question import WrongOption
 from stages.model_error.choice import Ladder, below_one
 from stages.model_error.measures import NAMES, Allowed, errors
 from stages.model_error.miss import Learnt, Miss, covering
 from stages.model_error.questions.ask import Options, ask
-from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH
+from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result
 from stages.model_error.run import design_of, further, further_draws, walked
 from stages.model_error.rungs import RUNGS
 
@@ -131,9 +134,14 @@ def test_without_what_was_learnt_the_command_that_learns_is_named(parameters):
 
 
 def test_a_result_of_other_measures_is_refused(parameters, small):
-    fewer = dataclasses.replace(small, values=small.values[..., 1:])
-    with pytest.raises(WrongOption, match="of other measures; bipedstudy run model_error"):
-        ask(parameters, Options(("speed",), ("1%",)), Asking(fewer))
+    earlier = copy.copy(small)
+    object.__setattr__(earlier, "values", small.values[..., 1:])
+    with pytest.raises(ArtefactError, match="of other measures") as refused:  # by every command that reads it
+        artefact.decode(artefact.encode(earlier, {}), Result, "results/model_error.h5")
+    asking = Asking(None)
+    asking.result = lambda stage="": (None, str(refused.value))
+    with pytest.raises(WrongOption, match=r"of other measures\); bipedstudy run model_error"):
+        ask(parameters, Options(("speed",), ("1%",)), asking)
 
 
 def test_who_asks_for_a_peak_force_is_told_what_the_constraint_model_lacks(parameters, small):
