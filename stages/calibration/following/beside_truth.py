@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.following.follower import DRIFT, Follower
+from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.robot_file import OF_MOUNTING
 from stages.calibration.following.track import follow
@@ -39,11 +39,10 @@ def followed(
         place = layout.place(name)
         prior[place], middle[place] = sd, fit.unknowns[place]
     forward, up, rate = (fit.wider * noise for noise in model.noise)
-    follower = Follower(
+    follower = Follower.of(
         model.robot(design, fit.design, fit.own),
         replace(model, layout=replace(layout, prior=prior, middle=middle), noise=(forward, up, rate)),
-        block_diag(fit.covariance, np.diag(np.square(OWN * fit.own))), settings.settling_s, settings.before_strike_s,
-        settings.after_strike_s, DRIFT * math.sqrt(max(fit.wider**2 - 1.0, 0.0)))  # fmt: skip
+        block_diag(fit.covariance, np.diag(np.square(OWN * fit.own))), fit.wider, settings)
     instants = list[Instant]()
     with contextlib.suppress(StepFailed):  # as far as it goes
         instants.extend(follow(follower, run))

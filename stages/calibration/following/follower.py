@@ -23,6 +23,7 @@ from stages.calibration.following.step import Belief
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import MeasuredRun, Sampling
 from stages.calibration.observation.prediction import Walked, walk
+from stages.calibration.parameters import Settings
 
 #: A step is walked for so many of the last one's period, to the heel strike after the next mid-stance.
 AHEAD = 1.2
@@ -58,6 +59,14 @@ class Follower:
     before: float
     after: float
     discrepancy: float = 0.0
+
+    @classmethod
+    def of(
+        cls, design: DesignPoint, model: Model, covariance: np.ndarray, wider: float, settings: Settings
+    ) -> Follower:
+        """Of a robot whose fit left residuals so many times as wide (`wider`) as noise makes them."""
+        return cls(design, model, covariance, settings.settling_s, settings.before_strike_s, settings.after_strike_s,
+                   DRIFT * math.sqrt(max(wider**2 - 1.0, 0.0)))  # fmt: skip
 
     @property
     def wrong(self) -> float:

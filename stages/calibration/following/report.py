@@ -18,7 +18,7 @@ from stages.calibration.angles.recording import read_steps
 from stages.calibration.angles.same import read as read_encoders
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import encoders, robot_file
-from stages.calibration.following.follower import DRIFT, Follower
+from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.stream import Stream, rows_of
 from stages.calibration.following.track import follow
@@ -41,10 +41,8 @@ AHEAD = 0.2
 
 def _follower(parameters: Parameters, robot: robot_file.FittedRobot) -> Follower:
     """What follows a robot. Raises NoGait."""
-    settings = parameters.settings
     model = robot.model(first_model(robot.design, (*robot.names, *robot.own), parameters))
-    return Follower(robot.design, model, robot.of_design(), settings.settling_s, settings.before_strike_s,
-                    settings.after_strike_s, DRIFT * math.sqrt(max(robot.wider**2 - 1.0, 0.0)))  # fmt: skip
+    return Follower.of(robot.design, model, robot.of_design(), robot.wider, parameters.settings)
 
 
 def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], asking: Asking) -> Answer:

@@ -33,13 +33,17 @@ class Options:
         bound=Bound(minimum=1, maximum=10_000))
 
 
+def has_angles(source: str) -> bool:
+    """Whether recordings are angles of encoders or markers, by the file's name, and not signals of sensors."""
+    return source.lower().endswith((".csv", ".c3d"))
+
+
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
     recorded = "" if options.identifiability else options.source or ""
-    of_angles = recorded.lower().endswith((".csv", ".c3d"))
-    refuse((options.robot is not None and (of_angles or not recorded),
+    refuse((options.robot is not None and (has_angles(recorded) or not recorded),
             "continue: goes on with recordings of sensors at hip and foot alone, in a database"))
-    if of_angles:
+    if has_angles(recorded):
         from stages.calibration.reports.angle_report import answered, calibrated
 
         asking.progress(0.1, "the robot and each step's start")

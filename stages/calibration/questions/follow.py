@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.question import Answer, Asking, Question, option
+from stages.calibration.questions.calibrate import has_angles
 
 if TYPE_CHECKING:
     from stages.calibration.parameters import Parameters
@@ -31,7 +32,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Follow the runs. Raises WrongOption, NoGait, NotIdentified."""
     from stages.calibration.following.report import followed, of_angles, streamed
 
-    if options.source.lower().endswith((".csv", ".c3d")):
+    if has_angles(options.source):
         return of_angles(Path(options.source), Path(options.robot), options.runs, asking)
     if options.source == "-":
         return streamed(parameters, Path(options.robot), options.about or {}, asking)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stages.biped.question import Answer, Asking, Question, option, refuse
+from stages.calibration.questions.calibrate import has_angles
 
 if TYPE_CHECKING:
     from stages.calibration.parameters import Parameters
@@ -23,7 +24,7 @@ class Options:
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Test the runs. Raises WrongOption, NoGait, NotIdentified."""
-    if options.source.lower().endswith((".csv", ".c3d")):
+    if has_angles(options.source):
         from stages.calibration.angles import same
 
         refuse((bool(options.runs), "run: a recording of encoders has none"))

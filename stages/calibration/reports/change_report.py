@@ -17,7 +17,7 @@ from stages.calibration.following import robot_file
 from stages.calibration.following.change import LEVEL, Change, Comparison, Held, Verdict
 from stages.calibration.information.identifiability import first_model, listed
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings import as_mounted, named_runs
+from stages.calibration.recordings import named_runs
 from stages.calibration.result import HALF_WIDTH
 
 #: Parts that a table has at most.
@@ -27,7 +27,6 @@ SHOWN = 8
 def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
     """The answer to `same`. Raises WrongOption, NoGait, NotIdentified."""
     robot = robot_file.read(folder)
-    parameters = as_mounted(parameters) if robot.of_parts else parameters
     comparison = Comparison(robot, first_model(robot.design, (*robot.names, *robot.own), parameters))
     runs, lines = named_runs(source, robot.design, comparison.model, parameters, names, asking)
     held = dict[str, Held]()
