@@ -20,6 +20,7 @@ from pipeline.cache import artefact, hdf5
 from pipeline.cache.hdf5 import ROWS
 from pipeline.graph import read as read_graph
 from stages.biped.quantity import quantity
+from stages.model_error.measures import MEASURES
 from stages.studies.result import EnginesDisagree
 from tests.pipeline.test_artefact import Everything, example, inner
 
@@ -35,8 +36,8 @@ def made(kind, chance):
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if dataclasses.is_dataclass(kind):
         hints = typing.get_type_hints(kind)
-        for _ in range(30):
-            with contextlib.suppress(EnginesDisagree):  # numbers that it does not take
+        for _ in range(100):
+            with contextlib.suppress(EnginesDisagree, ValueError):  # numbers that it does not take
                 return kind(**{field.name: {} if field.name == "files" else made(hints[field.name], chance)
                                for field in dataclasses.fields(kind)})  # fmt: skip
         raise AssertionError(f"no {kind.__name__} was found that may be")
@@ -46,7 +47,7 @@ def made(kind, chance):
         count = chance.randint(0, 3) if arguments[-1] is Ellipsis else len(arguments)
         return tuple(made(arguments[0], chance) for _ in range(count))
     if kind is np.ndarray:
-        shape = chance.choice(((2,), (2, 3), (2, 3), (0, 2), (4, 2, 2)))
+        shape = chance.choice(((2,), (2, 3), (2, 3), (0, 2), (4, 2, 2), (2, len(MEASURES))))
         return np.full(shape, chance.choice((np.nan, -0.0, 3.5, 7, True)))
     return {float: chance.choice((float("nan"), float("inf"), -0.0, 0.1)), int: chance.randint(-(2**53), 2**53),
             bool: chance.random() < 0.5, str: chance.choice(("", "x", "é", "two words"))}[kind]  # fmt: skip
