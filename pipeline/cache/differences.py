@@ -47,7 +47,7 @@ def differences(one: Any, other: Any, above: str = "") -> Iterator[tuple[str, fl
 
     Arrays and columns are compared over the rows that both have. Those of a table are the same where their words are,
     those of an array that lies along a coordinate where the coordinate is, all others where the sizes are equal. What
-    has no row in both is left out.
+    has no row in both is left out, and what says why it has no error.
     """
     names = [name for name in hdf5.members_of(one) if name in other]
     table = hdf5.ROWS in one.attrs
@@ -57,7 +57,7 @@ def differences(one: Any, other: Any, above: str = "") -> Iterator[tuple[str, fl
         if isinstance(here, h5py.Group) and isinstance(there, h5py.Group):
             if same is None or (same[0] == same[1]).all():
                 yield from differences(here, there, f"{path}/")
-        elif is_of_floats(here) and is_of_floats(there):
+        elif is_of_floats(here) and is_of_floats(there) and hdf5.WITHOUT_ERROR not in here.attrs:
             found = _largest(here, there, same if table else _same_places(here, there))
             if found is not None:
                 yield path, found

@@ -20,8 +20,10 @@ from pipeline.parameters.value import present
 
 #: Attribute of a group that is a table: the number of its rows.
 ROWS = "rows"
+#: Why a number has no numerical error.
+WITHOUT_ERROR = "without_error"
 #: Attributes in the file, and the word that a field's declaration has for each.
-ATTRIBUTES = {"units": "unit", "long_name": "description", "symbol": "symbol"}
+ATTRIBUTES = {"units": "unit", "long_name": "description", "symbol": "symbol", WITHOUT_ERROR: WITHOUT_ERROR}
 #: Attribute of a dataset: the rows that have no value, [0] where it is no table. What lies there means nothing.
 NONE = "none"
 #: Attribute of bytes that are truths, as xarray has it: netCDF knows no truths.

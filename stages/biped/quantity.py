@@ -113,11 +113,14 @@ def quantity(
     symbol: str = "",
     dimensions: tuple[str, ...] = (),
     default: Any = dataclasses.MISSING,
+    without_error: str = "",
 ) -> Any:
     """A field of a result dataclass: what is stored, in which unit, under which symbol.
 
     `dimensions` names the axes of an array; fields of one class that share a name share its length. An axis without a
     name is the time, if it is the first and the class has a field `time` of its length, or else called FIELD_AXIS.
+    `without_error` says why no numerical error is told of it.
     """
-    metadata = {"unit": unit, "description": description, "symbol": symbol, "dimensions": dimensions}
+    metadata = {"unit": unit, "description": description, "symbol": symbol, "dimensions": dimensions,
+                "without_error": without_error}
     return dataclasses.field(metadata=metadata, default=default)

@@ -22,7 +22,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.processes import Progress, ignore
 from stages.model_error.designs import NUMBERS, kind, numbers
-from stages.model_error.measures import NAMES
+from stages.model_error.measures import IMPULSIVE, NAMES
 from stages.model_error.miss import Learnt, Miss
 from stages.model_error.parameters import Parameters
 from stages.model_error.result import EVEN, PENALTY, SHARED, TWIN, WIDTH
@@ -32,7 +32,7 @@ from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung
 if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import GaitTangents
 
-MULTIPLIER, PEAK = NAMES.index("multiplier"), NAMES.index("peak_force")
+MULTIPLIER = NAMES.index("multiplier")
 #: Names of the measures that the constraint model's derivatives have.
 DERIVED = {"period": "period_s", "step_frequency": "period_s", "step_length": "step_length_m", "speed": "speed_m_s"}
 #: A probability of so little more stays as it is: a dearer rung would not change what is decided.
@@ -166,8 +166,8 @@ class Ladder:
 
     def too_large(self, rung: int, measure: int, error: float, how: str = "") -> str:
         """Why a rung does not do."""
-        if rung < PENALTY and measure == PEAK:
-            return f"the {RUNGS[rung].name} has no peak force: its heel strikes are impulses"
+        if rung < PENALTY and NAMES[measure] in IMPULSIVE:
+            return f"the {RUNGS[rung].name} has no {NAMES[measure]}: {IMPULSIVE[NAMES[measure]]}"
         if not math.isfinite(error):
             return f"the error of the {RUNGS[rung].name} is not known"
         printed = f"{100 * error:.2g} %" if SHARED[measure] else f"{error:.2g}"
@@ -203,13 +203,13 @@ class Ladder:
     def inputs(self, name: str, value: float) -> float:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
 
-        By the constraint model's exact derivatives, which know no peak force; a value lies anywhere between the edges
+        By the constraint model's exact derivatives, which lack what its impulses do; a value lies anywhere between the edges
         of its last digit. The multiplier is followed over the slopes that may be, of which it is no linear function.
         """
         inexact = [each for each, width in self.parameters.half_widths.items() if width]
         if not inexact:
             return 0.0
-        if self.derivatives is None or name == "peak_force":
+        if self.derivatives is None or name in IMPULSIVE:
             return math.nan
         if name == "multiplier":
             from stages.analytic.derivatives.uncertainty import uncertainties_of

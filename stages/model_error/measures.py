@@ -13,14 +13,15 @@ if TYPE_CHECKING:
     from stages.model_error.result import Result
 
 #: What is asked of a gait: name, unit, and whether an error of it is told as a share of it. The peak force is the
-#: largest normal force on a foot, which the constraint models, whose heel strikes are impulses, do not have. The last
-#: is the largest multiplier's magnitude.
+#: largest normal force on a foot. The last is the largest multiplier's magnitude.
 MEASURES = (
     ("period", "s", True), ("step_frequency", "Hz", True), ("step_length", "m", True), ("speed", "m/s", True),
     ("peak_force", "N", True), ("multiplier", "1", False),
 )  # fmt: skip
 NAMES = tuple(name for name, _, _ in MEASURES)
 UNITS = {name: unit for name, unit, _ in MEASURES}
+#: Why the constraint models do not have a measure.
+IMPULSIVE = {"peak_force": "its heel strikes are impulses"}
 #: Said where the stage has not run; with what lies in its result's place.
 NOT_KNOWN = "what the models miss is not known: {}; bipedstudy run model_error learns it"
 

@@ -50,7 +50,8 @@ class Facts:
     solver: str = quantity("-", "name of the solver")
     exudyn_version: str = quantity("-", "version and build of Exudyn")
     solver_steps: int = quantity("1", "number of solver steps")
-    smallest_step: float = quantity("s", "smallest solver step after the first millisecond")
+    smallest_step: float = quantity("s", "smallest solver step after the first millisecond",
+                                    without_error="the solver chooses it; no number of the walk")
     joint_drift: float = quantity("m", "largest violation of a joint, zero in minimal coordinates")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +16,7 @@ from pipeline.cache.differences import ROUND_OFF, differences, looser
 from pipeline.home import stage_module
 from pipeline.study import Study
 from stages.biped.accuracy.tolerances import CUSTOM, LOOSER
+from stages.biped.quantity import quantity
 
 ROOT = Path(__file__).resolve().parents[2]
 #: The toy's settings that stand for a solver's.
@@ -50,6 +52,18 @@ def test_a_number_carries_its_error_and_hands_it_on(toy):
         assert below["force"].attrs["numerical_error"] == pytest.approx(0.5 * below["force"][()], rel=0.05)
     assert not any(each.path.startswith("looser") for each in artefact.tree(content, "fall"))
     assert errors(toy, "side") == ({}, ""), "it has no solver, and reads none's result"
+
+
+def test_what_the_solver_chooses_has_no_error_and_says_why():
+    @dataclass(frozen=True)
+    class Steps:
+        length: float = quantity("s", "a step", without_error="the solver's choice")
+        time: float = quantity("s", "its end")
+
+    with h5py.File(io.BytesIO(artefact.encoded(Steps(1.0, 1.0), {}, looser=Steps(2.0, 1.5))[1])) as file:
+        assert "numerical_error" not in file["length"].attrs
+        assert file["length"].attrs["without_error"] == "the solver's choice"
+        assert file["time"].attrs["numerical_error"] == 0.5
 
 
 def test_show_prints_it(toy):
