@@ -23,16 +23,17 @@ from typing import Any
 
 import numpy as np
 
+import bipedstudy as bs
 from benchmarks.tradeoff import KEPT, fronts
 from pipeline.cache import artefact
 from pipeline.layout import markdown
 from pipeline.parameters import yaml_text
-from pipeline.parameters.loading import load
 from pipeline.parameters.value import OF_LEVELS, has_levels, shown
 from stages.biped.accuracy.tolerances import LEVELS
 from stages.comparison.result import Result as Comparison
 from stages.extremes.parameters import Parameters
 from stages.extremes.penalty_points import mid_stance
+from stages.ground.blocks import Blocks
 from stages.ground.friction import lanes
 from stages.model_error.result import Result as ModelError
 from stages.multibody.walking.walk import build, simulate
@@ -99,7 +100,7 @@ def least(walk: Callable[[], Any]) -> tuple[Any, float]:
 def planar(here: Parameters, stance: Any, force: float, blocks: bool = False, compiled: bool = True,
            signals: tuple[str, ...] = SIGNALS) -> Scene:  # fmt: skip
     """A planar scene."""
-    lane = lanes(BLOCK_SPACING, here.blocks.block_length) if blocks else None
+    lane = lanes(BLOCK_SPACING, Blocks().block_length) if blocks else None
     machine = build(here.biped, here.slope, here.contact, here.multibody, lane, compiled=compiled, signals=signals)
     start = rolling_state(here.biped, here.contact, stance, force)
     walked, seconds = least(lambda: simulate(here.biped, here.slope, here.contact, start, here.multibody, steps=STEPS,
@@ -121,7 +122,7 @@ def spatial(here: Parameters, stance: Any, force: float) -> Scene:
 
 def scenes() -> Iterator[list[str]]:
     """A row for each element: what it costs and changes against the scene that it is measured against."""
-    base = load(ROOT / "params", [], {"extremes": Parameters}, [Parameters])["extremes"]
+    base: Parameters = bs.parameters("extremes")
     base = base.changed((("multibody.tolerance", 1e-7), ("twin.tolerance", 1e-7)))
     stance, force = mid_stance(base.biped, base.slope)
     straight = dataclasses.replace(stance, stance_length=base.biped.leg_length, swing_length=base.biped.leg_length,

@@ -108,11 +108,11 @@ class Recorded:
 def sources(
     measurements: Path, without_outsole: Path, campaign: Campaign, database: Path | None
 ) -> list[tuple[str, Path, dict[str, float]]]:
-    """Each kind of robot with the database of its runs, and what the campaign's scale showed [kg] by their names."""
+    """Each kind of robot that has runs, their database, and what the campaign's scale showed [kg] by their names."""
     if database is not None:
         return [(LAB, database, {})]
     made = ((WITH_OUTSOLE, measurements, campaign.runs), (WITHOUT, without_outsole, campaign.bare))
-    return [(kind, source, {one.name: one.weighed for one in runs}) for kind, source, runs in made]
+    return [(kind, source, {one.name: one.weighed for one in runs}) for kind, source, runs in made if runs]
 
 
 def recorded(

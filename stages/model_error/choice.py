@@ -203,8 +203,8 @@ class Ladder:
     def inputs(self, name: str, value: float) -> float:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
 
-        By the constraint model's exact derivatives, which lack what its impulses do; a value lies anywhere between the edges
-        of its last digit. The multiplier is followed over the slopes that may be, of which it is no linear function.
+        By the constraint model's exact derivatives, which lack what its impulses do; a value lies anywhere between the
+        edges of its last digit. The multiplier is followed over the slopes that may be, of which it is not linear.
         """
         inexact = [each for each, width in self.parameters.half_widths.items() if width]
         if not inexact:

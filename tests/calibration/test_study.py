@@ -1,6 +1,8 @@
 """The study's blind fit: the drawing it begins from, what it looks for, and how it is cut."""
 
 import dataclasses
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import pytest
 from stages.calibration.blind_score import model_of
 from stages.calibration.estimation.run_fit import run_equations
 from stages.calibration.intervals.model_error import widening
-from stages.calibration.recordings import drawn_design, first_steps, looked_for, table_value
+from stages.calibration.recordings import WITH_OUTSOLE, drawn_design, first_steps, looked_for, sources, table_value
 from tests.calibration.runs import DESIGN, PARAMETERS, drawn
 
 
@@ -31,6 +33,14 @@ def test_a_biped_that_says_its_details_is_taken_as_it_is():
     detailed = dataclasses.replace(PARAMETERS.biped, frame_mass=0.05, frame_com=0.03)
     biped = drawn_design(dataclasses.replace(PARAMETERS, biped=detailed)).biped
     assert dataclasses.replace(biped, other_leg_length=None) == detailed
+
+
+def test_a_robot_that_has_no_runs_is_not_looked_for():
+    one = SimpleNamespace(name="run 1", weighed=0.5)
+    paths = Path("with.sqlite"), Path("without.sqlite")
+    both, bare = (SimpleNamespace(runs=(one,), bare=bare) for bare in ((one,), ()))
+    assert [source for _, source, _ in sources(*paths, both, None)] == [*paths]
+    assert sources(*paths, bare, None) == [(WITH_OUTSOLE, paths[0], {"run 1": 0.5})]
 
 
 @pytest.fixture(scope="module")
