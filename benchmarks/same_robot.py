@@ -1,16 +1,23 @@
-"""How often `same` calls a robot another one that is not, finds a part that has changed by 1 %, and names it.
+"""How often `same` calls a robot another one that is not, finds a part that has changed, and names it.
 
-python -m benchmarks.same_robot --robots 5 --unchanged 40 --changed 2 --keep same.jsonl
+python -m benchmarks.same_robot --robots 6 --unchanged 25 --changed 6 --keep same.jsonl
+python -m benchmarks.same_robot --robots 1 --unchanged 12 --changed 0 --twin
 
-Robots are drawn and fitted on nine runs of the model's own kind; their further runs are held to them one by one.
+Robots are drawn and fitted on nine runs of the model's own kind; their further runs are held to them one by one. A part
+changes by 1 %, up or down, or by what the Fisher information finds with a power of .97 where that is more. With --twin
+runs are those of the Exudyn twin as drawn, sensed, sent and ingested.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import json
+import tempfile
+import time
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,112 +26,182 @@ from scipy.special import ndtr, ndtri
 
 from pipeline.study import Study
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.calibration.blind_score import Drawn, _run, draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
-from stages.calibration.following.change import LEVEL, PARTS, Comparison, Part
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.following.change import Comparison
 from stages.calibration.following.fitted import fitted_robot
-from stages.calibration.information.identifiability import first_model, free_names
+from stages.calibration.following.score_test import LEVEL, PARTS, Part
+from stages.calibration.information.identifiability import SLOPE, first_model, free_names
 from stages.calibration.intervals.left_out import FRICTION
 from stages.calibration.intervals.model_error import Judged, widening
-from stages.calibration.observation.measured_run import SIDES
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.observation.prediction import predict
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings import as_mounted, guess
+from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, read_runs
+from stages.campaign.parameters import Parameters as Campaign
+from stages.campaign.run import MOUNTING, database_bytes, device, sensed_run
+from stages.campaign.twin_run import first_state, walk_twin
 
 ROOT = Path(__file__).resolve().parent.parent
-SHARE, FITTED, SEED, PUSHES = 0.01, 9, 4000, 5
-#: One leg's length, of which Table 1's robot bears .2 %.
-OF_ONE_LEG = 5e-4
-#: Where a part has no value: friction in weights times leg lengths, a sensor moved in leg lengths or turned [rad].
-OF_FRICTION, OF_PLACE, OF_TILT = 1e-3, 0.01, 0.01
+SHARE, POWER, FITTED, SEED, PUSHES = 0.01, 0.97, 9, 4200, 5
+#: Inertia of a leg of Table 1's robot about its own mass centre, which its file does not give [kg m^2].
+INERTIA = "biped.leg_inertia=8.576e-4"
+#: Runs of the twin are of one machine: nothing is put on again.
+ONE_MACHINE = ("campaign.tolerance_sd=0", "campaign.length_sd=0")
 
 
-def settings(steps: int, given: list[str]) -> Parameters:
+def settings(steps: int, given: list[str], params: Path = ROOT / "params") -> Parameters:
     """The study's, with legs that have an inertia and sensors that stay where they are."""
-    every = Study(ROOT, ROOT / "params", ROOT / "results", ("biped.leg_inertia=8.576e-4", *given))
+    every = Study(ROOT, params, ROOT / "results", (INERTIA, *given))
     found: Parameters = every.parameters(["calibration"])["calibration"]
     return as_mounted(dataclasses.replace(found, settings=dataclasses.replace(found.settings, planned_steps=steps)))
 
 
-def robot_of(campaign: Drawn, parameters: Parameters) -> Comparison:
+def robot_of(runs: tuple[MeasuredRun, ...], known: tuple[Known, ...], parameters: Parameters, twin: bool) -> Comparison:
     """The robot that its first runs are fitted by."""
-    design = guess(parameters)
-    model = first_model(design, free_names(design), parameters)
-    fit = fit_campaign(design, campaign.runs, model, campaign.known)
+    design = drawn_design(parameters) if twin else guess(parameters)
+    model = first_model(design, looked_for(design) if twin else free_names(design), parameters)
+    fit = fit_campaign(design, runs, model, known)
     sigmas, wider = widening(fit.equations)
     told = Judged(fit.design, wider * np.sqrt(np.diag(fit.covariance)), "")
-    robot = fitted_robot(design, model, fit, told, (sigmas, wider), tuple(campaign.known), False)
-    return Comparison(robot, model)
+    return Comparison(fitted_robot(design, model, fit, told, (sigmas, wider), known, twin), model)
 
 
-def change_of(part: Part, design: DesignPoint) -> float:
-    """By how much a part changes."""
-    biped, name = design.biped, part.moves[0]
-    if name == FRICTION:
-        return OF_FRICTION * biped.total_mass * design.slope.gravity * biped.leg_length
-    if "." in name:
-        one_leg = name.endswith("leg_length") and len(part.moves) == 1
-        return (OF_ONE_LEG if one_leg else SHARE) * design.value(name)
-    return OF_PLACE * biped.leg_length if name == "foot_place" else OF_TILT
+def twin_runs(parameters: Parameters, campaign: Campaign, seed: int, count: int) -> Iterator[MeasuredRun | str]:
+    """Runs of the twin as drawn, without an outsole, as the ingest reads them."""
+    campaign = dataclasses.replace(campaign, runs=dataclasses.replace(campaign.runs, seed=seed))
+    walker, point = find_gait(campaign.biped, campaign.slope, 1e-9, None)
+    begin = first_state(walk_from_mid_stance(walker, point.z, 1, 1e-9, 1e3)[0])
+    walked = (sensed_run(number, walk_twin(number, *begin, campaign, bare=True), campaign, bare=True)
+              for number in range(count))
+    design = drawn_design(parameters)
+    model = first_model(design, looked_for(design), parameters)
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "twin.sqlite"
+        source.write_bytes(database_bytes([device(place, campaign) for place in MOUNTING],
+                                          ((experiment, sent) for experiment, _, sent in walked)))
+        yield from read_runs(source, design, model, parameters)
 
 
-def held(comparison: Comparison, campaign: Drawn, parameters: Parameters, part: Part | None, number: int
-         ) -> dict[str, Any]:  # fmt: skip
-    """A further run, with a part that has changed or none, held to the robot."""
+def most_by_chance(comparison: Comparison) -> float:
+    """Standard errors from which on a part says that it is another robot."""
+    return -float(ndtri(0.5 * LEVEL * PARTS / len(comparison.parts)))
+
+
+def change_of(part: Part, comparison: Comparison) -> float:
+    """By how much a part changes; one leg's length, of which robots bear .2 %, by what is found with that power."""
+    robot, first = comparison.robot, comparison.robot.learned[0]
+    there = comparison.model.robot(robot.design, robot.estimate, first.own)
+    shifts = comparison.shifts(comparison.evidence(first.run, there, first.unknowns))
+    sd = float(shifts[comparison.parts.index(part), 1])
+    needed = sd * (most_by_chance(comparison) + float(ndtri(POWER)))
+    return needed if part.name.startswith("leg_length of the") else float(np.fmax(needed, SHARE * part.value))
+
+
+def changed_run(
+    comparison: Comparison, campaign: Drawn, parameters: Parameters, part: Part | None, number: int
+) -> tuple[MeasuredRun, float]:
+    """A further run, with a part that has changed or none, and by how much. Raises StepFailed, NoGait."""
     drawing, model = model_of(parameters)
     rng, there = np.random.default_rng([SEED, number]), campaign.design
-    change = 0.0 if part is None else change_of(part, there)
-    if part is not None and "." in part.moves[0]:
-        other = part.moves[0].replace("biped.", "biped.other_")
+    if part is None:
+        return _run(there, drawing, model, parameters, number, rng)[0], 0.0
+    name, change = part.moves[0], change_of(part, comparison)
+    change *= 1.0 if name == FRICTION else rng.choice([-1.0, 1.0])
+    if "." in name:
+        other = name.replace("biped.", "biped.other_")
         kept = {other: there.value(other)} if part.name.endswith("of the first leg") else {}
-        there = there.with_values({**kept, **{name: there.value(name) + change for name in part.moves}})
-    for left in reversed(range(PUSHES)):
-        try:
-            run, slope, unknowns = _run(there, drawing, model, parameters, number, rng)
-            break
-        except (StepFailed, NoGait) as reason:  # pushed too hard, or too odd to walk
-            if not left:
-                return {"part": part and part.name, "why": str(reason)}
-    if part is not None and "." not in part.moves[0]:
-        unknowns[model.layout.place(part.moves[0])] += change
-        shown = predict(there.with_value("ground.slope_deg", slope), (), unknowns, model.layout, run.sampling, 1e-9)
+        there = there.with_values({**kept, **{one: there.value(one) + change for one in part.moves}})
+    run, slope, unknowns = _run(there, drawing, model, parameters, number, rng)
+    if name == SLOPE:  # other than it is read off
+        reading, sd = run.own[SLOPE]
+        run = dataclasses.replace(run, own={SLOPE: (reading - change, sd)})
+    if "." not in name:
+        unknowns[model.layout.place(name)] += change
+        shown = predict(there.with_value(SLOPE, slope), (), unknowns, model.layout, run.sampling, 1e-9)
         run = dataclasses.replace(run, samples={
             side: shown.samples[side][:, :, 0] + np.asarray(model.noise) * rng.normal(size=run.samples[side].shape)
             for side in SIDES})  # fmt: skip
-    try:
-        found = comparison.held(run)
-    except StepFailed as reason:
-        return {"part": part and part.name, "why": str(reason)}
-    verdict, plain = comparison.verdict_of(found), comparison.verdict(found.evidence)
-    sds = {one.part.name: one.sd for one in plain.changes}
-    most = -float(ndtri(0.5 * LEVEL * PARTS / len(comparison.parts)))
-    best = verdict.changes[0]
-    return {"part": part and part.name, "same": verdict.same, "probability": verdict.probability,
-            "power": None if part is None else float(ndtr(change / sds[part.name] - most)),
-            "strength": None if part is None else change / sds[part.name],
-            "named": [one.part.name for one in verdict.named], "best": best.part.name,
-            "top": [[one.part.name, round(one.explains, 1)] for one in verdict.changes[:4]],
-            "off": (best.change - change) / best.sd, "residuals": verdict.residuals}  # fmt: skip
+    return run, change
+
+
+def further(
+    comparison: Comparison, campaign: Drawn, parameters: Parameters, part: Part | None, number: int
+) -> tuple[MeasuredRun, float]:
+    """The same of the first push after which it walks. Raises StepFailed."""
+    for again in range(PUSHES):
+        with contextlib.suppress(StepFailed, NoGait):
+            return changed_run(comparison, campaign, parameters, part, number + 100_000 * again)
+    raise StepFailed("it does not walk")
+
+
+def row_of(comparison: Comparison, part: Part | None, run: MeasuredRun, change: float) -> dict[str, Any]:
+    """What is said of a run. Raises StepFailed."""
+    begun = time.process_time()
+    found = comparison.held(run)
+    verdict = comparison.verdict(found)
+    best, row = verdict.changes[0], dict[str, Any]()
+    if part is not None:
+        informed = float(comparison.shifts(found)[comparison.parts.index(part), 1])
+        usual = next(one.sd for one in verdict.changes if one.part == part)
+        power, less = (float(ndtr(abs(change) / sd - most_by_chance(comparison))) for sd in (informed, usual))
+        row = {"change": change, "share": change / part.value if part.value > 0.0 else None, "power": power,
+               "less": less, "off": (best.change - change) / best.sd}
+    return row | {"same": verdict.same, "probability": verdict.probability,
+                  "named": [one.part.name for one in verdict.named], "best": best.part.name,
+                  "top": [[one.part.name, round(one.explains, 1)] for one in verdict.changes[:4]],
+                  "residuals": verdict.residuals, "explained": verdict.explained,
+                  "seconds": time.process_time() - begun}  # fmt: skip
+
+
+def rows_of(
+    asked: argparse.Namespace, number: int, parameters: Parameters, campaign: Campaign
+) -> Iterator[dict[str, Any]]:
+    """Of one robot, what is said of each further run."""
+    if asked.twin:
+        found = list(twin_runs(parameters, campaign, SEED + number, FITTED + asked.unchanged))
+        runs = tuple(run for run in found if isinstance(run, MeasuredRun))
+        mass = drawn_design(parameters).biped.total_mass
+        comparison = robot_of(runs[:FITTED], (Known(TOTAL_MASS, mass, 1e-3 * mass),), parameters, True)
+        yield from ({"why": one} for one in found if isinstance(one, str))
+        yield from ({"part": None, **row_of(comparison, None, run, 0.0)} for run in runs[FITTED:])
+        return
+    drawn = draw(SEED + number, FITTED, parameters)
+    comparison = robot_of(drawn.runs, drawn.known, parameters, False)
+    plan = [*[None] * asked.unchanged, *comparison.parts * asked.changed]
+    for place, part in enumerate(plan):
+        row: dict[str, Any] = {"part": part and part.name}
+        try:
+            row |= row_of(comparison, part, *further(comparison, drawn, parameters, part, 1000 * number + place))
+        except StepFailed as reason:
+            row["why"] = str(reason)
+        yield row
 
 
 def told(rows: list[dict[str, Any]]) -> list[str]:
     """A table as Markdown: of each part how often it was found, and named."""
-    usual = [row for row in rows if row["part"] is None and "same" in row]
-    lines = [f"{sum(not row['same'] for row in usual)} alarms in {len(usual)} unchanged runs.", "",
-             "| part | strength | power | found | alone at the top | of these right | right or not to be parted |",
-             "|---|---|---|---|---|---|---|"]  # fmt: skip
+    held = [row for row in rows if "same" in row]
+    usual = [row for row in held if row["part"] is None]
+    lines = [f"{sum(not row['same'] for row in usual)} alarms in {len(usual)} unchanged runs; "
+             f"{np.mean([row['seconds'] for row in held]):.2f} s of processor time a run held.", "",
+             "| part | change | power | with what is usual | found | alone at the top | of these right | right or not "
+             "told apart |", "|---|---|---|---|---|---|---|---|"]  # fmt: skip
     parts = defaultdict(list)
-    for row in rows:
-        if row["part"] is not None and "same" in row:
+    for row in held:
+        if row["part"] is not None:
             parts[row["part"]].append(row)
     for name, each in parts.items():
         found = [row for row in each if not row["same"]]
         alone = [row for row in found if len(row["named"]) == 1]
-        lines.append(
-            f"| {name} | {np.median([row['strength'] for row in each]):.1f} | "
-            f"{np.median([row['power'] for row in each]):.2f} | {len(found)}/{len(each)} | {len(alone)} | "
-            f"{sum(row['best'] == name for row in alone)} | {sum(name in row['named'] for row in found)} |")
+        change = (f"{100 * np.median([abs(row['share']) for row in each]):.2g} %" if each[0]["share"] is not None
+                  else f"{np.median([abs(row['change']) for row in each]):.2g}")
+        lines.append(f"| {name} | {change} | {np.median([row['power'] for row in each]):.2f} | "
+                     f"{np.median([row['less'] for row in each]):.2f} | "
+                     f"{len(found)}/{len(each)} | {len(alone)} | {sum(row['best'] == name for row in alone)} | "
+                     f"{sum(name in row['named'] for row in found)} |")
     fell = [row for row in rows if "same" not in row]
     return lines + [f"{len(fell)} runs could not be walked or held." if fell else ""]
 
@@ -133,20 +210,21 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=0, help="number of the first robot")
-    parser.add_argument("--robots", type=int, default=5)
-    parser.add_argument("--unchanged", type=int, default=40, help="runs of each robot")
-    parser.add_argument("--changed", type=int, default=2, help="runs of each robot and part")
+    parser.add_argument("--robots", type=int, default=6)
+    parser.add_argument("--unchanged", type=int, default=25, help="runs of each robot")
+    parser.add_argument("--changed", type=int, default=6, help="runs of each robot and part")
     parser.add_argument("--steps", type=int, default=7)
+    parser.add_argument("--twin", action="store_true", help="runs of the Exudyn twin")
+    parser.add_argument("--params", type=Path, default=ROOT / "params")
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("--keep", type=Path, default=None)
     asked = parser.parse_args()
-    parameters, rows = settings(asked.steps, asked.set), []
-    for robot in range(asked.first, asked.first + asked.robots):
-        campaign = draw(SEED + robot, FITTED, parameters)
-        comparison = robot_of(campaign, parameters)
-        plan: list[Part | None] = [part for part in comparison.parts for _ in range(asked.changed)]
-        for number, part in enumerate([*plan, *[None] * asked.unchanged]):
-            rows.append({"robot": robot, **held(comparison, campaign, parameters, part, 1000 * robot + number)})
+    parameters, rows = settings(asked.steps, asked.set, asked.params), list[dict[str, Any]]()
+    every = Study(ROOT, asked.params, ROOT / "results", (*ONE_MACHINE, *asked.set))
+    campaign: Campaign = every.parameters(["campaign"])["campaign"]
+    for number in range(asked.first, asked.first + asked.robots):
+        for row in rows_of(asked, number, parameters, campaign):
+            rows.append({"robot": number, **row})
             if asked.keep:
                 with asked.keep.open("a") as file:
                     file.write(json.dumps(rows[-1]) + "\n")

@@ -13,7 +13,7 @@ from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.estimation.request import Request
 from stages.calibration.estimation.run_fit import fit_run
 from stages.calibration.following import change
-from stages.calibration.following.change import Comparison, Evidence, Held
+from stages.calibration.following.change import Comparison, Evidence
 from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.recordings import as_mounted
@@ -50,22 +50,22 @@ def unchanged():
 
 
 def test_a_run_of_the_robot_is_its_own():
-    verdict = comparison().verdict_of(unchanged())
+    verdict = comparison().verdict(unchanged())
     assert verdict.same and verdict.probability > 0.05
     assert verdict.residuals == pytest.approx(1.0, abs=0.08)
-    assert sentence(verdict, verdict.probability, True).startswith("the same robot")
+    assert sentence(verdict).startswith("the same robot")
 
 
 def test_a_part_that_has_changed_is_named_with_its_change():
     """Of both legs, and of one: the other's foot, by its mass, where the first one's cannot be meant."""
     for changed, name in (({"stiffness": 1.02}, "stiffness of both legs"),
                           ({"other_foot_mass": 1.003}, "foot_mass of the other leg")):  # fmt: skip
-        verdict = comparison().verdict_of(comparison().held(run_of(3, **changed)))
+        verdict = comparison().verdict(comparison().held(run_of(3, **changed)))
         best, share = verdict.changes[0], next(iter(changed.values())) - 1.0
         assert not verdict.same and best.part.name == name, (name, [one.part.name for one in verdict.changes[:3]])
         right = share * DESIGN.value(f"biped.{next(iter(changed))}")
         assert abs(best.change - right) < 4.0 * best.sd + 0.05 * right
-        assert name in sentence(verdict, verdict.probability, False)
+        assert name in sentence(verdict)
 
 
 def test_a_run_that_the_robot_falls_in_is_told_from_where_a_free_robot_walks_it(monkeypatch):
@@ -75,13 +75,13 @@ def test_a_run_that_the_robot_falls_in_is_told_from_where_a_free_robot_walks_it(
     monkeypatch.setattr(change, "begun", falls)
     there = dataclasses.replace(comparison().robot, known=(Known(TOTAL_MASS, DESIGN.biped.total_mass, 1e-4),))
     free = Comparison(there, model_of(SETTING)[1])
-    verdict = free.verdict_of(free.held(run_of(3, stiffness=1.02)))
+    verdict = free.verdict(free.held(run_of(3, stiffness=1.02)))
     assert not verdict.same and verdict.changes[0].part.name == "stiffness of both legs"
 
 
 def test_one_run_in_a_hundred_is_no_more_than_told_another():
     """Scores as noise and the robot's covariance make them, with the information of a run."""
-    told, d = unchanged().evidence, len(comparison().robot.names)
+    told, d = unchanged(), len(comparison().robot.names)
     spread = np.zeros_like(told.matrix)
     spread[:d, :d] = comparison().robot.covariance
     values, vectors = np.linalg.eigh(told.matrix @ spread @ told.matrix + told.matrix)
@@ -95,7 +95,7 @@ def test_one_run_in_a_hundred_is_no_more_than_told_another():
 
 def test_a_shift_of_a_part_is_found_with_its_size():
     """In a model that is linear, from scores without noise."""
-    told, d = unchanged().evidence, len(comparison().robot.names)
+    told, d = unchanged(), len(comparison().robot.names)
     for place, part in enumerate(comparison().parts):
         right = told.matrix[:, d + place]
         found = next(one for one in comparison().verdict(dataclasses.replace(told, right=right)).changes
@@ -104,18 +104,18 @@ def test_a_shift_of_a_part_is_found_with_its_size():
 
 
 def test_runs_are_added_and_parts_that_explain_as_much_are_named_together():
-    told = unchanged().evidence
-    both = Held(told, told) + Held(told, told)
-    assert both.evidence.runs == 2 and both.evidence.count == 2 * told.count
-    np.testing.assert_array_equal(both.evidence.matrix, 2.0 * told.matrix)
-    verdict = comparison().verdict(both.evidence)
+    told = unchanged()
+    both = told + told
+    assert both.runs == 2 and both.count == 2 * told.count
+    np.testing.assert_array_equal(both.matrix, 2.0 * told.matrix)
+    verdict = comparison().verdict(both)
     best = verdict.changes[0].explains
     assert best == max(one.explains for one in verdict.changes)
     assert [one.explains > best - 2.0 for one in verdict.changes] == [one in verdict.named for one in verdict.changes]
 
 
 def test_residuals_that_no_part_explains_are_another_robots():
-    told = unchanged().evidence
+    told = unchanged()
     verdict = comparison().verdict(dataclasses.replace(told, misfit=2.0 * told.misfit))
     assert not verdict.same and verdict.residuals > 1.3
 

@@ -251,7 +251,7 @@ def test_a_robot_is_read_as_it_was_left_and_one_that_was_changed_is_refused(tmp_
     again = robot_file.read(tmp_path)
     assert again.content() == robot.content() and again.design == robot.design
     changed = json.loads(robot.content())
-    changed["biped"]["hip_mass"] = 0.4
+    changed["design"]["biped"]["hip_mass"] = 0.4
     for content, sentence in ((json.dumps(changed), "was changed"), ("{", "is no fitted"), ("[]", "is no fitted")):
         file.write_text(content)
         with pytest.raises(WrongOption, match=sentence):

@@ -30,7 +30,7 @@ def fitted(runs, known, before=None, fits=None, parameters=SHORT):
     assert fit.converged and not fit.left_out, (fit.why, fit.left_out)
     sigmas, wider = widening(fit.equations)
     told = Judged(fit.design, wider * np.sqrt(np.diag(fit.covariance)), "")
-    return fitted_robot(design, model, fit, told, (sigmas, wider), tuple(known), False, before)
+    return fitted_robot(design, model, fit, told, (sigmas, wider), tuple(known), False)
 
 
 def one_by_one(campaign, first):

@@ -3,16 +3,16 @@
 import dataclasses
 from functools import cache
 
-import numpy as np
 import pytest
 
 from stages.biped.question import WrongOption
 from stages.calibration.angles import same
 from stages.calibration.angles.recording import read_steps
 from stages.calibration.angles.robot import setup_of
-from stages.calibration.angles.same import TURNED, FittedEncoders, changes, compared, turned
+from stages.calibration.angles.same import TURNED, FittedEncoders, judged, turned
 from stages.calibration.following.robot_file import NAME
 from stages.calibration.reports.angle_report import calibrated
+from stages.calibration.reports.change_report import answered
 from tests.calibration.test_angles import (
     AUTHORS,
     BIPED,
@@ -40,12 +40,12 @@ def robot():
 
 
 def test_its_own_steps_are_its_own_and_a_changed_number_is_named():
-    found, probability = changes(robot(), driven(ROBOT, 2, FITTED, NOISE, 70))
-    assert probability > 0.05, found[:2]
+    own = judged(robot(), driven(ROBOT, 2, FITTED, NOISE, 70))
+    assert own.same and own.probability > 0.05, own.changes[:2]
     moved = ROBOT.with_values({"hip_zero": ROBOT.value("hip_zero") + 0.01})
-    answer = compared(robot(), driven(moved, 3, FITTED, NOISE, 70))
+    answer = answered(judged(robot(), driven(moved, 3, FITTED, NOISE, 70)), {})
     assert answer.no and answer.plain["named"] == ["hip_zero"], answer.lines
-    one = answer.plain["numbers"]["hip_zero"]
+    one = answer.plain["parts"]["hip_zero"]
     assert abs(one["change"] - 0.01) < 4.0 * one["sd"] < 0.01
 
 
@@ -65,11 +65,11 @@ def test_faults_of_a_real_robots_recording_are_named_and_its_own_steps_are_its_o
     done = calibrated(BIPED, LEVEL, about(AUTHORS + f"held_out: {others}"), RECORDED)
     fitted = FittedEncoders.of(done.setup, done.fit)
     steps = [step for step in read_steps(RECORDED, {}, 7) if step.number in others]
-    assert changes(fitted, steps)[1] > 0.01
+    assert judged(fitted, steps).same
     for words, how in TURNED.items():
-        assert compared(fitted, [turned(step, *how) for step in steps]).plain["named"] == [words]
+        assert [one.part.name for one in judged(fitted, [turned(step, *how) for step in steps]).named] == [words]
     shifted = [dataclasses.replace(step, between=step.between + 0.01 * step.turn) for step in steps]
-    assert "hip_zero" in compared(fitted, shifted).plain["named"]
+    assert "hip_zero" in [one.part.name for one in judged(fitted, shifted).named]
     shifted = [dataclasses.replace(step, stance=step.stance + 0.01) for step in steps]
-    answer = compared(fitted, shifted)
-    assert answer.no and np.abs(answer.plain["numbers"]["stance_zero_0"]["change"]) > 0.0
+    verdict = judged(fitted, shifted)
+    assert not verdict.same and next(abs(one.change) for one in verdict.changes if one.part.name == "stance_zero_0") > 0

@@ -7,7 +7,7 @@ projection to first order), and what is left are equations for the robot.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,9 +29,6 @@ from stages.calibration.estimation.least_squares import (
 ANGLES = Rule(61, rests=1e-7, at_rest=0.1, longest=3.0)
 #: Samples that a first guess of a start is drawn through.
 GUESS = 40
-#: Rounds in which the start of a step that was not fitted is fitted at most, and the move, in rad and rad/s, after
-#: which it rests.
-ROUNDS, AT_REST = 8, 1e-9
 
 
 @dataclass(frozen=True)
@@ -177,22 +174,17 @@ class HeldOut:
 
 def held_out(robot: Robot, steps: Sequence[DrivenStep], begun: float) -> HeldOut:
     """Errors on steps that were not fitted."""
-    fitted = fit_robot(robot, steps, (), {}, {}, (), 1e-3)
-    predicted = np.concatenate([_predicted(robot, step, begun) for step in steps])
-    return HeldOut(len(steps), begun, fitted.rms(), _rms(predicted), fitted.residuals)
+    count = [round(begun / step.interval) for step in steps]
+    begins = [replace(step, stance=step.stance[:n], between=step.between[:n])
+              for n, step in zip(count, steps, strict=True)]  # fmt: skip
+    guesses = {step.number: guess(step, len(step.stance), 2) for step in begins}
+    whole, first = (fit_robot(robot, each, (), {}, {}, (), 1e-3, starts)
+                    for each, starts in ((steps, None), (begins, guesses)))  # fmt: skip
+    errors = [_errors(robot, step, first.starts[step.number])[n:] for n, step in zip(count, steps, strict=True)]
+    return HeldOut(len(steps), begun, whole.rms(), _rms(np.concatenate(errors)), whole.residuals)
 
 
-def _predicted(robot: Robot, step: DrivenStep, begun: float) -> np.ndarray:
-    """Errors (n, 2) after the beginning."""
-    samples = round(begun / step.interval)
-    start = guess(step, samples, 2)
-    for _ in range(ROUNDS):
-        shown = show(robot, step, start, (), samples)
-        n = len(shown.angles)
-        left = (step.angles[:n] - shown.angles).ravel()
-        move = np.linalg.lstsq(shown.by_start.reshape(2 * n, 4), left, rcond=1e-12)[0]
-        start = start + move
-        if np.abs(move).max() < AT_REST:
-            break
-    shown = show(robot, step, start, ())
-    return np.asarray((step.angles[: len(shown.angles)] - shown.angles)[samples:])
+def _errors(robot: Robot, step: DrivenStep, start: Vector) -> np.ndarray:
+    """What a walk from a start leaves of the angles (n, 2)."""
+    shown = show(robot, step, start, ()).angles
+    return np.asarray(step.angles[: len(shown)] - shown)

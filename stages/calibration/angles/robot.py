@@ -123,10 +123,10 @@ def drive_of(robot: Robot, step: DrivenStep, names: tuple[str, ...]) -> Drive:
         np.array([robot.value(stance), step.turn * robot.value("hip_zero")]), by_zeros)  # fmt: skip
 
 
-def show(robot: Robot, step: DrivenStep, start: Vector, names: tuple[str, ...], samples: int | None = None) -> Shown:
+def show(robot: Robot, step: DrivenStep, start: Vector, names: tuple[str, ...]) -> Shown:
     """What the encoders show of a step from `start` (4,), SI: stance angle, swing angle and their rates."""
     drive = drive_of(robot, step, names)
-    driven = drive.along(start, step.interval, slice(samples))
+    driven = drive.along(start, step.interval, slice(len(step.stance)))
     by = np.repeat(drive.by_zeros[None], len(driven.states), axis=0)
     by[:, :, drive.places] = OF_STATE @ driven.along
     return Shown(driven.states @ OF_STATE.T + drive.zeros, OF_STATE @ driven.by_start, by)

@@ -1,9 +1,8 @@
-"""Whether a run is one of the robot that was fitted, and which part of the robot or of its sensors has changed.
+"""What a run tells of whether it is one of the robot that was fitted, and of which part or sensor has changed.
 
 Under the hypothesis that nothing has, a run's design is the robot's with the robot's covariance, its ramp and its
-sensors are as they usually are, and its start is free. The fit of the run with all that as priors leaves residuals. A
-part that has changed pulls on them by its score (C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948, 50), whose variance is the
-run's information of the part with everything else eliminated. Score over variance is the change, with its error.
+sensors are as they usually are, and its start is free. The fit of the run with all that as priors leaves residuals, on
+which parts that have changed pull by their scores.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from operator import attrgetter
 
 import numpy as np
 from scipy.linalg import block_diag
-from scipy.special import ndtr, stdtr
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -32,45 +30,17 @@ from stages.calibration.estimation.run_fit import (
     run_equations,
 )
 from stages.calibration.following.robot_file import FittedRobot
+from stages.calibration.following.score_test import Change, Part, Verdict, by_chance, shifts, verdict
+from stages.calibration.information.identifiability import short
 from stages.calibration.intervals.left_out import FRICTION, OTHER, with_all
 from stages.calibration.observation.measured_run import MeasuredRun
 
-#: Of runs of the same robot so many are said to be another's; of these, the share that all parts and the size of the
-#: residuals have (Bonferroni).
-LEVEL = 0.01
-PARTS, RESIDUALS = 0.9, 0.1
-#: Two parts cannot be told apart where what they explain differs by no more than this in chi-square.
-ALIKE = 2.0
 #: Sensors that were moved or turned, as unknowns of a run.
 MOVED = {"foot_place": "place of the foot sensor", "hip_tilt": "tilt of the hip sensor",
          "foot_tilt": "tilt of the foot sensor"}  # fmt: skip
 UNITS = {"foot_place": "m", "hip_tilt": "rad", "foot_tilt": "rad"}
 #: So many parts at most are fitted in turn.
 MOST = 5
-
-
-@dataclass(frozen=True)
-class Part:
-    """What may change: its name, and the unknowns that go with a change of it by one `unit`."""
-
-    name: str
-    unit: str
-    moves: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Change:
-    """How much a part would have changed, with its standard error, and what it `explains` of the run in chi-square."""
-
-    part: Part
-    change: float
-    sd: float
-    explains: float
-
-    @property
-    def sigmas(self) -> float:
-        """Size of the change in its standard errors."""
-        return abs(self.change) / self.sd
 
 
 @dataclass(frozen=True)
@@ -89,39 +59,6 @@ class Evidence:
                         self.count + other.count, self.runs + other.runs)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """The probability that the same robot looks so different, by all tests together; changes of the parts, the most
-    telling first; the residuals over those of the robot; whether they are as that robot's where the first part has
-    changed."""
-
-    probability: float
-    changes: tuple[Change, ...]
-    residuals: float
-    explained: bool
-
-    @property
-    def same(self) -> bool:
-        """Whether nothing says that it is another robot."""
-        return self.probability >= LEVEL
-
-    @property
-    def named(self) -> tuple[Change, ...]:
-        """The part that explains most, and those that cannot be told apart from it."""
-        return tuple(one for one in self.changes if one.explains > self.changes[0].explains - ALIKE)
-
-
-@dataclass(frozen=True)
-class Held:
-    """A run's evidence, fitted as the robot's, and `at_best`, with the part that explains most fitted too."""
-
-    evidence: Evidence
-    at_best: Evidence
-
-    def __add__(self, other: Held) -> Held:
-        return Held(self.evidence + other.evidence, self.at_best + other.at_best)
-
-
 def _has(design: DesignPoint, name: str) -> bool:
     """Whether a design gives a number that is none of Table 1's."""
     return bool(getattr(design.biped, name.partition(".")[2]))
@@ -131,7 +68,8 @@ class Comparison:
     """A fitted robot, to which runs are held that a `model` of it reads."""
 
     def __init__(self, robot: FittedRobot, model: Model) -> None:
-        self.robot, self.model, design = robot, robot.model(model), robot.design  # noise is as wide as residuals were
+        self.robot, design = robot, robot.design  # noise is as wide as residuals were, and a spike what it was there
+        self.model = replace(robot.model(model), robust=model.robust / robot.wider)
         sizes = design_sizes(design, robot.names)
         self._prior = np.linalg.inv(robot.covariance / np.outer(sizes, sizes)) / np.outer(sizes, sizes)
         self._values = np.array([design.value(name) for name in robot.names])
@@ -144,7 +82,7 @@ class Comparison:
         self._wide = replace(self.model, shared=(*robot.names, *self._more))
         self.parts = tuple(self._parts(design))
         names = self._wide.names
-        self._null = np.array([[float(name in self._with(own)) for own in self.model.names] for name in names])
+        self._null = np.array([[float(name in self._with(one)) for one in robot.names] for name in names])
         self._moves = np.array([[float(name in part.moves) for part in self.parts] for name in names])
 
     def _with(self, name: str) -> tuple[str, ...]:
@@ -160,52 +98,29 @@ class Comparison:
             if name.replace("other_", "") != name and name.replace("other_", "") in names:
                 continue
             if other != name and other in (*names, *self._more):
-                found += [Part(f"{key} of {legs}", unit, moves) for legs, moves in (
+                found += [Part(f"{key} of {legs}", unit, moves, design.value(moves[0])) for legs, moves in (
                     ("both legs", (name, other)), ("the first leg", (name,)), ("the other leg", (other,)))]
             else:
-                found.append(Part(key, unit, (name,)))
-        found += [Part(FRICTION.partition(".")[2], design.unit(FRICTION), (FRICTION,))] * (FRICTION in self._more)
+                found.append(Part(key, unit, (name,), design.value(name)))
+        found += [Part(short(FRICTION), design.unit(FRICTION), (FRICTION,))] * (FRICTION in self._more)
         return found + [Part(words, UNITS[name], (name,)) for name, words in MOVED.items()]
 
-    def held(self, run: MeasuredRun) -> Held:
-        """A run held against the robot: as the robot's, and as one of which a part has changed where it is not.
+    def held(self, run: MeasuredRun) -> Evidence:
+        """What a run tells: as the robot's, or where it is not, with the part that explains most changed.
 
-        The scores are told again where that part is fitted too, until it is the one that explains most. Where the
-        robot does not walk the run, they are told where one that is free does. Raises StepFailed where none does.
+        Where the robot does not walk it, that is told where one that is free does. Raises StepFailed where none does.
         """
-        design, model = self.robot.design, self.model
-        try:
-            evidence, there, unknowns, run = self.as_this(run, begun(design, run, model))
+        design, model, run = self.robot.design, self.model, self._read(run)
+        try:  # it need not come to rest, as scores count from anywhere
+            fit = fit_from(design, begun(design, run, model), run, model, self._known, WHOLE)
         except StepFailed:
-            evidence, there, unknowns, run = self._there(run, fit_run(design, run, model, self.robot.known))
-        if not self.verdict(evidence).same:  # a fit that went astray is no other robot
+            fit = fit_run(design, run, model, self.robot.known)
+        found = self._at_best(run, fit)
+        if not self.verdict(found).explained:  # a fit that went astray is no other robot
             with contextlib.suppress(StepFailed):
-                again = self._there(run, fit_run(design, run, model, self._known))
-                if again[0].misfit < evidence.misfit:
-                    evidence, there, unknowns, run = again
-        verdict, at_best, tried, least = self.verdict(evidence), evidence, set[str](), np.inf
-        while not verdict.same and len(tried) < MOST and verdict.changes[0].part.name not in tried:
-            part = verdict.changes[0].part
-            tried.add(part.name)
-            with contextlib.suppress(StepFailed):
-                cost, at, others = self._changed(part, run, there, unknowns)
-                found = self._evidence(run, at, others)
-                verdict = self.verdict(found)
-                if cost < least:
-                    least, at_best = cost, found
-        return Held(evidence, at_best)
-
-    def as_this(self, run: MeasuredRun, begin: Vector) -> tuple[Evidence, DesignPoint, Vector, MeasuredRun]:
-        """What a run tells as this robot's, from unknowns near it (k,), the design and the unknowns then, and the run
-        with what is known of its own parameters. It need not come to rest, as scores count from anywhere.
-
-        Raises StepFailed.
-        """
-        design, run = self.robot.design, self._read(run)
-        try:
-            return self._there(run, fit_from(design, begin, run, self.model, self._known, WHOLE))
-        except StepFailed:
-            return self._there(run, fit_run(design, run, self.model, self._known))
+                again = self._at_best(run, fit_run(design, run, model, self._known))
+                found = min(found, again, key=attrgetter("misfit"))
+        return found
 
     def _read(self, run: MeasuredRun) -> MeasuredRun:
         """A run with what is known of its own parameters."""
@@ -213,10 +128,23 @@ class Comparison:
         own = {name: (robot.design.value(name), float(sd)) for name, sd in zip(robot.own, robot.own_sd, strict=True)}
         return replace(run, own={**own, **run.own})
 
-    def _there(self, run: MeasuredRun, fit: RunFit) -> tuple[Evidence, DesignPoint, Vector, MeasuredRun]:
-        """What a run tells about where a fit of it ended. Raises StepFailed."""
-        run, there = self._read(run), self.model.robot(self.robot.design, fit.design, fit.own)
-        return self._evidence(run, there, fit.unknowns), there, fit.unknowns, run
+    def _at_best(self, run: MeasuredRun, fit: RunFit) -> Evidence:
+        """What a run tells about its fit as the robot's, or where that is another's, with one part fitted too.
+
+        That is the part that explains most; scores are told again there, until they name none or one that was fitted.
+        """
+        there, unknowns = self.model.robot(self.robot.design, fit.design, fit.own), fit.unknowns
+        best, least, tried = self.evidence(run, there, unknowns), np.inf, set[str]()
+        verdict = self.verdict(best)
+        while not verdict.same and len(tried) < MOST and (part := verdict.changes[0].part).name not in tried:
+            tried.add(part.name)
+            with contextlib.suppress(StepFailed):
+                cost, at, others = self._changed(part, run, there, unknowns)
+                found = self.evidence(run, at, others)
+                verdict = self.verdict(found)
+                if cost < least:
+                    least, best = cost, found
+        return best
 
     def _changed(
         self, part: Part, run: MeasuredRun, there: DesignPoint, unknowns: Vector
@@ -241,28 +169,28 @@ class Comparison:
         cost = fit.equations.cost + 0.5 * sum(((one.of(at) - one.value) / one.sd) ** 2 for one in known)
         return cost, at, fit.unknowns
 
-    def _evidence(self, run: MeasuredRun, at: DesignPoint, unknowns: Vector) -> Evidence:
-        """What a run tells, linearised at a design and a run's unknowns (k,). Raises StepFailed."""
-        robot, layout, wide = self.robot, self.model.layout, self._wide
+    def evidence(self, run: MeasuredRun, at: DesignPoint, unknowns: Vector) -> Evidence:
+        """What a run tells, linearised at a design and a run's unknowns (k,). Raises StepFailed.
+
+        What the run has of its own is eliminated. Of that, a part moves the middle of what is known before.
+        """
+        run = self._read(run)
+        robot, layout, shared = self.robot, self.model.layout, len(self._wide.shared)
         there = with_all(at, [name for name in self._more if not _has(at, name)])
-        values, own = (np.array([there.value(name) for name in names]) for names in (wide.shared, robot.own))
-        found = run_equations(there, own, unknowns, run, wide)
+        values, own = (np.array([there.value(name) for name in names]) for names in (self._wide.shared, robot.own))
+        found = run_equations(there, own, unknowns, run, self._wide)
         read = np.array([run.own[name] for name in robot.own]).reshape(-1, 2)
         precision = np.concatenate([read[:, 1] ** -2.0, layout.prior**-2.0])
-        off = np.concatenate([own - read[:, 0], unknowns - layout.middle])
-        d, last = len(robot.names), range(len(values), len(found.right))
-        data, right = found.matrix.copy(), found.right.copy()
-        data[last, last] -= precision
-        right[last] += precision * off
-        right += data[:, : len(values)] @ (values - self._null[: len(values), :d] @ self._values)
-        kept, gone = np.hstack([self._null[:, :d], self._moves]), self._null[:, d:]
-        mine = gone.T @ data @ gone + np.diag(precision)
-        unit = 1.0 / np.sqrt(np.diag(mine))
-        across = kept.T @ data @ gone * unit
-        solved = np.linalg.lstsq(mine * unit * unit[:, None], np.column_stack(
-            [across.T, (gone.T @ right - precision * off) * unit]), rcond=1e-14)[0]
-        matrix = kept.T @ data @ kept - across @ solved[:, :-1]
-        return Evidence(0.5 * (matrix + matrix.T), kept.T @ right - across @ solved[:, -1], found.chi2, found.count)
+        pull = precision * np.concatenate([own - read[:, 0], unknowns - layout.middle])
+        right = found.right + found.matrix[:, :shared] @ (values - self._null[:shared] @ self._values)
+        kept = np.hstack([self._null, self._moves])
+        moved, kept[shared:] = kept[shared:].copy(), 0.0
+        across = found.matrix @ kept
+        matrix = kept.T @ across + moved.T @ (moved * precision[:, None])
+        left = across[shared:] - moved * precision[:, None]
+        solved = found.others(np.column_stack([left, right[shared:]]))
+        return Evidence(matrix - left.T @ solved[:, :-1], kept.T @ right + moved.T @ pull - left.T @ solved[:, -1],
+                        found.chi2, found.count)
 
     def shifts(self, evidence: Evidence) -> np.ndarray:
         """By how much each part would have changed, and the standard error, (c, 2), before what is usual is taken off.
@@ -271,40 +199,20 @@ class Comparison:
         solved = np.linalg.solve(evidence.matrix[:d, :d] + self._prior, np.column_stack(
             [evidence.matrix[:d, d:], evidence.right[:d]]))  # fmt: skip
         across = evidence.matrix[d:, :d]
-        information = evidence.matrix[d:, d:] - across @ solved[:, :-1]
-        score = evidence.right[d:] - across @ solved[:, -1]
-        return np.column_stack([score / np.diag(information), np.diag(information) ** -0.5])
+        return shifts(evidence.right[d:] - across @ solved[:, -1], evidence.matrix[d:, d:] - across @ solved[:, :-1])
 
     def verdict(self, evidence: Evidence) -> Verdict:
         """Whether runs are this robot's."""
-        changes = []
+        changes, robot = [], self.robot
+        more = 1.0 / evidence.runs + 1.0 / robot.runs
         for part, (shift, sd) in zip(self.parts, self.shifts(evidence), strict=True):
-            mean, apart = self.robot.usual.get(part.name, (0.0, 0.0))
-            apart = abs(mean) if self.robot.runs == 1 else apart  # one run does not say how others are
-            if part.moves != (FRICTION,) or shift > mean:
-                more = apart * math.sqrt(1.0 / evidence.runs + 1.0 / self.robot.runs)
-                changes.append(Change(part, float(shift - mean), math.hypot(sd, more), float((shift - mean) / sd) ** 2))
-        changes.sort(key=attrgetter("explains"), reverse=True)
-        residuals, of_residuals = self._residuals(evidence)
-        most = max(one.sigmas for one in changes)
-        every = 2.0 * len(self.parts) * float(ndtr(-most)) / PARTS, of_residuals / RESIDUALS
-        return Verdict(min(1.0, *every), tuple(changes), residuals, of_residuals >= LEVEL)
-
-    def verdict_of(self, held: Held) -> Verdict:
-        """Whether runs are this robot's, and where they are not what has changed, with the part that explains most
-        fitted."""
-        first = self.verdict(held.evidence)
-        if first.same:
-            return first
-        return replace(self.verdict(held.at_best), probability=first.probability, residuals=first.residuals)
-
-    def _residuals(self, evidence: Evidence) -> tuple[float, float]:
-        """Residuals of runs over the robot's own, and the probability that such are so large: by the readings' number,
-        of which neighbours hang together, and by how those of the robot's runs differ."""
-        robot = self.robot
+            mean, apart = robot.usual.get(part.name, (0.0, 0.0))
+            apart = abs(mean) if robot.runs == 1 else apart  # one run does not say how others are
+            change = float(max(shift - mean, 0.0) if part.moves == (FRICTION,) else shift - mean)
+            changes.append(Change(part, change, math.hypot(sd, apart * math.sqrt(more)), (change / float(sd)) ** 2))
         size = math.sqrt(evidence.misfit / evidence.count) * robot.wider / robot.sigmas
-        alike = max(robot.wider / robot.sigmas, 1.0) ** 2
+        alike = max(robot.wider / robot.sigmas, 1.0) ** 2  # so many neighbours hang together
         by_count = math.sqrt(0.5 * alike / evidence.count * (1.0 + evidence.runs / robot.runs))
-        between = robot.sigmas_sd / robot.sigmas * math.sqrt(1.0 / evidence.runs + 1.0 / robot.runs)
-        freedom = robot.runs - 1 if robot.runs > 1 and between > by_count else 1e6
-        return size, float(stdtr(freedom, (1.0 - size) / max(by_count, between)))
+        between = robot.sigmas_sd / robot.sigmas * math.sqrt(more)
+        freedom = robot.runs - 1 if robot.runs > 1 and between > by_count else math.inf
+        return verdict(changes, size, by_chance((size - 1.0) / max(by_count, between), freedom))

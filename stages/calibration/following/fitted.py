@@ -7,7 +7,6 @@ what it told about one design is half a standard error off about another.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +21,6 @@ from stages.calibration.following.change import Comparison
 from stages.calibration.following.robot_file import OF_MOUNTING, FittedRobot, Learned
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.intervals.model_error import Judged
-from stages.calibration.observation.measured_run import MeasuredRun
 
 #: A ramp that is set again, and a leg that is put on again, differ by these shares at least.
 OF_SLOPE, OF_LEG = 0.03, 3e-4
@@ -44,9 +42,9 @@ def earlier_fits(before: FittedRobot, model: Model) -> list[RunFit]:
 
 def fitted_robot(
     design: DesignPoint, model: Model, fit: CampaignFit, told: Judged, widening: tuple[float, float],
-    known: tuple[Known, ...], of_parts: bool, before: FittedRobot | None = None,
+    known: tuple[Known, ...], of_parts: bool,
 ) -> FittedRobot:
-    """The robot that a fit found, which began with a `design`, what was `known`, and the runs of the robot `before`.
+    """The robot that a fit found, which began with a `design` and what was `known`.
 
     A combination of parameters that no sensor shows keeps the spread that a design's have.
     """
@@ -72,13 +70,13 @@ def fitted_robot(
         found, fit.names, spread * np.outer(more, more), model.own, np.maximum(_sd(fit.own), least),
         np.column_stack([mounted.mean(axis=0), mounting]), sigmas, wider, float(late.mean()), float(_sd(late)),
         of_runs, fit.design, known, len(fit.runs), float(_sd(size)), of_parts, {}, design)  # fmt: skip
-    comparison = Comparison(robot, model)
-    had = () if before is None else tuple(before.learned)
-    shifts = {id(one.run): one.shifts for one in had}
-    learned = tuple(
-        Learned(run, own, unknowns, shifts[id(run)] if id(run) in shifts else _shifts(comparison, run, unknowns))
-        for run, own, unknowns in zip(fit.runs, fit.own, fit.unknowns, strict=True))
-    return replace(robot, learned=learned, usual=_usual(comparison, learned))
+    comparison, shifts = Comparison(robot, model), []
+    for run, own, unknowns in zip(fit.runs, fit.own, fit.unknowns, strict=True):
+        with contextlib.suppress(StepFailed):
+            there = model.robot(design, fit.design, own)
+            shifts.append(comparison.shifts(comparison.evidence(run, there, unknowns)))
+    return replace(robot, learned=tuple(map(Learned, fit.runs, fit.own, fit.unknowns)),
+                   usual=_usual(comparison, np.array(shifts)) if shifts else {})  # fmt: skip
 
 
 def _sd(values: np.ndarray) -> Vector:
@@ -86,19 +84,9 @@ def _sd(values: np.ndarray) -> Vector:
     return np.asarray(values.std(axis=0, ddof=min(1, len(values) - 1)))
 
 
-def _shifts(comparison: Comparison, run: MeasuredRun, unknowns: Vector) -> np.ndarray:
-    """By how much parts look changed in a run of the robot itself, (c, 2); nothing where the robot, corrected for the
-    model's error, does not walk it."""
-    with contextlib.suppress(StepFailed):
-        return comparison.shifts(comparison.as_this(run, unknowns)[0])
-    return np.empty((0, 2))
-
-
-def _usual(comparison: Comparison, learned: Sequence[Learned]) -> dict[str, tuple[float, float]]:
-    """By how much parts look changed in the robot's own runs, for what the model lacks, and how that differs."""
-    found = np.array([one.shifts for one in learned if len(one.shifts)])
-    if not len(found):
-        return {}
-    sd = np.sqrt(np.maximum(_sd(found[:, :, 0]) ** 2 - (found[:, :, 1] ** 2).mean(axis=0), 0.0))
+def _usual(comparison: Comparison, shifts: np.ndarray) -> dict[str, tuple[float, float]]:
+    """By how much parts look changed in the robot's own runs, (r, c, 2) with errors, for what the model lacks, and how
+    that differs between them."""
+    apart = np.sqrt(np.maximum(_sd(shifts[:, :, 0]) ** 2 - (shifts[:, :, 1] ** 2).mean(axis=0), 0.0))
     return {part.name: (float(mean), float(one))
-            for part, mean, one in zip(comparison.parts, found[:, :, 0].mean(axis=0), sd, strict=True)}
+            for part, mean, one in zip(comparison.parts, shifts[:, :, 0].mean(axis=0), apart, strict=True)}

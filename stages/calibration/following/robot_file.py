@@ -12,34 +12,30 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.biped.design import Biped
-from stages.biped.question import WrongOption
-from stages.calibration.estimation.campaign import as_plain, from_plain
+from stages.biped.question import WrongOption, refuse
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.observation.measured_run import Layout, MeasuredRun
-from stages.ground.slope import Slope
 
-NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 3", "bipedstudy fitted robot of angles 1"
+NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 4", "bipedstudy fitted robot of angles 2"
 #: What belongs to sensors that stay on the robot, and is known better after a fit: unknowns of a run.
 OF_MOUNTING = ("foot_place", "bandwidth")
 
 
 @dataclass(frozen=True)
 class Learned:
-    """A run that a robot was fitted to: its own parameters (o,) and unknowns (k,) there, and by how much parts look
-    changed in it, with the standard errors, (c, 2); (0, 2) where the robot does not walk it."""
+    """A run that a robot was fitted to, with its own parameters (o,) and unknowns (k,) there."""
 
     run: MeasuredRun
     own: Vector
     unknowns: Vector
-    shifts: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -76,22 +72,7 @@ class FittedRobot:
 
     def content(self) -> bytes:
         """The file."""
-        plain = {
-            "kind": KIND,
-            **_plain(self.design), "began_with": _plain(self.began),
-            "parameters": list(self.names), "covariance": self.covariance.tolist(),
-            "of_each_run": list(self.own), "of_each_run_sd": self.own_sd.tolist(),
-            "mounting": dict(zip(OF_MOUNTING, self.mounting.tolist(), strict=True)),
-            "residuals_in_sigmas": self.sigmas, "errors_widened": self.wider,
-            "strikes_late_s": self.late, "strikes_late_sd_s": self.late_sd,
-            "information": self.information.tolist(), "estimate": self.estimate.tolist(), "runs": self.runs,
-            "known": [[one.name, one.value, one.sd, one.source] for one in self.known],
-            "residuals_sd": self.sigmas_sd, "of_parts": self.of_parts,
-            "usual_changes": {name: list(each) for name, each in self.usual.items()},
-            "learned": [{"run": as_plain(one.run), "own": one.own.tolist(), "unknowns": one.unknowns.tolist(),
-                         "shifts": one.shifts.tolist()} for one in self.learned],
-        }  # fmt: skip
-        return signed_content(plain)
+        return signed_content(KIND, self)
 
     def model(self, model: Model) -> Model:
         """A model that looks for this robot's parameters, with sensors that are mounted as they were."""
@@ -116,10 +97,10 @@ class FittedRobot:
         return whole
 
 
-def signed_content(plain: Mapping[str, Any]) -> bytes:
-    """A file of JSON, one entry a line, with its digest."""
-    lines = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}"
-             for key, value in {**plain, "sha256": _digest(plain)}.items())  # fmt: skip
+def signed_content(kind: str, robot: Any) -> bytes:
+    """The file of a dataclass: JSON with its `kind`, one entry a line, and its digest."""
+    plain = {"kind": kind, **dataclasses.asdict(robot)}
+    lines = (f"{json.dumps(key)}: {_text(value)}" for key, value in {**plain, "sha256": _digest(plain)}.items())
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
@@ -129,42 +110,43 @@ def signed(folder: Path, option: str, kind: str) -> dict[str, Any]:
     path = folder / NAME
     try:
         plain: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        said = plain.pop("sha256")
+        said, found = plain.pop("sha256") == _digest(plain), plain.pop("kind", None)
     except FileNotFoundError:
         raise WrongOption(
             f"{option}: {folder} has no {NAME}, which calibrate --into leaves; fit the robot again") from None
     except (OSError, ValueError, KeyError, AttributeError, TypeError):
         raise WrongOption(f"{option}: {path} is no fitted robot that calibrate --into left") from None
-    if said == _digest(plain) and plain.get("kind") in (KIND, OF_ANGLES) and plain["kind"] != kind:
-        raise WrongOption(f"{option}: the robot in {folder} was fitted to recordings of the other kind: angles go with "
-                          "a robot of angles, sensors at hip and foot with one of those")  # fmt: skip
-    if plain.get("kind") != kind or said != _digest(plain):
-        raise WrongOption(f"{option}: {path} was changed, or is of another version; fit the robot again")
+    refuse((said and found in (KIND, OF_ANGLES) and found != kind,
+            f"{option}: the robot in {folder} was fitted to recordings of the other kind: angles go with a robot of "
+            "angles, sensors at hip and foot with one of those"),
+           (not said or found != kind, f"{option}: {path} was changed, or is of another version; fit the robot again"))
     return plain
 
 
 def read(folder: Path, option: str = "as") -> FittedRobot:
     """The robot of a folder that an `option` names. Raises WrongOption where it has none or one that was changed."""
-    plain = signed(folder, option, KIND)
-    return FittedRobot(
-        _design(plain), tuple(plain["parameters"]), np.array(plain["covariance"]), tuple(plain["of_each_run"]),
-        np.array(plain["of_each_run_sd"]), np.array([plain["mounting"][name] for name in OF_MOUNTING]),
-        plain["residuals_in_sigmas"], plain["errors_widened"],
-        plain["strikes_late_s"], plain["strikes_late_sd_s"], np.array(plain["information"]),
-        np.array(plain["estimate"]), tuple(Known(*one) for one in plain["known"]),
-        plain["runs"], plain["residuals_sd"], plain["of_parts"],
-        {name: (each[0], each[1]) for name, each in plain["usual_changes"].items()}, _design(plain["began_with"]),
-        tuple(Learned(from_plain(one["run"]), np.array(one["own"]), np.array(one["unknowns"]),
-                      np.array(one["shifts"]).reshape(-1, 2)) for one in plain["learned"]))  # fmt: skip
+    robot: FittedRobot = restored(FittedRobot, signed(folder, option, KIND))
+    return robot
 
 
-def _plain(design: DesignPoint) -> dict[str, Any]:
-    return {"biped": dataclasses.asdict(design.biped), "slope": dataclasses.asdict(design.slope)}
+def restored(kind: Any, plain: Any) -> Any:
+    """The value of a type of which JSON has what is `plain`."""
+    inner = get_args(kind)
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+        hints = get_type_hints(kind)
+        return kind(**{name: restored(hints[name], value) for name, value in plain.items()})
+    if np.ndarray in (kind, get_origin(kind)):
+        return np.array(plain)
+    if get_origin(kind) is UnionType:
+        return None if plain is None else restored(inner[0], plain)
+    if get_origin(kind) is tuple:
+        return tuple(restored(inner[0], value) for value in plain)
+    return {name: restored(inner[1], value) for name, value in plain.items()} if get_origin(kind) is Mapping else plain
 
 
-def _design(plain: Mapping[str, Any]) -> DesignPoint:
-    return DesignPoint(Biped(**plain["biped"]), Slope(**plain["slope"]))
+def _text(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, default=np.ndarray.tolist)
 
 
 def _digest(plain: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(_text(plain).encode()).hexdigest()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import reduce
-from operator import add
+from operator import add, attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,16 @@ from stages.analytic.errors import StepFailed
 from stages.biped.question import Answer, Asking
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import robot_file
-from stages.calibration.following.change import LEVEL, Change, Comparison, Held, Verdict
-from stages.calibration.information.identifiability import first_model, listed
+from stages.calibration.following.change import Comparison, Evidence
+from stages.calibration.following.score_test import LEVEL, Change, Verdict
+from stages.calibration.information.identifiability import finite, first_model, listed
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import named_runs
 from stages.calibration.result import HALF_WIDTH
 
 #: Parts that a table has at most.
 SHOWN = 8
+Table = tuple[str, list[str], list[list[Any]]]
 
 
 def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
@@ -29,7 +32,7 @@ def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence
     robot = robot_file.read(folder)
     comparison = Comparison(robot, first_model(robot.design, (*robot.names, *robot.own), parameters))
     runs, lines = named_runs(source, robot.design, comparison.model, parameters, names, asking)
-    held = dict[str, Held]()
+    held = dict[str, Evidence]()
     for number, (name, run) in enumerate(runs.items()):
         asking.progress(number / len(runs), name)
         try:
@@ -38,33 +41,39 @@ def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence
             lines.append(f"{name}: {reason}")
     if not held:
         raise NotIdentified(f"no run can be held against the robot: {'; '.join(lines[:3]) or 'there is none'}")
-    verdicts = {name: comparison.verdict_of(one) for name, one in held.items()}
-    whole = comparison.verdict_of(reduce(add, held.values()))
+    verdicts = {name: comparison.verdict(one) for name, one in held.items()}
+    whole = comparison.verdict(reduce(add, held.values()))
     probability = whole.probability
     if len(held) > 1:  # one run may be of another robot, or all by a little
         probability = min(1.0, 2.0 * probability, 2.0 * len(held) * min(one.probability for one in verdicts.values()))
-    same = probability >= LEVEL
     said = whole if whole.probability * len(held) <= min(one.probability for one in verdicts.values()) else min(
-        verdicts.values(), key=lambda one: one.probability)
-    return Answer(
-        lines=[sentence(said, probability, same), *lines],
-        tables=[_runs_table(verdicts), *([] if same else [_parts_table(said, comparison)])],
-        plain={"same": same, "probability": probability, "all_runs": _plain(whole, comparison),
-               "runs": {name: _plain(one, comparison) for name, one in verdicts.items()}, "not_compared": lines},
-        no=not same,
-    )  # fmt: skip
+        verdicts.values(), key=attrgetter("probability"))
+    plain = {"all_runs": _plain(whole), "runs": {name: _plain(one) for name, one in verdicts.items()},
+             "not_compared": lines}  # fmt: skip
+    return answered(replace(said, probability=probability), plain, lines, [_runs_table(verdicts)])
+
+
+def answered(
+    verdict: Verdict, plain: Mapping[str, Any], lines: Sequence[str] = (), tables: Sequence[Table] = ()
+) -> Answer:
+    """A verdict as the answer to `same`, with what else is told."""
+    changed = [] if verdict.same or not verdict.changes[0].part.moves else [_parts_table(verdict)]
+    return Answer(lines=[sentence(verdict), *lines], tables=[*tables, *changed],
+                  plain={**_plain(verdict), **plain}, no=not verdict.same)  # fmt: skip
 
 
 def in_words(change: Change) -> str:
     """A part with its change."""
-    return (f"{change.part.name} ({change.change:+.3g} +- {HALF_WIDTH * change.sd:.2g} {change.part.unit})")
+    if not change.part.moves:
+        return f"{change.part.name} (turned)"
+    return f"{change.part.name} ({change.change:+.3g} +- {HALF_WIDTH * change.sd:.2g} {change.part.unit})"
 
 
-def sentence(verdict: Verdict, probability: float, same: bool) -> str:
+def sentence(verdict: Verdict) -> str:
     """The answer in a sentence."""
-    if same:
-        return (f"the same robot: nothing that the sensors show differs from it by more than chance (probability "
-                f"{probability:.2g}, of which {LEVEL:g} and less says another)")
+    if verdict.same:
+        return ("the same robot: nothing that was measured differs from it by more than chance (probability "
+                f"{verdict.probability:.2g}, of which {LEVEL:g} and less says another)")
     named = [in_words(one) for one in verdict.named]
     what = named[0] if len(named) == 1 else f"one of {listed(named)}, which the runs cannot tell apart"
     if verdict.explained:
@@ -72,13 +81,7 @@ def sentence(verdict: Verdict, probability: float, same: bool) -> str:
     return f"not the same robot: no single part explains all that differs; {what} explains most"
 
 
-def _value(comparison: Comparison, change: Change) -> float:
-    """The robot's own value of what has changed; of a sensor none."""
-    name = change.part.moves[0]
-    return comparison.robot.design.value(name) if "." in name else float("nan")
-
-
-def _runs_table(verdicts: Mapping[str, Verdict]) -> tuple[str, list[str], list[list[Any]]]:
+def _runs_table(verdicts: Mapping[str, Verdict]) -> Table:
     """Each run by itself."""
     rows: list[list[Any]] = [
         [name, "yes" if one.same else "no", f"{one.probability:.2g}", f"{one.residuals:.2f}", one.changes[0].part.name,
@@ -88,24 +91,23 @@ def _runs_table(verdicts: Mapping[str, Verdict]) -> tuple[str, list[str], list[l
                                      "standard errors"], rows)  # fmt: skip
 
 
-def _parts_table(verdict: Verdict, comparison: Comparison) -> tuple[str, list[str], list[list[Any]]]:
+def _parts_table(verdict: Verdict) -> Table:
     """The parts that explain most, each as if it alone had changed."""
     rows: list[list[Any]] = []
     for one in verdict.changes[:SHOWN]:
-        value = _value(comparison, one)
-        share = f"{100 * one.change / value:+.2f} %" if np.isfinite(value) and value else ""
+        share = f"{100 * one.change / one.part.value:+.2f} %" if np.isfinite(one.part.value) and one.part.value else ""
         rows.append([one.part.name, f"{one.change:+.4g}", f"+- {HALF_WIDTH * one.sd:.2g}", one.part.unit, share,
                      f"{one.sigmas:.1f}"])  # fmt: skip
     return ("Parts, each as if it alone had changed, 95 % intervals",
             ["part", "change", "interval", "unit", "share", "standard errors"], rows)  # fmt: skip
 
 
-def _plain(verdict: Verdict, comparison: Comparison) -> dict[str, Any]:
+def _plain(verdict: Verdict) -> dict[str, Any]:
     """A verdict as JSON knows it."""
     return {
-        "same": verdict.same, "probability": verdict.probability, "residuals_over_the_robots": verdict.residuals,
+        "same": verdict.same, "probability": verdict.probability,
         "named": [] if verdict.same else [one.part.name for one in verdict.named],
-        "explained_by_one_part": verdict.explained,
+        "residuals_over_the_robots": finite(verdict.residuals), "explained_by_one_part": verdict.explained,
         "parts": {one.part.name: {"change": one.change, "sd": one.sd, "unit": one.part.unit,
-                                  "standard_errors": one.sigmas} for one in verdict.changes},
+                                  "standard_errors": one.sigmas} for one in verdict.changes if one.part.moves},
     }  # fmt: skip

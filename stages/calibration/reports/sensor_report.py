@@ -189,7 +189,7 @@ def answered(result: Calibrated) -> Answer:
         },
         draw=partial(_draw, fit, model),
         files={NAME: fitted_robot(design, model, fit, estimate, (result.sigmas, result.wider), result.known,
-                                  result.of_parts, result.before).content()} if fit.converged else {},
+                                  result.of_parts).content()} if fit.converged else {},
         parameters=_left(result) if fit.converged else {},
         no=not fit.converged,
     )  # fmt: skip
