@@ -185,7 +185,7 @@ def table(
     term = Discrepancy.of(names, np.array([(np.array(one["estimate"]) - one["truth"]) / one["scales"]
                                            for one in trained]), own_pulls)  # fmt: skip
     centred = np.array([one - term.expected(*each) for one, *each in zip(estimate, scales, pulls, strict=True)])
-    half = np.array([term.half_widths(*each) for each in zip(scales, pulls, strict=True)])
+    half = np.array([HALF_WIDTH * np.sqrt(np.diag(term.spread(*each))) for each in zip(scales, pulls, strict=True)])
     clocks = [names.index(clock) for clock in CLOCKS]  # a fit that is pulled tells nothing of them: the ingest does
     centred[:, clocks], half[:, clocks] = 0.0, HALF_WIDTH * clock_sd
     holds = [np.abs(estimate - truth) <= HALF_WIDTH * noise, np.abs(estimate - truth) <= HALF_WIDTH * sandwich,

@@ -24,7 +24,7 @@ from stages.biped.walk import Walk
 from stages.calibrated_twin.parameters import Parameters
 from stages.calibrated_twin.result import CORRECTED, Check, Number, Pair, Result, Robot
 from stages.calibrated_twin.robot import TwinRobot
-from stages.calibration.estimation.held_out import Corrected, corrected, rms_of
+from stages.calibration.estimation.held_out import corrected, rms_of
 from stages.calibration.estimation.run_fit import Model, fit_near
 from stages.calibration.information.identifiability import FINE, SLOPE, first_model
 from stages.calibration.intervals.model_error import SPARE, Discrepancy
@@ -116,7 +116,7 @@ class _Work:
     def corrected(self, kind: str) -> Fitted:
         """Fits of a kind, and corrections of the first that the twin walks."""
         fits, drawn = self.inputs.calibration.of_kind(kind), drawn_design(self.parameters, kind)
-        corrections: dict[int, Corrected] = {}
+        corrections: dict[int, tuple[Vector, Vector]] = {}
         for place, fit in enumerate(fits):
             if len(corrections) == self.parameters.settings.corrected:
                 break
@@ -125,10 +125,10 @@ class _Work:
                 corrections[place] = corrected(drawn, fit, one.run, self.model, one.known, self.robot.run)
             except StepFailed as reason:
                 self.reasons.append(f"{fit.name}: not corrected: {reason}")
-        from_misses = self.inputs.calibration
+        study = self.inputs.calibration
         pull = float(np.mean([self.model.layout.pull(fit.unknowns) for fit in fits]))
-        return Fitted(kind, drawn, fits, corrections, from_misses.drawn, pull,
-                      Discrepancy.from_misses(self.model.shared, from_misses.misses))
+        return Fitted(kind, drawn, fits, corrections, study.drawn, pull,
+                      Discrepancy.from_misses(self.model.shared, study.misses))
 
     def checked(self, held: HeldOut, fitted: Fitted) -> list[Check]:
         """A held-out run walked by the twin: with numbers and start as the model has them, then with both corrected.
@@ -143,7 +143,7 @@ class _Work:
         try:
             done.append(self._check(AS_FOUND, found, held.unknowns, held, one))
             if fitted.corrections:
-                own_bias = np.mean([each.own_bias for each in fitted.corrections.values()], axis=0)
+                own_bias = np.mean([own_bias for _, own_bias in fitted.corrections.values()], axis=0)
                 better = self.model.robot(fitted.drawn, fitted.found - fitted.by_twin, own - own_bias)
                 made = self.robot.run(better, held.unknowns, one.run)
                 alone = replace(self.model, shared=(), own=(SLOPE,))
@@ -180,12 +180,13 @@ class _Work:
 @dataclass(frozen=True)
 class Fitted:
     """Fits of one kind of robot as `drawn`, the corrections of some of them by their places, and what fits of other
-    machines' runs miss, where enough tell it, in shares of `scales` (d,)."""
+    machines' runs miss, where enough tell it, in shares of `scales` (d,). A correction is to be taken off the
+    shared parameters (d,), and off the run's own (o,)."""
 
     kind: str
     drawn: DesignPoint
     fits: Sequence[FittedRun]
-    corrections: dict[int, Corrected]
+    corrections: dict[int, tuple[Vector, Vector]]
     scales: Vector
     pull: float = 0.0
     discrepancy: Discrepancy | None = None
@@ -195,7 +196,7 @@ class Fitted:
         """What the model puts wrong, (d,), mean of the corrected runs; zero where there is none."""
         if not self.corrections:
             return np.zeros(len(self.scales))
-        return np.asarray(np.mean([one.bias for one in self.corrections.values()], axis=0))
+        return np.asarray(np.mean([bias for bias, _ in self.corrections.values()], axis=0))
 
     @property
     def bias(self) -> Vector:
@@ -261,7 +262,7 @@ def robot_of(fitted: Fitted, names: Sequence[str], near: Vector) -> Robot:
     known = np.isfinite(truth).all()
     true = frequency(design_of(drawn, names, truth), names, covariance, near)[0] if known else math.nan
     first = fitted.fits[0].covariance
-    biases = np.array([one.bias for one in fitted.corrections.values()]).reshape(-1, len(names))
+    biases = np.array([bias for bias, _ in fitted.corrections.values()]).reshape(-1, len(names))
     spread = np.sqrt(np.diag(first))
     others = fitted.discrepancy.count if fitted.discrepancy else 0
     return Robot(fitted.kind, len(fitted.fits), len(fitted.corrections), others, tuple(numbers),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -148,40 +149,29 @@ class Result:
         best, worst = min(shares), max(shares)
         return f"{self.runs} runs determine parameters to {best:.2g} to {worst:.2g} %, given the mass{unseen}{blind}"
 
-    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+    def tables(self) -> list[tuple[str, Sequence[str], Sequence[Sequence[str]]]]:
         """Standard deviations, fits and predictions, as (title, columns, rows of text)."""
-        rows: list[tuple[str, ...]] = [
-            (row.name, f"{row.value:.6g} {row.unit}", f"{row.sd_one_run:.2g}", f"{row.sd:.2g}", row.goes_with,
-             f"{row.correlation:+.3f}")
-            for row in self.told
-        ]
-        found: list[tuple[str, ...]] = [
-            (fit.name, name, f"{drawn:.6g} {unit}", f"{value:.6g}", f"{np.sqrt(variance):.2g}",
-             f"{true:.6g}" if np.isfinite(true) else "not known")
-            for fit in self.fits
-            for name, unit, drawn, value, variance, true in zip(
-                self.names, self.units, self.drawn, fit.design, np.diag(fit.covariance), fit.truth, strict=True)
-        ]
-        tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = [
+        off = 100 * self.misses.shares
+        tables: list[tuple[str, Sequence[str], Sequence[Sequence[str]]]] = [
             ("What the campaign's sensors can determine",
-             ("parameter", "value", "sd, one run", f"sd, {self.runs} runs", "goes with", "correlation"), rows),
+             ("parameter", "value", "sd, one run", f"sd, {self.runs} runs", "goes with", "correlation"),
+             [(row.name, f"{row.value:.6g} {row.unit}", f"{row.sd_one_run:.2g}", f"{row.sd:.2g}", row.goes_with,
+               f"{row.correlation:+.3f}") for row in self.told]),
             ("Fitted by the constraint model without the truth, each run alone; the model's error is not in the sd",
-             ("run", "parameter", "nominal", "fitted", "sd", "truth"), found)]
-        if len(self.misses.shares) > 1:
-            off = 100 * self.misses.shares
-            spread: list[tuple[str, ...]] = [
-                (name, f"{mean:+.2f}", f"{sd:.2f}")
-                for name, mean, sd in zip(self.names, off.mean(axis=0), off.std(axis=0, ddof=1), strict=True)
-            ]
-            tables.append((f"Errors of such fits, from {len(off)} runs of other robots",
-                           ("parameter", "mean %", "sd %"), spread))
-        told: list[tuple[str, ...]] = [
-            (one.name, f"{one.sigmas:.2f}", f"{one.fit_force:.3f}", f"{one.fit_rate:.4f}", f"{one.foretold_force:.3f}",
-             f"{one.foretold_rate:.4f}")
-            for one in self.held_out
-        ]
-        if told:
+             ("run", "parameter", "nominal", "fitted", "sd", "truth"),
+             [(fit.name, name, f"{drawn:.6g} {unit}", f"{value:.6g}", f"{np.sqrt(variance):.2g}",
+               f"{true:.6g}" if np.isfinite(true) else "not known")
+              for fit in self.fits for name, unit, drawn, value, variance, true in zip(
+                  self.names, self.units, self.drawn, fit.design, np.diag(fit.covariance), fit.truth, strict=True)])]
+        if len(off) > 1:
+            tables.append((
+                f"Errors of such fits, from {len(off)} runs of other robots", ("parameter", "mean %", "sd %"),
+                [(name, f"{mean:+.2f}", f"{sd:.2f}")
+                 for name, mean, sd in zip(self.names, off.mean(axis=0), off.std(axis=0, ddof=1), strict=True)]))
+        if self.held_out:
             tables.append((
                 f"Runs held out, forecast from {self.held_out[0].begun:g} s",
-                ("run", "fit in noises", "fit m/s^2", "fit rad/s", "forecast m/s^2", "forecast rad/s"), told))
-        return tables
+                ("run", "fit in noises", "fit m/s^2", "fit rad/s", "forecast m/s^2", "forecast rad/s"),
+                [(one.name, f"{one.sigmas:.2f}", f"{one.fit_force:.3f}", f"{one.fit_rate:.4f}",
+                  f"{one.foretold_force:.3f}", f"{one.foretold_rate:.4f}") for one in self.held_out]))
+        return tables  # fmt: skip

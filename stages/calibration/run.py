@@ -29,7 +29,6 @@ from stages.calibration.information.identifiability import (
     described,
     first_model,
     identifiability,
-    plan_of,
     planned_equations,
     weighed,
 )
@@ -98,15 +97,14 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:
     """What a run on the design's own gait can tell, and which combinations no sensor sees."""
-    plan = plan_of(parameters)
-    equations, model = planned_equations(plan, parameters)
-    units = [plan.design.unit(name) for name in model.of_design]
-    plain = identifiability(plan.design, equations, model, ())
-    known, runs = (weighed(plan),), parameters.settings.planned_runs
-    one, all_runs = (identifiability(plan.design, equations, model, known, count) for count in (1, runs))
+    planned = design, _, model = planned_equations(parameters)
+    units = [design.unit(name) for name in model.of_design]
+    plain = identifiability(*planned, ())
+    known, runs = (weighed(parameters.biped),), parameters.settings.planned_runs
+    one, all_runs = (identifiability(*planned, known, count) for count in (1, runs))
     told = tuple(
         Told(name, units[row], float(one.values[row]), float(one.sd[row]), float(all_runs.sd[row]),
-             all_runs.partners[row].name, all_runs.partners[row].correlation)
+             all_runs.partners[row], float(all_runs.correlations[row]))
         for row, name in enumerate(model.of_design)
     )
     return told, tuple(described(each, model.of_design, units, plain.values) for each in plain.unseen)

@@ -3,7 +3,6 @@
 import dataclasses
 import math
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -33,7 +32,7 @@ def fit(name, kind, truth, off=0.0, wider=2.0):
 
 
 def corrections(bias=BIAS):
-    return {0: SimpleNamespace(bias=bias)}
+    return {0: (bias, None)}
 
 
 def test_a_correction_takes_the_bias_off_and_all_of_it_counts_where_nothing_tells_what_it_leaves():
@@ -77,7 +76,7 @@ def test_where_other_machines_tell_what_fits_miss_that_is_taken_off_and_its_scat
     term = Discrepancy.of(NAMES, shares, pulls)
     one = fit("run 01", "with outsole", VALUES)
     robot = robot_of(Fitted("with outsole", DESIGN, [one], corrections(), VALUES, 1e-3, term), NAMES, near())
-    expected, half = term.expected(VALUES, 1e-3), term.half_widths(VALUES, 1e-3)
+    expected, half = term.expected(VALUES, 1e-3), HALF_WIDTH * np.sqrt(np.diag(term.spread(VALUES, 1e-3)))
     for row, number in enumerate(robot.numbers):
         assert number.corrected == pytest.approx(one.design[row] - expected[row])
         assert number.by_twin == pytest.approx(VALUES[row])

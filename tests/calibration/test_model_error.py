@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from benchmarks.sandwich import noise_covariance, sandwich_covariance
 from stages.calibration.estimation.run_fit import Equations, run_equations
-from stages.calibration.information.identifiability import plan_of, planned_equations
+from stages.calibration.information.identifiability import planned_equations
 from stages.calibration.intervals.model_error import (
     PARTS,
     Discrepancy,
@@ -19,16 +19,22 @@ from stages.calibration.intervals.model_error import (
     widening,
 )
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, usable
+from stages.calibration.result import HALF_WIDTH
 from tests.calibration.runs import PARAMETERS, SETTINGS, gait
 
 STEPS = 7
 
 
+def half_widths(term, scales, pull):
+    """Half of 95 % intervals about one more run's estimate less what it misses on average."""
+    return HALF_WIDTH * np.sqrt(np.diag(term.spread(scales, pull)))
+
+
 @pytest.fixture(scope="module")
 def planned():
     """Model, design and a run on the gait whose samples are the prediction and noise."""
-    plan = dataclasses.replace(plan_of(PARAMETERS), steps=STEPS)
-    equations, model = planned_equations(plan, PARAMETERS)
+    settings = dataclasses.replace(PARAMETERS.settings, planned_steps=STEPS)
+    design, equations, model = planned_equations(dataclasses.replace(PARAMETERS, settings=settings))
     (walker, point), shown = gait(), equations.predicted
     strikes = np.concatenate([[0.0], shown.strikes[:, 0]])
     sides = {side: shown.samples[side][:, :, 0] for side in SIDES}
@@ -42,7 +48,7 @@ def planned():
     samples = {side: value + np.asarray(model.noise) * rng.normal(size=value.shape) for side, value in sides.items()}
     run = MeasuredRun("planned", Sampling(times, times, late, PARAMETERS.sensor.bandwidth_hz, 1), samples, used,
                       strikes, {})
-    return plan.design, model, run
+    return design, model, run
 
 
 def equations_of(planned):
@@ -144,7 +150,7 @@ def test_a_discrepancy_holds_what_it_says(count, pulled):
         misses = mean + sd * rng.normal(size=(count, 2)) + pulled * np.outer(pulls, slope)
         term = Discrepancy.of(names, misses, pulls if pulled else None)
         off = np.array([(mean + pulled * slope * pull) * scales - term.expected(scales, pull) for pull in FURTHER])
-        half = np.array([term.half_widths(scales, pull) for pull in FURTHER])
+        half = np.array([half_widths(term, scales, pull) for pull in FURTHER])
         scatter = sd * np.abs(scales)
         contents.append(OFTEN @ (ndtr((half - off) / scatter) - ndtr((-half - off) / scatter)))
     assert (np.array(contents) >= 0.95).mean() == pytest.approx(0.9, abs=0.04)
@@ -156,7 +162,7 @@ def test_a_discrepancy_takes_off_what_goes_along_with_a_pull():
     term = Discrepancy.of(("a", "b"), misses, pulls)
     scales = np.array([10.0, 2.0])
     assert term.expected(scales, 5.0) == pytest.approx([10 * 2.6, -0.4])
-    assert term.half_widths(scales, 5.0) == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert half_widths(term, scales, 5.0) == pytest.approx([0.0, 0.0], abs=1e-12)
     alone = Discrepancy.of(("a", "b"), misses)
     assert alone.expected(scales) == pytest.approx(scales * misses.mean(axis=0))
     np.testing.assert_allclose(alone.covariance, np.cov(misses, rowvar=False), atol=1e-15)

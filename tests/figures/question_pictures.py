@@ -10,7 +10,7 @@ import bipedstudy
 from stages.analytic.maps.answers import Outcome
 from stages.analytic.maps.box import Axis, Box
 from stages.analytic.pictures import design_map, families, gaits
-from stages.calibration.information.identifiability import Experiment, Identifiability
+from stages.calibration.information.identifiability import Identifiability
 from stages.calibration.reports import angle_report, identifiability_report
 from stages.calibration.reports.sensor_picture import fit_picture
 from stages.imu.export import picture
@@ -103,9 +103,9 @@ def standard_deviations():
     names = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
              "biped.stiffness", "biped.damping", "biped.leg_inertia")
     ones = np.ones(len(names))
-    single, found = (Identifiability(names, ones, ones, runs, share * ones, np.zeros((0, 8)), ())
+    single, found = (Identifiability(names, ones, ones, runs, share * ones, np.zeros((0, 8)), (), ones, ones)
                      for runs, share in ((1, 0.05), (30, 0.01)))
-    tried = [Experiment(f"a measurement of {name} by itself, to a share of a thousandth", 5e-3 * ones)
+    tried = [(f"a measurement of {name} by itself, to a share of a thousandth", 5e-3 * ones, "")
              for name in names[:6]]
     return saved(lambda save: identifiability_report._draw(found, single, tried, save))
 

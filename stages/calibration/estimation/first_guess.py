@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,16 +32,9 @@ SHARES = (0.8, 1.25)
 ROUND_OFF = 1e-14
 
 
-@dataclass(frozen=True)
-class Begun:
-    """A start: section coordinates after the first strike, dimensionless, and the shares (2,) by which its angle and
-    rate are others than the gait's; by how much longer its steps last than the walker's own, and the mean square of
-    what durations are off [s^2]."""
-
-    z: Vector
-    shares: Vector
-    slower: float = 1.0
-    misfit: float = np.inf
+#: A start: the mean square of what its steps' durations are off [s^2], by how much longer these last than the walker's
+#: own, the shares by which its angle and rate are others than the gait's, and its section coordinates, dimensionless.
+Begun = tuple[float, float, tuple[float, float], Vector]
 
 
 def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: Layout) -> Vector:
@@ -55,14 +47,16 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
     unknowns = layout.middle.copy()
     if len(durations) < 2:
         return unknowns
-    best, width = Begun(layout.strike, np.zeros(2)), WIDEST
+    best: Begun = np.inf, 1.0, (0.0, 0.0), layout.strike
+    width = WIDEST
     for _ in range(ROUNDS):
         best = _better(walker, layout.strike, durations, best, width)
         width /= FINER
-    if best.misfit == np.inf:
+    misfit, slower, _, z = best
+    if misfit == np.inf:
         return unknowns
     try:
-        state, since = mid_stance(walker, best.z, COARSE)
+        state, since = mid_stance(walker, z, COARSE)
     except StepFailed:
         return unknowns
     state = state * start_scales(walker)
@@ -70,7 +64,7 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
         if name in STRETCHES:
             state[place] -= walker.length * natural_lengths(walker.p)[STRETCHES.index(name)]
     unknowns[: layout.free] = state
-    unknowns[layout.place("mid_stance")] = since * walker.time * best.slower
+    unknowns[layout.place("mid_stance")] = since * walker.time * slower
     return unknowns
 
 
@@ -100,21 +94,21 @@ def _scaled(design: DesignPoint, name: str, share: float) -> DesignPoint:
 
 def _better(walker: Walker, z: Vector, durations: Vector, best: Begun, width: float) -> Begun:
     """The best start about the shares of a `best` one, if it is better, of those that walk as far as durations go."""
-    rate, middle = 1 if walker.rigid else 3, best.shares
+    rate, (about_angle, about_speed) = 1 if walker.rigid else 3, best[2]
     shifts = sorted(np.linspace(-width, width, POINTS).tolist(), key=abs)  # one that fits soon spares others their walk
-    for angle in middle[0] + shifts:
-        for speed in middle[1] + shifts:
+    for angle in about_angle + np.array(shifts):
+        for speed in about_speed + np.array(shifts):
             start = z.copy()
             start[0] *= 1.0 + angle
             start[rate] *= 1.0 + speed
             try:
-                lasted = walker.time * _durations(walker, start, durations, best.misfit)
+                lasted = walker.time * _durations(walker, start, durations, best[0])
             except StepFailed:
                 continue
             slower = float(durations @ lasted / (lasted @ lasted))
             misfit = float(((durations - slower * lasted) ** 2).mean())
-            if misfit < best.misfit:
-                best = Begun(start, np.array([angle, speed]), slower, misfit)
+            if misfit < best[0]:
+                best = misfit, slower, (angle, speed), start
     return best
 
 

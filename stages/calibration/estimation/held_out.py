@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,28 +22,18 @@ from stages.calibration.result import FittedRun, HeldOut, Trace
 Simulator = Callable[[DesignPoint, Vector, MeasuredRun], MeasuredRun]
 
 
-@dataclass(frozen=True)
-class Corrected:
-    """The shared parameters (d,) corrected; `bias` (d,) is what was taken off them, `own_bias` (o,) is to be taken off
-    the run's own."""
-
-    design: Vector
-    bias: Vector
-    own_bias: Vector
-
-
 def corrected(
     design: DesignPoint, fit: RunFit | FittedRun, run: MeasuredRun, model: Model, known: Sequence[Known],
     simulate: Simulator,
-) -> Corrected:
-    """One correction step of a run's fit. Raises StepFailed where the simulator or the model does not walk."""
+) -> tuple[Vector, Vector]:
+    """One correction step of a run's fit: what is to be taken off the shared parameters (d,), and off the run's own
+    (o,). Raises StepFailed where the simulator or the model does not walk."""
     there = model.robot(design, fit.design, fit.own)
     made = simulate(there, fit.unknowns, run)
     read = {name: (there.value(name), sd) for name, (_, sd) in run.own.items()}  # its ramp and its weight are known to
     weighed = [replace(one, value=one.of(there)) for one in known]  # be what they are, as well as the robot's were
     again = fit_near(there, fit.unknowns, replace(made, own=read), model, weighed)
-    bias = again.design - fit.design
-    return Corrected(fit.design - bias, bias, again.own - fit.own)
+    return again.design - fit.design, again.own - fit.own
 
 
 def trace(run: MeasuredRun, equations: Equations, model: Model, side: str) -> Trace:

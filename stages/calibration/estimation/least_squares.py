@@ -6,9 +6,9 @@ Every fit brings equations of its own (matrix and right side), with what touches
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -154,10 +154,8 @@ ENOUGH = 1e-3
 WHOLE_RUN = Rule(enough=ENOUGH)
 
 
-class Evaluate(Protocol[State]):
-    """Gives the point at some unknowns, reached from another by a share of its step; None where there is none."""
-
-    def __call__(self, x: Vector, before: Point[State] | None, share: float, /) -> Point[State] | None: ...
+#: Gives the point at some unknowns, reached from another by a share of its step; None where there is none.
+Evaluate = Callable[[Vector, Point[State] | None, float], Point[State] | None]
 
 
 def least_squares(

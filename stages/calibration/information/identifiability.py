@@ -8,7 +8,7 @@ smallest covariance an unbiased estimate can have (Cramer and Rao).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.walker import Vector, Walker
 from stages.biped.accuracy.scales import powers
+from stages.biped.design import Biped
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, information_of
 from stages.calibration.estimation.run_fit import Equations, Model, run_equations
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, layout_of, usable
@@ -36,37 +37,21 @@ KNOWN_EVERYWHERE = ("ground.gravity",)
 FINE = 1e-9
 
 
-@dataclass(frozen=True)
-class Plan:
-    """How a run would be made: its design, the priors of a run and its sensors, the foot sensor's `place` [m] above the
-    foot's mass centre, and its length in steps."""
-
-    design: DesignPoint
-    priors: Mapping[str, float]
-    steps: int
-    place: float = 0.0
-
-
-def plan_of(parameters: Parameters) -> Plan:
-    """The run that the parameters describe."""
-    design = DesignPoint(parameters.biped, parameters.slope)
-    return Plan(design, parameters.priors, parameters.settings.planned_steps)
-
-
 def free_names(design: DesignPoint) -> tuple[str, ...]:
     """The parameters of a design that a calibration looks for."""
     return tuple(name for name in sensitive_names(design) if name not in KNOWN_EVERYWHERE)
 
 
-def planned_equations(plan: Plan, parameters: Parameters) -> tuple[Equations, Model]:
-    """What one planned run would say. Raises NoGait where the design does not walk."""
-    design, settings, sensor = plan.design, parameters.settings, parameters.sensor
+def planned_equations(parameters: Parameters, place: float = 0.0) -> tuple[DesignPoint, Equations, Model]:
+    """What one run that the parameters describe would say, its foot sensor `place` [m] above the foot's mass centre;
+    and of which design. Raises NoGait where that does not walk."""
+    design, settings, sensor = DesignPoint(parameters.biped, parameters.slope), parameters.settings, parameters.sensor
     walker, point = find_gait(design.biped, design.slope, FINE, None)
     if len(point.steps) > 1:
         raise NoGait("the gait takes two steps to repeat")
-    layout = layout_of(walker, point.z, FINE, plan.priors)
+    layout = layout_of(walker, point.z, FINE, parameters.priors)
     first = float(layout.middle[layout.place("mid_stance")]) + settings.settling_s
-    strikes = point.steps[0].period * walker.time * np.arange(plan.steps + 1)
+    strikes = point.steps[0].period * walker.time * np.arange(settings.planned_steps + 1)
     times = np.arange(0.0, float(strikes[-1]), 1.0 / sensor.rate_hz)
     times = times[times >= first]
     mask = usable(times, strikes, first, settings.before_strike_s, settings.after_strike_s)
@@ -74,10 +59,10 @@ def planned_equations(plan: Plan, parameters: Parameters) -> tuple[Equations, Mo
                   settings.tolerance)
     run = MeasuredRun(
         name="planned",
-        sampling=Sampling(times, times, filter_delay(sensor.bandwidth_hz), sensor.bandwidth_hz, 1, plan.place),
+        sampling=Sampling(times, times, filter_delay(sensor.bandwidth_hz), sensor.bandwidth_hz, 1, place),
         samples=dict.fromkeys(SIDES, np.zeros((len(times), 3))), used=dict.fromkeys(SIDES, mask), strikes=strikes,
         own={})  # fmt: skip
-    return run_equations(design, np.array([design.value(SLOPE)]), layout.middle, run, model), model
+    return design, run_equations(design, np.array([design.value(SLOPE)]), layout.middle, run, model), model
 
 
 def first_model(
@@ -102,20 +87,11 @@ BELONGS, EQUAL = 1e-3, 0.01
 
 
 @dataclass(frozen=True)
-class Partner:
-    """The unknown that a parameter's error goes along with most: its name, the correlation, and the parameter's
-    standard deviation if it were known."""
-
-    name: str
-    correlation: float
-    sd_without: float
-
-
-@dataclass(frozen=True)
 class Identifiability:
     """What `runs` runs tell of the parameters `names` (n,): `values`, `scales`, standard deviations `sd` (n,), infinite
-    for those in a combination that is not seen, the `unseen` combinations (u, n) in shares of `scales`, and what limits
-    each parameter.
+    for those in a combination that is not seen, the `unseen` combinations (u, n) in shares of `scales`. The unknown
+    that each parameter's error goes along with most is its partner: its name, the correlation (n,), and the parameter's
+    standard deviation if it were known (n,).
     """
 
     names: tuple[str, ...]
@@ -124,7 +100,9 @@ class Identifiability:
     runs: int
     sd: Vector
     unseen: np.ndarray
-    partners: tuple[Partner, ...]
+    partners: tuple[str, ...]
+    correlations: Vector
+    sd_without: Vector
 
 
 def identifiability(
@@ -148,10 +126,12 @@ def identifiability(
     shown = np.sqrt(np.diag((seen / values[~is_unseen]) @ seen.T)) * scales
     sd = np.where((np.abs(unseen) > BELONGS).any(axis=0), np.inf, shown)
     return Identifiability(names, np.array([design.value(name) for name in names]), scales, runs, sd, unseen,
-                           _partners(scaled, unseen, (*names, *model.layout.names), scales))
+                           *_partners(scaled, unseen, (*names, *model.layout.names), scales))
 
 
-def _partners(scaled: np.ndarray, unseen: np.ndarray, names: tuple[str, ...], scales: Vector) -> tuple[Partner, ...]:
+def _partners(
+    scaled: np.ndarray, unseen: np.ndarray, names: tuple[str, ...], scales: Vector
+) -> tuple[tuple[str, ...], Vector, Vector]:
     """What each parameter's error goes along with, unseen combinations held."""
     n, held = len(scales), scaled.copy()
     stiff = float(np.abs(np.diag(scaled)[:n]).max())
@@ -159,15 +139,14 @@ def _partners(scaled: np.ndarray, unseen: np.ndarray, names: tuple[str, ...], sc
     equal = 1.0 / np.sqrt(np.diag(held))
     covariance = np.linalg.inv(held * equal * equal[:, None]) * equal * equal[:, None]
     sd = np.sqrt(np.diag(covariance))
-    correlation = covariance / sd / sd[:, None]
-    found = []
-    for row in range(n):
-        others = np.where([name.startswith("start_") for name in names], 0.0, np.abs(correlation[row]))
-        others[row] = 0.0  # nobody can measure where a walk starts, so it is no partner
-        other = int(np.argmax(others))
-        r = float(correlation[row, other])
-        found.append(Partner(names[other], r, float(sd[row] * scales[row] * np.sqrt(max(0.0, 1.0 - r * r)))))
-    return tuple(found)
+    correlation = (covariance / sd / sd[:, None])[:n]
+    # nobody can measure where a walk starts, so it is no partner
+    others = np.where([name.startswith("start_") for name in names], 0.0, np.abs(correlation))
+    others[range(n), range(n)] = 0.0
+    chosen = others.argmax(axis=1)
+    r = correlation[range(n), chosen]
+    return (tuple(names[other] for other in chosen), r,
+            sd[:n] * scales * np.sqrt(np.maximum(0.0, 1.0 - r * r)))  # fmt: skip
 
 
 def short(name: str) -> str:
@@ -215,54 +194,45 @@ def described(combination: Vector, names: Sequence[str], units: Sequence[str], v
 WEIGHED, CALIPER_M, CLOCK, STEEPER_DEG, HEAVIER = 1e-3, 1e-4, 0.1, 1.0, 1.5
 
 
-@dataclass(frozen=True)
-class Experiment:
-    """A measurement in words, and the standard deviations (n,) that the same runs have with it; NaN where there is no
-    gait to plan with, and `why`."""
-
-    what: str
-    sd: Vector
-    why: str = ""
-
-
-def weighed(plan: Plan, share: float = WEIGHED) -> Known:
+def weighed(biped: Biped, share: float = WEIGHED) -> Known:
     """The robot on a scale that is right to a share."""
-    mass = plan.design.biped.total_mass
-    return Known(TOTAL_MASS, mass, share * mass, "planned")
+    return Known(TOTAL_MASS, biped.total_mass, share * biped.total_mass, "planned")
 
 
-def experiments(plan: Plan, known: tuple[Known, ...], runs: int, parameters: Parameters) -> list[Experiment]:
-    """What each suggested measurement would make of `runs` runs and the `known` values."""
-    priors, design = plan.priors, plan.design
-    length = Known("biped.leg_length", design.biped.leg_length, CALIPER_M, "planned")
-    heavier = design.with_value("biped.hip_mass", HEAVIER * design.biped.hip_mass)
-    higher = 0.5 * (design.biped.leg_length - design.biped.foot_com)
-    steeper, clock = design.value(SLOPE) + STEEPER_DEG, CLOCK * priors["clock"]
+def experiments(
+    parameters: Parameters, known: tuple[Known, ...], runs: int
+) -> list[tuple[str, Vector, str]]:
+    """Suggested measurements in words, with the standard deviations (n,) that `runs` runs and the `known` values have
+    with each; without any where there is no gait to plan with, and why."""
+    biped, slope, settings = parameters.biped, parameters.slope, parameters.settings
+    length = Known("biped.leg_length", biped.leg_length, CALIPER_M, "planned")
+    higher = 0.5 * (biped.leg_length - biped.foot_com)
+    steeper, clock = slope.slope_deg + STEEPER_DEG, CLOCK * settings.clock_sd
     share = min((one.sd / one.value for one in known if one.name == TOTAL_MASS), default=10 * WEIGHED) / 10
-    suggested: list[tuple[str, Plan, tuple[Known, ...], int]] = [
-        (f"the robot weighed to {100 * share:.2g} %", plan, (*known, weighed(plan, share)), runs),
-        (f"ten times the runs ({10 * runs})", plan, known, 10 * runs),
-        (f"leg_length measured to {1e3 * CALIPER_M:g} mm", plan, (*known, length), runs),
-        (f"clock known to {clock:g} instead of {priors['clock']:g}",
-         replace(plan, priors={**priors, "clock": clock}), known, runs),
-        (f"a ramp of {steeper:g} deg", replace(plan, design=design.with_value(SLOPE, steeper)), known, runs),
-        (f"{100 * (HEAVIER - 1):.0f} % more mass at the hip", replace(plan, design=heavier), known, runs),
-        (f"foot sensor {1e3 * higher:.0f} mm higher on the leg", replace(plan, place=higher), known, runs),
-        ("walks of twice the steps", replace(plan, steps=2 * plan.steps), known, runs),
-    ]
-    return [_experiment(*one, parameters) for one in suggested]
+    surer, longer = replace(settings, clock_sd=clock), replace(settings, planned_steps=2 * settings.planned_steps)
+    suggested: list[tuple[str, Parameters, float, tuple[Known, ...], int]] = [
+        (f"the robot weighed to {100 * share:.2g} %", parameters, 0.0, (*known, weighed(biped, share)), runs),
+        (f"ten times the runs ({10 * runs})", parameters, 0.0, known, 10 * runs),
+        (f"leg_length measured to {1e3 * CALIPER_M:g} mm", parameters, 0.0, (*known, length), runs),
+        (f"clock known to {clock:g} instead of {settings.clock_sd:g}", replace(parameters, settings=surer), 0.0, known,
+         runs),
+        (f"a ramp of {steeper:g} deg", replace(parameters, slope=replace(slope, slope_deg=steeper)), 0.0, known, runs),
+        (f"{100 * (HEAVIER - 1):.0f} % more mass at the hip",
+         replace(parameters, biped=replace(biped, hip_mass=HEAVIER * biped.hip_mass)), 0.0, known, runs),
+        (f"foot sensor {1e3 * higher:.0f} mm higher on the leg", parameters, higher, known, runs),
+        ("walks of twice the steps", replace(parameters, settings=longer), 0.0, known, runs),
+    ]  # fmt: skip
+    found = []
+    for what, there, place, given, count in suggested:
+        try:
+            found.append((what, identifiability(*planned_equations(there, place), given, count).sd, ""))
+        except (NoGait, StepFailed) as reason:
+            found.append((what, np.array([]), str(reason)))
+    return found
 
 
-def _experiment(what: str, plan: Plan, known: tuple[Known, ...], runs: int, parameters: Parameters) -> Experiment:
-    try:
-        equations, model = planned_equations(plan, parameters)
-    except (NoGait, StepFailed) as reason:
-        return Experiment(what, np.array([]), str(reason))
-    return Experiment(what, identifiability(plan.design, equations, model, known, runs).sd)
-
-
-def gains(experiment: Experiment, before: Identifiability) -> Vector:
-    """By how much standard deviations shrink, (n,): 2 is half; infinite for one that is seen now and was not."""
+def gains(sd: Vector, before: Identifiability) -> Vector:
+    """By how much standard deviations (n,) shrink to `sd`: 2 is half; infinite for one that is seen now and was not."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = np.asarray(before.sd / experiment.sd)
-    return np.where(np.isinf(before.sd) & np.isinf(experiment.sd), 1.0, ratio)
+        ratio = np.asarray(before.sd / sd)
+    return np.where(np.isinf(before.sd) & np.isinf(sd), 1.0, ratio)

@@ -217,10 +217,6 @@ class Discrepancy:
         """Covariance (n, n) of a Gaussian whose 95 % intervals are as wide as those about one more run's estimate."""
         return np.asarray((self.factor(pull) / HALF_WIDTH) ** 2 * self.covariance * np.outer(scales, scales))
 
-    def half_widths(self, scales: Vector, pull: float = 0.0) -> Vector:
-        """Half of 95 % intervals (n,) about one more run's estimate less what it misses on average."""
-        return HALF_WIDTH * np.asarray(np.sqrt(np.diag(self.spread(scales, pull))))
-
 
 #: Drawings whose numbers differ by less are the same.
 SAME = 1e-6

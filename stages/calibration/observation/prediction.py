@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from stages.analytic.derivatives.gait import exchanged_rows
-from stages.analytic.derivatives.numbers import Changes, changes_of
+from stages.analytic.derivatives.numbers import changes_of
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.kinds import natural_lengths
@@ -80,7 +80,15 @@ class Walked:
     @cached_property
     def pieces(self) -> list[Piece]:
         """The stretches as the low pass takes them, in SI units."""
-        return _pieces(self.stretches, self.sensing, self.by, self.walker.time)
+        pieces, by, unit = [], self.by, self.walker.time
+        for stretch, after in zip(self.stretches, [*self.stretches[1:], None], strict=True):
+            impulse = np.zeros((len(SIGNALS), len(by)))
+            if stretch.ends_step and after is not None:
+                old = self.sensing.velocities(stretch.end, stretch.stance_leg)
+                impulse = (self.sensing.velocities(after.begin, after.stance_leg) - old) * by
+            pieces.append(Piece(stretch.start * by * unit, stretch.duration * by * unit, stretch.edges * unit,
+                                self.sensing.along(stretch) * by, impulse))
+        return pieces
 
     def strikes(self) -> np.ndarray:
         """Times of the heel strikes, (s, 1 + d + k) [s], on the run's clock."""
@@ -174,8 +182,25 @@ class Shown:
         shown, rate = self._low_pass.read(times)
         wide, narrow = (one.read(times)[0][:, :, 0] for one in self._beside)
         by_bandwidth = (wide - narrow) / (2.0 * STEP)  # by its logarithm: as exact as the step squared
-        found = _read(shown, rate, by_bandwidth, walked.value, walked.layout, self._side, clock)
-        return walked.as_long(found)
+        value, layout, side = walked.value, walked.layout, self._side
+        turn, gain, bias = _errors(value, side)
+        turned = np.array([[turn[0, 1], -turn[0, 0], 0.0], [turn[0, 0], turn[0, 1], 0.0], [0.0, 0.0, 0.0]])
+        through = gain[:, None] * turn
+        straight = shown[:, :, 0] @ turn.T
+        by = np.einsum("ij,mjc->mic", through, shown[:, :, 1:])
+        by_time = rate @ through.T
+        run = np.zeros((*straight.shape, len(layout.names)))
+        run[:, :, : layout.free] = by[:, :, : layout.free]
+        of_all = {"mid_stance": -by_time, "foot_lag": by_time if side == "foot" else 0.0, "foot_place": by[:, :, -1],
+                  "bandwidth": by_bandwidth @ through.T, f"{side}_clock": by_time * clock[:, None],
+                  f"{side}_tilt": (shown[:, :, 0] @ turned.T) * gain}  # fmt: skip
+        for name, column in of_all.items():
+            run[:, :, layout.place(name)] = column
+        for axis, name in enumerate(AXES):
+            run[:, axis, layout.place(f"{side}_{name}_gain")] = straight[:, axis]
+            run[:, axis, layout.place(f"{side}_{name}_bias")] = 1.0
+        return walked.as_long(np.concatenate(
+            [(straight * gain + bias)[:, :, None], by[:, :, layout.free : -1], run], axis=2))
 
 
 def walk(
@@ -196,7 +221,11 @@ def walk(
     sensing = Sensing(walker, along, layout.free, sampling.place + moved,
                       None if sampling.below_hip is None else sampling.below_hip - moved)
     by = np.concatenate([[1.0], 1.0 / scales, 1.0 / changes.scales, [1.0 / walker.length]])  # columns in SI units
-    return Walked(walker, stretches, sensing, by, layout, value, _longer(walker, changes, sampling.first_leg))
+    rows = (changes.along, exchanged_rows(walker, changes.along))[sampling.first_leg]
+    lengths_by, fields = rows / changes.scales[:, None] * walker.length, walker.p._fields
+    longer = np.array([lengths_by[:, fields.index(name)]
+                       for name in ("L_nat", "L_nat_2" if "L_nat_2" in fields else "L_nat")])
+    return Walked(walker, stretches, sensing, by, layout, value, longer)
 
 
 def taken(value: Mapping[str, float], sampling: Sampling, side: str, clock: Vector) -> Vector:
@@ -223,48 +252,3 @@ def _errors(value: Mapping[str, float], side: str) -> tuple[np.ndarray, Vector, 
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return (turn, 1.0 + np.array([value[f"{side}_{axis}_gain"] for axis in AXES]),
             np.array([value[f"{side}_{axis}_bias"] for axis in AXES]))  # fmt: skip
-
-
-def _longer(walker: Walker, changes: Changes, leg: int) -> np.ndarray:
-    """Derivatives (2, d) of the natural lengths [m] of the leg that stands and of the other one by the parameters."""
-    fields = walker.p._fields
-    rows = (changes.along, exchanged_rows(walker, changes.along))[leg] / changes.scales[:, None] * walker.length
-    other = "L_nat_2" if "L_nat_2" in fields else "L_nat"
-    return np.array([rows[:, fields.index("L_nat")], rows[:, fields.index(other)]])
-
-
-def _pieces(stretches: list[Stretch], sensing: Sensing, by: Vector, unit: float) -> list[Piece]:
-    """The stretches as the low pass takes them, in SI units."""
-    pieces = []
-    for stretch, after in zip(stretches, [*stretches[1:], None], strict=True):
-        impulse = np.zeros((len(SIGNALS), len(by)))
-        if stretch.ends_step and after is not None:
-            old = sensing.velocities(stretch.end, stretch.stance_leg)
-            impulse = (sensing.velocities(after.begin, after.stance_leg) - old) * by
-        pieces.append(Piece(stretch.start * by * unit, stretch.duration * by * unit, stretch.edges * unit,
-                            sensing.along(stretch) * by, impulse))
-    return pieces
-
-
-def _read(
-    shown: np.ndarray, rate: np.ndarray, by_bandwidth: np.ndarray, value: dict[str, float], layout: Layout, side: str,
-    clock: Vector,
-) -> np.ndarray:
-    """What a sensor with its errors makes of signals behind the low pass, (m, 3, 1 + n)."""
-    turn, gain, bias = _errors(value, side)
-    turned = np.array([[turn[0, 1], -turn[0, 0], 0.0], [turn[0, 0], turn[0, 1], 0.0], [0.0, 0.0, 0.0]])
-    through = gain[:, None] * turn
-    straight = shown[:, :, 0] @ turn.T
-    by = np.einsum("ij,mjc->mic", through, shown[:, :, 1:])
-    by_time = rate @ through.T
-    run = np.zeros((*straight.shape, len(layout.names)))
-    run[:, :, : layout.free] = by[:, :, : layout.free]
-    of_all = {"mid_stance": -by_time, "foot_lag": by_time if side == "foot" else 0.0, "foot_place": by[:, :, -1],
-              "bandwidth": by_bandwidth @ through.T, f"{side}_clock": by_time * clock[:, None],
-              f"{side}_tilt": (shown[:, :, 0] @ turned.T) * gain}  # fmt: skip
-    for name, column in of_all.items():
-        run[:, :, layout.place(name)] = column
-    for axis, name in enumerate(AXES):
-        run[:, axis, layout.place(f"{side}_{name}_gain")] = straight[:, axis]
-        run[:, axis, layout.place(f"{side}_{name}_bias")] = 1.0
-    return np.concatenate([(straight * gain + bias)[:, :, None], by[:, :, layout.free : -1], run], axis=2)

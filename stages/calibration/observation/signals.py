@@ -13,13 +13,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import cos, exp, sin, sqrt
 from typing import Any
 
 import numpy as np
 
 from stages.analytic.derivatives.gait import exchanged_rows
+from stages.analytic.model.kinds import heights_of_mass, natural_lengths
 from stages.analytic.model.walker import Vector, Walker
 from stages.calibration.compiled import compiled
 from stages.calibration.observation.stretches import NODES, TO_POWERS, Stretch
@@ -29,42 +30,30 @@ SIGNALS = ("hip_forward", "hip_up", "foot_forward", "foot_up", "rate")
 TINY = 1e-30
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """What the sensors need of the walker: the standing foot's radius, place of the foot sensor above its foot's
-    bottom, natural lengths of stance and swing leg, gravity in the slope frame; numbers or arrays."""
-
-    radius: Any
-    place: Any
-    length: Any
-    other_length: Any
-    g_x: Any
-    g_y: Any
-
-
-def sensed(q: Any, qd: Any, qdd: Any, stands: bool, n: Numbers) -> np.ndarray:
+def sensed(q: Any, qd: Any, qdd: Any, stands: bool, p: Any, place: Any) -> np.ndarray:
     """Signals (5, ...) of sensors on the stance leg (`stands`) or on the swing leg, dimensionless.
 
-    `q`, `qd`, `qdd` are theta, L_1, psi, L_2 and their rates. The specific force is acceleration less gravity, on the
+    `q`, `qd`, `qdd` are theta, L_1, psi, L_2 and their rates, `p` the walker's numbers, `place` that of the foot sensor
+    above its foot's bottom; all are numbers or arrays. The specific force is acceleration less gravity, on the
     leg's axes forward and up; see `stages.biped.kinematics`, eqs. (7) and (8).
     """
     theta, stance, psi, swing = q
     turn, stance_rate, swing_turn, swing_rate = qd
     turning, stance_growth, swing_turning, swing_growth = qdd
     sin, cos = np.sin(theta), np.cos(theta)
-    above = stance - n.radius
-    rolling = n.radius * turning  # of the foot's centre, along x
-    forward = above * turning + 2 * stance_rate * turn + rolling * cos - (n.g_x * cos - n.g_y * sin)
-    up = stance_growth - above * turn**2 + rolling * sin - (n.g_x * sin + n.g_y * cos)
+    above = stance - p.r
+    rolling = p.r * turning  # of the foot's centre, along x
+    forward = above * turning + 2 * stance_rate * turn + rolling * cos - (p.g_x * cos - p.g_y * sin)
+    up = stance_growth - above * turn**2 + rolling * sin - (p.g_x * sin + p.g_y * cos)
     if stands:
-        height = n.place - n.radius
-        foot_forward = height * turning + rolling * cos - (n.g_x * cos - n.g_y * sin)
-        foot_up = -height * turn**2 + rolling * sin - (n.g_x * sin + n.g_y * cos)
+        height = place - p.r
+        foot_forward = height * turning + rolling * cos - (p.g_x * cos - p.g_y * sin)
+        foot_up = -height * turn**2 + rolling * sin - (p.g_x * sin + p.g_y * cos)
         return np.stack(np.broadcast_arrays(forward, up, foot_forward, foot_up, -turn))
     between = theta + psi  # the swing leg's axes are those of the stance leg turned by it
     c, s = np.cos(between), np.sin(between)
     hip_forward, hip_up = c * forward + s * up, -s * forward + c * up
-    below = swing - n.place
+    below = swing - place
     foot_forward = hip_forward + below * swing_turning + 2 * swing_rate * swing_turn
     foot_up = hip_up + below * swing_turn**2 - swing_growth
     return np.stack(np.broadcast_arrays(hip_forward, hip_up, foot_forward, foot_up, swing_turn))
@@ -90,22 +79,24 @@ class Sensing:
     def along(self, stretch: Stretch) -> np.ndarray:
         """What is felt at the nodes of a stretch, (n, 5, 1 + c) in the order of `SIGNALS`, SI units."""
         leg = stretch.stance_leg
-        return np.asarray(self._sensed(stretch.states, stretch.rates, leg, self._on[leg]) * self._scales)
+        return np.asarray(self._sensed(stretch.states, stretch.rates, leg, *self._on[leg]) * self._scales)
 
     def velocities(self, y: np.ndarray, stance_leg: int) -> np.ndarray:
         """Velocities of hip and foot on the leg's axes in a state (size, 1 + c), (5, 1 + c): what an impact changes.
 
         Without rates and gravity, accelerations are velocities' own formulas. The rate's own row is zero.
         """
-        at_rest, weightless = y.copy(), replace(self._on[stance_leg], g_x=0.0, g_y=0.0)
+        at_rest, (p, place) = y.copy(), self._on[stance_leg]
         at_rest[self._half :] = 0.0
-        return np.asarray(self._sensed(at_rest[None], y[None], stance_leg, weightless)[0] * self._impulse_scales)
+        felt = self._sensed(at_rest[None], y[None], stance_leg, p._replace(g_x=0.0, g_y=0.0), place)
+        return np.asarray(felt[0] * self._impulse_scales)
 
-    def _sensed(self, states: np.ndarray, rates: np.ndarray, stance_leg: int, n: Numbers) -> np.ndarray:
+    def _sensed(self, states: np.ndarray, rates: np.ndarray, stance_leg: int, p: Any, place: Any) -> np.ndarray:
         """Signals (n, 5, 1 + c) of states and of what stands for their rates, (n, size, 1 + c)."""
         y, half = _as_complex(states), self._half
-        q, qd, qdd = _four(y[:, :half], n), _four(y[:, half:]), _four(_as_complex(rates)[:, half:])
-        signals = sensed(q, qd, qdd, stance_leg == 0, n).transpose(1, 0, 2)
+        q, qd, qdd = (_four(y[:, :half], *natural_lengths(p)), _four(y[:, half:]),
+                      _four(_as_complex(rates)[:, half:]))  # fmt: skip
+        signals = sensed(q, qd, qdd, stance_leg == 0, p, place).transpose(1, 0, 2)
         return np.concatenate([signals[:, :, :1].real, signals.imag / TINY], axis=2)
 
 
@@ -116,27 +107,25 @@ def _as_complex(columns: np.ndarray) -> np.ndarray:
 
 def _numbers(
     walker: Walker, along: np.ndarray, free: int, place: float, below_hip: float | None, stance_leg: int
-) -> Numbers:
-    """What the sensors need while a leg stands, with the changes as imaginary parts. They sit on leg 0."""
-    p: Any = walker.on(stance_leg).p
-    own = {field: value + 1j * TINY * np.concatenate([np.zeros(free), column])
-           for field, value, column in zip(p._fields, p, along.T, strict=True)}
-    stance, swing = own["L_nat"], own.get("L_nat_2", own["L_nat"])
+) -> tuple[Any, Any]:
+    """The walker's numbers while a leg stands, and the place of the foot sensor above the bottom of its foot, with the
+    changes as imaginary parts. The sensors sit on leg 0."""
+    p = walker.on(stance_leg).p
+    kind: Any = type(p)
+    own = kind(*(value + 1j * TINY * np.concatenate([np.zeros(free), column])
+                 for value, column in zip(p, along.T, strict=True)))
     if below_hip is None:
-        above = (own.get("l_2", own["l"]) if stance_leg == 1 else own["l"]) + place / walker.length
+        above = heights_of_mass(own)[stance_leg] + place / walker.length
     else:
-        above = (swing if stance_leg == 1 else stance) - below_hip / walker.length
+        above = natural_lengths(own)[stance_leg] - below_hip / walker.length
     moved = np.zeros(free + len(along))
     moved[-1] = 1.0
-    return Numbers(own["r"], above + 1j * TINY * moved, stance, swing, own["g_x"], own["g_y"])
+    return own, above + 1j * TINY * moved
 
 
-def _four(part: np.ndarray, lengths: Numbers | None = None) -> list[Any]:
+def _four(part: np.ndarray, stance: Any = 0.0, swing: Any = 0.0) -> list[Any]:
     """theta, L_1, psi, L_2 of an array (n, size / 2, c), or their rates; rigid legs keep their lengths."""
-    if part.shape[1] == 4:
-        return [part[:, i] for i in range(4)]
-    stance, swing = (lengths.length, lengths.other_length) if lengths else (0.0, 0.0)
-    return [part[:, 0], stance, part[:, 1], swing]
+    return [part[:, i] for i in range(4)] if part.shape[1] == 4 else [part[:, 0], stance, part[:, 1], swing]
 
 
 @compiled

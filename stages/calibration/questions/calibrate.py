@@ -64,9 +64,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         return from_sensors(parameters, request, Path(recorded), asking, before)
     request = request_of(options.about)
     if options.identifiability:
-        from stages.calibration.reports.identifiability_report import planned
+        from stages.calibration.reports import identifiability_report
 
-        return planned(parameters, request, options.runs or parameters.settings.planned_runs)
+        return identifiability_report.answered(parameters, request, options.runs or parameters.settings.planned_runs)
     raise WrongOption("calibrate: name the recordings, or say --identifiability")
 
 

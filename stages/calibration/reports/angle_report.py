@@ -74,7 +74,7 @@ def calibrated(
         remarks.append(f"{odd} of {count} angles ({100 * odd / count:.1f} %) are outliers among their neighbours, and "
                        "were bridged: look after the encoders")
     against = contradictions(setup, fit, sd, fitted)
-    remarks += [one.words for one in against]
+    remarks += [words for words, _ in against]
     unclear = [short(name) for name in setup.free if not sd[name] < DETERMINED * sizes[name]]
     if unclear:
         remarks.append(f"not determined by these steps: {listed(unclear)}; give known values for some of them")
@@ -120,17 +120,13 @@ def _structure(found: HeldOut) -> list[str]:
 SAID, SETTLED = 3.0, 10.0
 
 
-@dataclass(frozen=True)
-class Contradiction:
-    """One of them in a sentence, and of how many standard errors."""
-
-    words: str
-    errors: float
+#: A contradiction in a sentence, and of how many standard errors.
+Contradiction = tuple[str, float]
 
 
 def refuted(found: Sequence[Contradiction]) -> bool:
     """Whether robot and recording do not belong together: two contradict each other, or one beyond doubt."""
-    return len(found) >= 2 or any(one.errors > SETTLED for one in found)
+    return len(found) >= 2 or any(errors > SETTLED for _, errors in found)
 
 
 def contradictions(
@@ -151,7 +147,7 @@ def _known(setup: AngleSetup, fit: AngleFit) -> Iterator[Contradiction]:
         variance = one.sd**2 - float(row @ np.where(np.isfinite(covariance), covariance, 0.0) @ row)
         off = abs(value - one.value) / math.sqrt(max(variance, 1e-6 * one.sd**2))
         if row.any() and off > SAID:
-            yield Contradiction(f"{short(one.name)} is known as {one.value:.4g} +- {one.sd:.2g} "
+            yield (f"{short(one.name)} is known as {one.value:.4g} +- {one.sd:.2g} "
                                 f"{setup.robot.unit(one.name)}; these steps contradict that by {off:.1f} standard "
                                 f"errors (found {value:.4g})", off)  # fmt: skip
 
@@ -161,7 +157,7 @@ def _zeros(setup: AngleSetup, fit: AngleFit) -> Iterator[Contradiction]:
     for name in (name for name in ZEROS if name in fit.names and name not in known):
         off = fit.robot.value(name) - setup.robot.value(name)
         if abs(off) > FARTHEST_ZERO:
-            yield Contradiction(f"{name} comes out {math.degrees(off):+.1f} degrees off: more than an encoder is "
+            yield (f"{name} comes out {math.degrees(off):+.1f} degrees off: more than an encoder is "
                                 "mounted wrong by; legs may be exchanged, or a sign turned", 0.0)  # fmt: skip
 
 
@@ -169,7 +165,7 @@ def _signs(setup: AngleSetup, fit: AngleFit, sd: dict[str, float]) -> Iterator[C
     for name in fit.names:
         drawn, found = setup.robot.value(name), fit.robot.value(name)
         if drawn * found < 0.0 and abs(found) > SAID * sd[name]:
-            yield Contradiction(f"{short(name)} comes out with the other sign ({found:.4g} for {drawn:.4g} "
+            yield (f"{short(name)} comes out with the other sign ({found:.4g} for {drawn:.4g} "
                                 f"{setup.robot.unit(name)}): a column or a value has its sign turned",
                                 abs(found - drawn) / sd[name])  # fmt: skip
 
@@ -179,7 +175,7 @@ def _turned(steps: Sequence[DrivenStep]) -> Iterator[Contradiction]:
     ends = np.array([[2.0 * one.stance[at], one.between[at]] for one in steps for at in (0, -1)])
     slope = float(ends[:, 0] @ ends[:, 1] / (ends[:, 0] @ ends[:, 0]))
     if slope < 0.0:
-        yield Contradiction(f"near heel strikes the angle between the legs is {slope:+.2f} times twice the stance "
+        yield (f"near heel strikes the angle between the legs is {slope:+.2f} times twice the stance "
                             "angle, where with both feet on the ground it is about +1: one of the columns stance "
                             "angle, hip angle and standing pair is turned", math.inf)  # fmt: skip
 
@@ -244,8 +240,8 @@ def _draw(result: Calibrated, save: Any) -> None:
             every = np.array([np.interp(grid, np.linspace(0, 100, len(one)), one[:, column])
                               for one in result.found.residuals.values()])
             axis.plot(grid, 1e3 * every.mean(axis=0), color=style.ANALYTIC, label="mean")
-            axis.set_ylabel("measured less model [mrad]")
-            axis.set_title(f"{title}, {result.found.steps} steps that were not fitted")
+            axis.set(ylabel="measured less model [mrad]",
+                     title=f"{title}, {result.found.steps} steps that were not fitted")  # fmt: skip
             axis.legend()
         axes[-1].set_xlabel("part of the step [%]")
         save(figure)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -13,7 +13,6 @@ from stages.biped.question import Answer
 from stages.calibration.estimation.least_squares import TOTAL_MASS
 from stages.calibration.estimation.request import Request
 from stages.calibration.information.identifiability import (
-    Experiment,
     Identifiability,
     described,
     experiments,
@@ -21,7 +20,6 @@ from stages.calibration.information.identifiability import (
     gains,
     identifiability,
     listed,
-    plan_of,
     planned_equations,
     short,
     weighed,
@@ -32,32 +30,32 @@ from stages.calibration.parameters import Parameters
 STRONG, WORTH = 0.9, 1.25
 
 
-def planned(parameters: Parameters, request: Request, runs: int) -> Answer:
+def answered(parameters: Parameters, request: Request, runs: int) -> Answer:
     """What `runs` planned runs tell, with the values known. Raises NoGait."""
-    plan = plan_of(parameters)
-    equations, model = planned_equations(plan, parameters)
+    planned = design, equations, model = planned_equations(parameters)
     names = model.of_design
-    units = [plan.design.unit(name) for name in names]
+    units = [design.unit(name) for name in names]
     known = request.known
-    plain = identifiability(plan.design, equations, model, known, runs)
+    plain = identifiability(*planned, known, runs)
     not_seen = [described(one, names, units, plain.values) for one in plain.unseen]
     lines = not_seen.copy()
     with_scale = plain
     if len(plain.unseen) and not any(one.name == TOTAL_MASS for one in known):
-        known = (*known, weighed(plan))
-        with_scale = identifiability(plan.design, equations, model, known, runs)
+        known = (*known, weighed(parameters.biped))
+        with_scale = identifiability(*planned, known, runs)
         lines.append(f"the table assumes a total mass known to {known[-1].sd:.2g} kg")
-    single = identifiability(plan.design, equations, model, known, 1)
+    single = identifiability(*planned, known, 1)
     lines += _weak(with_scale)
-    tried = experiments(plan, known, runs, parameters)
-    gained = [(one, gains(one, with_scale) if one.sd.size else None) for one in tried]
-    lines += [line for one, gain in gained if gain is not None for line in _helped(one, gain, names)]
-    more = [_row_of(one, gain, len(names)) for one, gain in gained]
+    tried = experiments(parameters, known, runs)
+    gained = [(what, gains(sd, with_scale) if sd.size else sd, why) for what, sd, why in tried]
+    lines += _helped(gained, names)
+    more = [[what, *(f"{each:.2f}" for each in gain)] if gain.size else [what, why, *[""] * (len(names) - 1)]
+            for what, gain, why in gained]
     counted = f"{runs} run" if runs == 1 else f"{runs} runs"
     return Answer(
         lines=lines,
         tables=[
-            (f"What {counted} of {plan.steps} steps can determine: standard deviations",
+            (f"What {counted} of {parameters.settings.planned_steps} steps can determine: standard deviations",
              ["parameter", "value", "unit", "one run", counted, "goes with", "correlation", "were it known"],
              _rows(with_scale, single, units)),
             ("What would help: standard deviations shrink by", ["measurement", *map(short, names)], more),
@@ -68,7 +66,8 @@ def planned(parameters: Parameters, request: Request, runs: int) -> Answer:
             "parameters": _parameters(with_scale, single, plain, units),
             "not_seen": [{"in_words": words, "shares": dict(zip(names, one.tolist(), strict=True))}
                          for words, one in zip(not_seen, plain.unseen, strict=True)],
-            "would_help": [_as_plain(one, gain, names) for one, gain in gained],
+            "would_help": [{"what": what, "why_not": why, "gains": dict(zip(names, map(finite, gain)))}
+                           for what, gain, why in gained],
         },
         draw=partial(_draw, with_scale, single, tried),
     )  # fmt: skip
@@ -76,17 +75,16 @@ def planned(parameters: Parameters, request: Request, runs: int) -> Answer:
 
 def _weak(found: Identifiability) -> list[str]:
     """What goes along with something else."""
-    return [f"weak: {short(name)} goes with {short(one.name)} (correlation {one.correlation:+.3f}); were that known, "
-            f"{short(name)} would be to {_share(found, row, one.sd_without)}"
-            for row, (name, one) in enumerate(zip(found.names, found.partners, strict=True))
-            if abs(one.correlation) >= STRONG]  # fmt: skip
+    return [f"weak: {short(name)} goes with {short(found.partners[row])} (correlation {found.correlations[row]:+.3f}); "
+            f"were that known, {short(name)} would be to {_share(found, row, found.sd_without)}"
+            for row, name in enumerate(found.names) if abs(found.correlations[row]) >= STRONG]  # fmt: skip
 
 
 def _rows(found: Identifiability, single: Identifiability, units: Sequence[str]) -> list[list[str]]:
     """The table's rows."""
-    return [[short(name), f"{found.values[row]:.6g}", units[row], _share(single, row), _share(found, row),
-             short(one.name), f"{one.correlation:+.3f}", _share(found, row, one.sd_without)]
-            for row, (name, one) in enumerate(zip(found.names, found.partners, strict=True))]  # fmt: skip
+    return [[short(name), f"{found.values[row]:.6g}", units[row], _share(single, row, single.sd),
+             _share(found, row, found.sd), short(found.partners[row]), f"{found.correlations[row]:+.3f}",
+             _share(found, row, found.sd_without)] for row, name in enumerate(found.names)]  # fmt: skip
 
 
 def _parameters(
@@ -95,34 +93,27 @@ def _parameters(
     """The same for JSON, and without the scale."""
     return {name: {"value": found.values[row], "unit": units[row], "sd": finite(found.sd[row]),
                    "sd_one_run": finite(single.sd[row]), "sd_not_weighed": finite(plain.sd[row]),
-                   "goes_with": one.name, "correlation": one.correlation}
-            for row, (name, one) in enumerate(zip(found.names, found.partners, strict=True))}  # fmt: skip
+                   "goes_with": found.partners[row], "correlation": float(found.correlations[row])}
+            for row, name in enumerate(found.names)}  # fmt: skip
 
 
-def _row_of(tried: Experiment, gain: np.ndarray | None, count: int) -> list[str]:
-    """A measurement and what it gains, or why it gains nothing, as a row of the table."""
-    return [tried.what, tried.why, *[""] * (count - 1)] if gain is None else [tried.what, *(f"{g:.2f}" for g in gain)]
+def _helped(gained: Iterable[tuple[str, np.ndarray, str]], names: Sequence[str]) -> Iterator[str]:
+    """What each measurement helps most; nothing of one that does not help."""
+    for what, gain, _ in gained:
+        most = np.nan_to_num(gain, posinf=1e9)
+        words = [f"{short(names[row])} {most[row]:.1f} times" for row in np.argsort(-most)[:3] if most[row] >= WORTH]
+        if words:
+            yield f"would help: {what}: {listed(words)} as well known"
 
 
-def _as_plain(tried: Experiment, gain: np.ndarray | None, names: Sequence[str]) -> dict[str, Any]:
-    """A measurement and what it gains, for JSON."""
-    gains_of = {} if gain is None else dict(zip(names, map(finite, gain), strict=True))
-    return {"what": tried.what, "why_not": tried.why, "gains": gains_of}
-
-
-def _helped(tried: Experiment, gain: np.ndarray, names: tuple[str, ...]) -> list[str]:
-    """What a measurement helps most; nothing of one that does not help."""
-    gain = np.nan_to_num(gain, posinf=1e9)
-    words = [f"{short(names[row])} {gain[row]:.1f} times" for row in np.argsort(-gain)[:3] if gain[row] >= WORTH]
-    return [f"would help: {tried.what}: {listed(words)} as well known"] if words else []
-
-
-def _share(found: Identifiability, row: int, sd: float | None = None) -> str:
-    value = (found.sd[row] if sd is None else sd) / found.scales[row]
+def _share(found: Identifiability, row: int, sd: np.ndarray) -> str:
+    value = sd[row] / found.scales[row]
     return "not determined" if math.isinf(value) else f"{100 * value:.2g} %"
 
 
-def _draw(found: Identifiability, single: Identifiability, tried: list[Experiment], save: Any) -> None:
+def _draw(
+    found: Identifiability, single: Identifiability, tried: Sequence[tuple[str, np.ndarray, str]], save: Any
+) -> None:
     """Standard deviations of each parameter: one run, all runs, and with each further measurement."""
     import matplotlib.pyplot as plt
 
@@ -134,9 +125,9 @@ def _draw(found: Identifiability, single: Identifiability, tried: list[Experimen
         for rows, colour, label, marker in ((single, style.MEASURED, "one run", "o"),
                                             (found, style.ANALYTIC, f"{found.runs} runs, robot weighed", "s")):
             axis.plot(100 * rows.sd / rows.scales, places, marker, color=colour, label=label)
-        for colour, one in zip(("#009E73", "#CC79A7", "#D55E00", "#E69F00", "#8C6D46", "#440154", "#000000"),
-                               [one for one in tried if one.sd.size], strict=False):
-            axis.plot(100 * one.sd / found.scales, places, "|", color=colour, label=one.what, markersize=9)
+        for colour, (what, sd, _) in zip(("#009E73", "#CC79A7", "#D55E00", "#E69F00", "#8C6D46", "#440154", "#000000"),
+                                         [one for one in tried if one[1].size], strict=False):
+            axis.plot(100 * sd / found.scales, places, "|", color=colour, label=what, markersize=9)
         axis.set_xscale("log")
         style.few_ticks(axis.xaxis, sorted(axis.dataLim.intervalx))
         axis.set_yticks(places, [short(name).replace("_", " ") for name in found.names])

@@ -57,8 +57,7 @@ def fit_picture(traces: Mapping[str, Trace], strikes: np.ndarray, called: str = 
             axes.plot(100 * phase, scale * residual, ".", color=color, markersize=2.0, alpha=0.5, label=side)
             middle, size = rms_by_part(phase, residual)
             axes.plot(100 * middle, scale * size, color=color, linewidth=1.0)
-        axes.set_xlabel("part of the step [%]")
-        axes.set_ylabel(f"residual of the {name} [{unit}]")
+        axes.set(xlabel="part of the step [%]", ylabel=f"residual of the {name} [{unit}]")
         style.panel_label(axes, letter)
     grid[2, 0].legend(ncols=2)
     return figure
