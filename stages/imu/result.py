@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.imu.judgement.verdict import REFUSED
 
-Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
 NOT_OBSERVABLE = -1
 
 
@@ -294,89 +294,51 @@ def origin_of(runs: Iterable[RunReport]) -> str:
 def tables(sensors: Iterable[SensorReport], runs: Iterable[RunReport], origin: str) -> list[Table]:
     """The reports as tables: (title, columns, rows); `origin` stands in every title."""
     reports, judged = list(sensors), list(runs)
+    rows = [
+        (r.run, r.place, *map(str, (
+            r.rows, r.exact_duplicates, r.sent_again, r.key_duplicates, r.out_of_order, r.unusable_rows,
+            "can't be observed" if r.lost_packets == NOT_OBSERVABLE else r.lost_packets, r.gaps, r.batch_size,
+            r.smallest_batch, r.largest_batch))) for r in reports]  # fmt: skip
+    clocks = [
+        (r.run, r.place, r.stamp, str(r.resets), f"{r.rate_hz:.3f}", f"{r.rate_ppm:.0f}", f"{r.robust_ppm:.0f}",
+         f"{r.jitter_before_s * 1e3:.2f}", f"{r.clock_error_s * 1e3:.2f}") for r in reports]  # fmt: skip
+    signals = [
+        (r.run, r.place, str(r.missing_values), " ".join(r.dead_axes) or "none", str(r.clipped_acceleration),
+         str(r.clipped_angular_rate), f"{r.acceleration_step:.2g}", f"{r.angular_rate_step:.2g}", f"{r.rest_s:.2f}",
+         f"{r.static_reading:.5g}", f"{r.static_gain:.4f}", r.acceleration_unit, r.angular_rate_unit,
+         f"{r.swing_residual_deg:.2f}", f"{r.mounting_deg:.2f}",
+         _verdict("accepted" if r.accepted else REFUSED, r.reasons)) for r in reports]  # fmt: skip
+    walks = [
+        (r.name, "can't be observed" if math.isnan(r.overlap) else f"{r.overlap:.3f}",
+         *_numbers(1e3, 2, r.foot_lag, r.foot_lag_error), f"{r.evidence.lever_arm:.3f}", str(r.heel_strikes),
+         str(r.strides), f"{r.step_frequency:.4f}", f"{r.step_frequency_error:.4f}", f"{r.evidence.agreement:.4f}",
+         _verdict(r.verdict, (r.reason,) if r.reason else r.remarks)) for r in judged]  # fmt: skip
+    legs = [
+        (r.name, *_numbers(1e3, 1, r.step_length, r.step_length_error, r.step_length_drawing_error),
+         *_numbers(1, 4, t.inner_step, t.outer_step, t.step_error),
+         *_numbers(1e3, 1, t.double_stance, t.double_stance_error),
+         *_numbers(1, 4, t.inner_stance, t.inner_swing, t.inner_error, t.outer_stance, t.outer_swing, t.outer_error),
+         *_numbers(100, 2, t.asymmetry, t.asymmetry_error)) for r in judged for t in (r.times,)]  # fmt: skip
     return [
-        (f"Rows ({origin})", FAULTS, [_faults(one) for one in reports]),
-        (f"Clocks ({origin})", CLOCKS, [_clock(one) for one in reports]),
-        (f"Sensors ({origin})", SENSORS, [_sensor(one) for one in reports]),
-        (f"Runs ({origin})", RUNS, [_run(one) for one in judged]),
-        (f"Legs, with standard errors ({origin})", LEGS, [_leg(one) for one in judged]),
-    ]
-
-
-FAULTS = (
-    *("run", "sensor", "rows", "duplicates", "sent again", "same key", "out of order", "unusable"),
-    *("lost packets", "gaps", "batch", "smallest", "largest"),
-)
-
-
-def _faults(r: SensorReport) -> tuple[str, ...]:
-    counts = (r.rows, r.exact_duplicates, r.sent_again, r.key_duplicates, r.out_of_order, r.unusable_rows)
-    lost = "can't be observed" if r.lost_packets == NOT_OBSERVABLE else r.lost_packets
-    return r.run, r.place, *map(str, (*counts, lost, r.gaps, r.batch_size, r.smallest_batch, r.largest_batch))
-
-
-CLOCKS = ("run", "sensor", "stamp", "resets", "rate Hz", "rate ppm", "robust ppm", "jitter ms", "error ms")
-
-
-def _clock(r: SensorReport) -> tuple[str, ...]:
-    return (
-        *(r.run, r.place, r.stamp, str(r.resets), f"{r.rate_hz:.3f}", f"{r.rate_ppm:.0f}", f"{r.robust_ppm:.0f}"),
-        *(f"{r.jitter_before_s * 1e3:.2f}", f"{r.clock_error_s * 1e3:.2f}"),
-    )
-
-
-SENSORS = (
-    *("run", "sensor", "NaN", "dead", "clipped a", "clipped w", "step a m/s^2", "step w rad/s", "still s"),
-    *("static", "gain", "unit a", "unit w", "off swing deg", "off mount deg", "verdict"),
-)
-
-
-def _sensor(r: SensorReport) -> tuple[str, ...]:
-    return (
-        *(r.run, r.place, str(r.missing_values), " ".join(r.dead_axes) or "none", str(r.clipped_acceleration)),
-        *(str(r.clipped_angular_rate), f"{r.acceleration_step:.2g}", f"{r.angular_rate_step:.2g}"),
-        *(f"{r.rest_s:.2f}", f"{r.static_reading:.5g}", f"{r.static_gain:.4f}"),
-        *(r.acceleration_unit, r.angular_rate_unit, f"{r.swing_residual_deg:.2f}", f"{r.mounting_deg:.2f}"),
-        _verdict("accepted" if r.accepted else REFUSED, r.reasons),
-    )
+        (f"Rows ({origin})",
+         ("run", "sensor", "rows", "duplicates", "sent again", "same key", "out of order", "unusable", "lost packets",
+          "gaps", "batch", "smallest", "largest"), rows),
+        (f"Clocks ({origin})",
+         ("run", "sensor", "stamp", "resets", "rate Hz", "rate ppm", "robust ppm", "jitter ms", "error ms"), clocks),
+        (f"Sensors ({origin})",
+         ("run", "sensor", "NaN", "dead", "clipped a", "clipped w", "step a m/s^2", "step w rad/s", "still s",
+          "static", "gain", "unit a", "unit w", "off swing deg", "off mount deg", "verdict"), signals),
+        (f"Runs ({origin})",
+         ("run", "overlap", "foot lag ms", "+-", "lever arm m", "heel strikes", "strides", "step frequency Hz",
+          "standard error Hz", "R2 of places", "verdict"), walks),
+        (f"Legs, with standard errors ({origin})",
+         ("run", "step mm", "+-", "of the nominal leg", "inner step s", "outer step s", "+-", "double stance ms", "+-",
+          "inner stance s", "inner swing s", "+-", "outer stance s", "outer swing s", "+-", "asymmetry %", "+-"), legs),
+    ]  # fmt: skip
 
 
 def _verdict(word: str, sentences: Iterable[str]) -> str:
     return ": ".join(part for part in (word, "; ".join(sentences)) if part)
-
-
-RUNS = (
-    *("run", "overlap", "foot lag ms", "+-", "lever arm m", "heel strikes", "strides"),
-    *("step frequency Hz", "standard error Hz", "R2 of places", "verdict"),
-)
-
-
-def _run(r: RunReport) -> tuple[str, ...]:
-    return (
-        *(r.name, "can't be observed" if math.isnan(r.overlap) else f"{r.overlap:.3f}"),
-        *_numbers(1e3, 2, r.foot_lag, r.foot_lag_error), f"{r.evidence.lever_arm:.3f}",
-        *(str(r.heel_strikes), str(r.strides)),
-        *(f"{r.step_frequency:.4f}", f"{r.step_frequency_error:.4f}", f"{r.evidence.agreement:.4f}"),
-        _verdict(r.verdict, (r.reason,) if r.reason else r.remarks),
-    )
-
-
-LEGS = (
-    *("run", "step mm", "+-", "of the nominal leg", "inner step s", "outer step s", "+-", "double stance ms", "+-"),
-    *("inner stance s", "inner swing s", "+-", "outer stance s", "outer swing s", "+-", "asymmetry %", "+-"),
-)
-
-
-def _leg(r: RunReport) -> tuple[str, ...]:
-    t = r.times
-    return (
-        r.name,
-        *_numbers(1e3, 1, r.step_length, r.step_length_error, r.step_length_drawing_error),
-        *_numbers(1, 4, t.inner_step, t.outer_step, t.step_error),
-        *_numbers(1e3, 1, t.double_stance, t.double_stance_error),
-        *_numbers(1, 4, t.inner_stance, t.inner_swing, t.inner_error, t.outer_stance, t.outer_swing, t.outer_error),
-        *_numbers(100, 2, t.asymmetry, t.asymmetry_error),
-    )
 
 
 def _numbers(scale: float, digits: int, *values: float) -> tuple[str, ...]:

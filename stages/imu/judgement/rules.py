@@ -45,7 +45,7 @@ from stages.imu.judgement.verdict import (
 )
 from stages.imu.parameters import Limits, Reading, Settings
 from stages.imu.result import Evidence, SensorReport
-from stages.imu.sources.units import agrees_with_gravity
+from stages.imu.sources.units import declared_acceleration_unit
 from stages.imu.trial.body import BodySensor, is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace
 from stages.imu.trial.two_clocks import have_own_clocks
@@ -83,7 +83,7 @@ def against_sensor(
         refusal(bool(report.dead_axes), f"dead axes: {', '.join(report.dead_axes)}"),
         refusal(not math.isfinite(report.static_reading), "no specific force to compare with gravity")
         or refusal(
-            not agrees_with_gravity(unit, device),
+            unit != declared_acceleration_unit(device),
             f"static reading {report.static_reading:.4g} is not gravity in {device.accelerometer_unit}: {says}",
         ),
         refusal(

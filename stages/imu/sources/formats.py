@@ -11,7 +11,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import islice
 from operator import attrgetter
 from pathlib import Path
@@ -104,7 +103,6 @@ def seconds_or_numbers(values: np.ndarray) -> np.ndarray:
     return seconds
 
 
-ARRAYS = (".mat", ".h5", ".hdf5")
 _COLUMN = re.compile(r"(.*)\[(\d+)\]$")
 
 
@@ -236,17 +234,13 @@ def _of_bag(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[
     return dict(zip(wanted, np.array(rows, dtype=float).reshape(-1, len(wanted)).T))
 
 
-@dataclass(frozen=True)
-class Format:
-    """A kind of file: endings that tell it, and what reads columns (n,) of it by name, given layout and stamps."""
-
-    endings: tuple[str, ...]
-    read: Callable[[Path, Layout, Sequence[str], Sequence[str]], Columns]
-
-
-BOOK, PARQUET = Format((".xlsx", ".xlsm"), _of_book), Format((".parquet", ".pq"), _of_parquet)
-ARRAY_FILE, BAG = Format(ARRAYS, _of_arrays), Format((".bag", ".mcap", ".db3"), _of_bag)
-TEXT = Format((), text_table.read)
+#: A format: what reads columns (n,) of such a file by name, given layout and stamps.
+Format = Callable[[Path, Layout, Sequence[str], Sequence[str]], Columns]
+BOOK, PARQUET, ARRAY_FILE, BAG, TEXT = _of_book, _of_parquet, _of_arrays, _of_bag, text_table.read
+#: Formats by the endings that tell them; others are texts.
+FORMATS: dict[str, Format] = {
+    ".xlsx": BOOK, ".xlsm": BOOK, ".parquet": PARQUET, ".pq": PARQUET, ".mat": ARRAY_FILE, ".h5": ARRAY_FILE,
+    ".hdf5": ARRAY_FILE, ".bag": BAG, ".mcap": BAG, ".db3": BAG}
 #: Formats of tables that are not read, and what writes them as one that is.
 UNREAD = {".feather": "feather", ".arrow": "Arrow", ".xls": "a spreadsheet of before 2007", ".ods": "OpenDocument"}
 
@@ -261,8 +255,7 @@ def format_of(path: Path) -> Format:
     refuse((
         kind is not None, f"{printable(path.name)} is {kind}, which is not read: save it as CSV, .xlsx or parquet"
     ))
-    found = next((one for one in (ARRAY_FILE, BOOK, PARQUET, BAG) if ending in one.endings), TEXT)
-    return BAG if found is TEXT and (path / "metadata.yaml").is_file() else found
+    return FORMATS.get(ending) or (BAG if (path / "metadata.yaml").is_file() else TEXT)
 
 
 def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str]) -> Columns:
@@ -270,4 +263,4 @@ def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str
 
     Raises SourceRefused for a file, or a column, that is not there or cannot be read.
     """
-    return format_of(path).read(path, layout, wanted, stamps)
+    return format_of(path)(path, layout, wanted, stamps)

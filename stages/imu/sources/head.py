@@ -28,7 +28,7 @@ _UNITS = (
     ("ns", r"\bns\b"), ("us", r"\bus\b|µs|micro"), ("ms", r"\bms\b|milli"), ("s", r"[\[(]s(ec)?[\])]|^s$"),
 )  # fmt: skip
 #: Units that loggers write and nothing here reads.
-_OTHER_UNITS = re.compile(r"[cm]m\s*/\s*\(?s|[mµu]rad|\brpm\b|\brev|ft\s*/\s*s|\bgal\b", re.I)
+OTHER_UNITS = re.compile(r"[cm]m\s*/\s*\(?s|[mµu]rad|\brpm\b|\brev|ft\s*/\s*s|\bgal\b", re.I)
 
 
 @dataclass(frozen=True)
@@ -60,10 +60,6 @@ class Head:
     def said(self, column: int) -> tuple[str, str]:
         """What may say the unit of a column: the row of units, if there is one, and the name."""
         return self.units[column] if column < len(self.units) else "", self.name(column)
-
-    def other_unit(self, column: int) -> bool:
-        """Whether the name or the row of units says a unit that is not read."""
-        return any(_OTHER_UNITS.search(text) for text in self.said(column))
 
     def said_unit(self, column: int, among: Sequence[str]) -> str:
         """The unit that the name or the row of units says; empty where neither does."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from stages.imu.sources.cells import UNITS, moments
 from stages.imu.sources.formats import ARRAY_FILE, BAG, COLUMNS, IMU, format_of, groups_of, read, topics
-from stages.imu.sources.head import APDM, Head, Maker, head_of, maker_of
+from stages.imu.sources.head import APDM, OTHER_UNITS, Head, Maker, head_of, maker_of
 from stages.imu.sources.opening import SourceRefused, printable, refuse
 from stages.imu.sources.text_table import Layout
 
@@ -309,7 +309,7 @@ def _unit(head: Head, columns: dict[str, int], kind: str, maker: Maker | None) -
     if not mine:
         return ("m/s^2", "no accelerometer found") if kind == "a" else ("", "")
     refuse((
-        head.other_unit(mine[0]),
+        any(map(OTHER_UNITS.search, head.said(mine[0]))),
         f"the column {printable(head.name(mine[0]))} is in a unit that is not read: bring it to "
         f"{', '.join(known[:-1])} or {known[-1]}",
     ))

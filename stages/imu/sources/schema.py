@@ -15,9 +15,9 @@ from __future__ import annotations
 import dataclasses
 import sqlite3
 from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -147,7 +147,7 @@ def create_statements(keys: bool = True) -> tuple[str, ...]:
     return (*tables, "CREATE INDEX sample_of_run ON sample (experiment_id, device_id)")
 
 
-class DatabaseWriter:
+class DatabaseWriter(AbstractContextManager["DatabaseWriter"]):
     """A new database file; use as a context manager. The same calls give the same bytes, for one version of SQLite."""
 
     def __init__(self, path: Path, keys: bool = True) -> None:
@@ -159,13 +159,8 @@ class DatabaseWriter:
         self._identity: dict[Device, int] = {}
         self._experiments = 0
 
-    def __enter__(self) -> DatabaseWriter:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
+    def __exit__(self, *error: object) -> None:
+        if error[0] is None:
             self._connection.commit()
         self._connection.close()
 

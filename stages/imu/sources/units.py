@@ -58,19 +58,15 @@ def implied_acceleration_unit(static_magnitude: float, device: Device, gravity: 
     for full_scale in sorted({device.accelerometer_range_g or 4.0, *USUAL_RANGES_G}):
         candidates[f"counts of {full_scale:g} g full scale"] = largest / full_scale * (gravity / STANDARD_GRAVITY)
     near = {unit: abs(static_magnitude / size - 1) for unit, size in candidates.items()}
-    declared = _declared_acceleration_unit(device)
+    declared = declared_acceleration_unit(device)
     if near.get(declared, math.inf) < GAIN_TOLERANCE:
         return declared  # of units as near as a gain's error the one that is said
     unit = min(near, key=lambda name: near[name] if math.isfinite(near[name]) else math.inf)
     return unit if near[unit] < GAIN_TOLERANCE else "none"
 
 
-def agrees_with_gravity(implied: str, device: Device) -> bool:
-    """Whether the implied unit is the declared one."""
-    return implied == _declared_acceleration_unit(device)
-
-
-def _declared_acceleration_unit(device: Device) -> str:
+def declared_acceleration_unit(device: Device) -> str:
+    """The unit that a device declares, as `implied_acceleration_unit` says it."""
     unit = device.accelerometer_unit
     return f"counts of {device.accelerometer_range_g or 0:g} g full scale" if unit == "counts" else unit
 
