@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -19,8 +19,8 @@ from stages.analytic.derivatives.uncertainty import elasticities_of, uncertainti
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import GaitReport, report_gait
-from stages.analytic.gait.gait_search import by_stability, find_gait
-from stages.analytic.gait.poincare import FixedPoint, fixed_point
+from stages.analytic.gait.gait_search import find_gait
+from stages.analytic.gait.poincare import FixedPoint, by_stability, fixed_point
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.stiffness import attainable_tolerance
@@ -115,7 +115,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     point, report, upright, walk, error = kept
     progress(0.8, "derivatives by the parameters")
     elasticities, uncertainties = answers(parameters, design, point, settings.tolerance)
-    near = Neighbours(design, point.z, settings.tolerance)
+    near = partial(neighbour, design, point.z, settings.tolerance)
     return Result(
         gait=report.gait,
         mid_stance=upright,
@@ -123,10 +123,10 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         monodromy_matrix=point.monodromy_matrix,
         energy=report.energy,
         constraint_drift=constraint_drift(walker, report.segments),
-        variations=vary_design(near),
+        variations=vary_design(near, design.biped),
         elasticities=elasticities,
         uncertainties=uncertainties,
-        outsole=outsole_effect(near, parameters.rubber, settings.outsole),
+        outsole=outsole_effect(near, design.biped, parameters.rubber, settings.outsole),
         without_impact=without_impact(walker, report.segments),
         validity=report.validity,
         walk=walk,
@@ -197,27 +197,24 @@ def differences(one: Solved, other: Solved) -> dict[str, float]:
 DESIGN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping")
 
 
-@dataclass(frozen=True)
-class Neighbours:
-    """Gaits of bipeds near that of `design`, whose own gait has section coordinates `z`."""
-
-    design: DesignPoint
-    z: Vector
-    tolerance: float
-
-    def of(self, biped: Biped) -> tuple[float, float]:
-        """Largest multiplier and step frequency [Hz] of another biped's gait; NaN if there is none."""
-        walker = replace(self.design, biped=biped).walker()
-        point = fixed_point(walker, self.z, self.tolerance)
-        return (np.nan, np.nan) if point is None else (by_stability(point), 1 / (point.period * walker.time))
+def neighbour(design: DesignPoint, z: Vector, tolerance: float, biped: Biped) -> tuple[float, float]:
+    """Largest multiplier and step frequency [Hz] of the gait of a biped near that of `design`, whose own gait has
+    section coordinates `z`; NaN if there is none."""
+    walker = replace(design, biped=biped).walker()
+    point = fixed_point(walker, z, tolerance)
+    return (np.nan, np.nan) if point is None else (by_stability(point), 1 / (point.period * walker.time))
 
 
-def vary_design(near: Neighbours, change: float = 0.05) -> tuple[Variation, ...]:
-    """The gait with each design parameter lowered and raised by `change`, the others fixed."""
-    biped, variations = near.design.biped, []
+#: Largest multiplier and step frequency [Hz] of a biped near the design.
+Near = Callable[[Biped], tuple[float, float]]
+
+
+def vary_design(near: Near, biped: Biped, change: float = 0.05) -> tuple[Variation, ...]:
+    """The gait with each parameter of the design's biped lowered and raised by `change`, the others fixed."""
+    variations = []
     for name in DESIGN if biped.legs == "compliant" else DESIGN[:-2]:  # rigid legs have no stiffness and damping
         beside = (replace(biped, **{name: getattr(biped, name) * factor}) for factor in (1 - change, 1 + change))
-        (below, slower), (above, faster) = map(near.of, beside)
+        (below, slower), (above, faster) = map(near, beside)
         variations.append(Variation(name, change, below, above, slower, faster))
     return tuple(variations)
 
@@ -226,15 +223,14 @@ def vary_design(near: Neighbours, change: float = 0.05) -> tuple[Variation, ...]
 ROUNDS = 4
 
 
-def outsole_effect(near: Neighbours, rubber: Rubber, thickness: float) -> OutsoleEffect:
-    """The gait with `thickness` [m] of rubber under the feet."""
-    biped = near.design.biped
+def outsole_effect(near: Near, biped: Biped, rubber: Rubber, thickness: float) -> OutsoleEffect:
+    """The gait with `thickness` [m] of rubber under the feet of the design's biped."""
     mass = FEET * rubber.mass(biped.foot_radius, thickness)
 
     def frequency(of_rubber: float) -> float:
-        return near.of(soled(biped, rubber, thickness, of_rubber))[1]
+        return near(soled(biped, rubber, thickness, of_rubber))[1]
 
-    usual = near.of(biped)[1]
+    usual = near(biped)[1]
     alone, weighed = frequency(0.0), frequency(mass)
     turning = zero_of(lambda of_rubber: frequency(of_rubber) - usual, (0.0, alone - usual), (mass, weighed - usual))
     return OutsoleEffect(thickness, mass, alone, weighed, turning)

@@ -43,9 +43,9 @@ def test_a_step_s_derivatives_are_exact_through_turning_in_either_stance(free, f
     along = shares(walker, NUMBERS)
     exact = step_tangents(walker, z, along, 1e-13)
     by_state = poincare_derivative(walker, z, 1e-13)[1]
-    assert np.abs(exact.by_state - by_state).max() < 1e-9 * max(1.0, np.abs(by_state).max())
+    assert np.abs(exact.by_start - by_state).max() < 1e-9 * max(1.0, np.abs(by_state).max())
     for row, name in enumerate(NUMBERS):
-        found = np.append(exact.along[:, row], exact.period_along[row])
+        found = np.append(exact.along[:, row], exact.time_along[row])
         wanted = step_slope(walker, z, along[row], 4e-6)
         assert found == pytest.approx(wanted, rel=0, abs=2e-6 * max(1.0, np.abs(found).max())), name
 

@@ -34,10 +34,10 @@ def cascade():
 
 def doublings(branches):
     return {
-        branch.cycle: math.radians(special.point.value)
+        branch.cycle: math.radians(point.value)
         for branch in branches
-        for special in branch.special
-        if special.kind == PERIOD_DOUBLING
+        for kind, point in branch.special
+        if kind == PERIOD_DOUBLING
     }
 
 
@@ -55,13 +55,13 @@ def test_cycles_of_two_four_and_eight_follow_at_feigenbaums_pace(cascade):
 
 
 def test_a_doubling_has_a_multiplier_of_minus_one(cascade):
-    point = next(special for special in cascade[0].special if special.kind == PERIOD_DOUBLING).point
+    point = next(point for kind, point in cascade[0].special if kind == PERIOD_DOUBLING)
     assert np.abs(point.floquet_multipliers + 1).min() < 1e-9
 
 
 def test_a_doubling_is_no_turning_point(cascade):
     """A doubled family is upright where it leaves the old one, but no two gaits meet and vanish there."""
-    assert not [special for branch in cascade for special in branch.special if special.kind == TURNING_POINT]
+    assert not [point for branch in cascade for kind, point in branch.special if kind == TURNING_POINT]
 
 
 def test_longer_cycles_do_not_close_earlier(cascade):
@@ -89,7 +89,7 @@ def test_a_family_is_followed_round_its_turning_points():
     design = DesignPoint(TABLE_1, SLOPE)
     z = np.array([-0.2648, 1.00253, 0.99483, 0.4220, -0.1568])
     branch = continue_gait(design, "biped.damping", (50.0, 195.0), z, 1e-8)
-    turns = [special.point for special in branch.special if special.kind == TURNING_POINT]
+    turns = [point for kind, point in branch.special if kind == TURNING_POINT]
     assert len(turns) == 3
     for turn in turns:
         assert np.abs(turn.floquet_multipliers - 1).min() < 1e-4

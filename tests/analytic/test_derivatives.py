@@ -78,7 +78,7 @@ def test_step_map_and_period_answer_to_every_parameter_as_differences_say(kind):
             return np.append(step.z, step.period)
 
         columns.append(slope_of(image, share_of(name)))
-    found, given = np.column_stack(columns), np.vstack([exact.along, exact.period_along])
+    found, given = np.column_stack(columns), np.vstack([exact.along, exact.time_along])
     largest = np.abs(given).max(axis=1, keepdims=True)
     assert (np.abs(found - given) <= 1e-7 * largest + 1e-14).all(), np.abs(found - given) / largest
     assert (largest[[0, -1]] > 0.1).all()
@@ -90,10 +90,10 @@ def test_state_columns_are_those_of_the_map_without_parameters_and_the_period_ha
     walker = design.walker()
     exact = step_tangents(walker, point.z, changes_of(design, ["biped.hip_mass"]).along, 1e-12)
     _, plain = poincare_derivative(walker, point.z, 1e-12)
-    assert np.abs(exact.by_state - plain).max() <= 1e-10 * np.abs(plain).max()
+    assert np.abs(exact.by_start - plain).max() <= 1e-10 * np.abs(plain).max()
     e = np.array([1.0, 0, 0] if walker.rigid else [1.0, 0, 0, 0, 0, *([0.0, 0.0] if design.friction else [])])
     found = slope_of(lambda h: poincare_map(walker, point.z + h * e, 1e-13).period, 1e-3)
-    assert found == pytest.approx(exact.period_by_state[0], rel=1e-7)
+    assert found == pytest.approx(exact.time_by_start[0], rel=1e-7)
 
 
 def test_sliding_both_ways_hovering_and_rolling_are_all_walked_through():

@@ -261,6 +261,6 @@ def test_gaits_by_the_difference_of_the_legs_are_a_closed_family():
     branch = continue_gait(design, "biped.other_leg_length", (0.328, 0.338), point.z, 1e-8)
     assert branch.ended == "closes on itself" and branch.points[0].period == pytest.approx(
         2 * point.period * walker.time, abs=1e-9)  # fmt: skip
-    folds = [special.point.value for special in branch.special if special.kind == TURNING_POINT]
+    folds = [point.value for kind, point in branch.special if kind == TURNING_POINT]
     shorter, longer = 0.333 - min(folds), max(folds) - 0.333
     assert len(folds) == 2 and shorter == pytest.approx(longer, rel=5e-3) and 6e-4 < longer < 7e-4

@@ -119,10 +119,10 @@ def test_a_step_s_derivatives_by_numbers_are_exact_through_turning_and_sticking(
     along = shares(walker, NUMBERS)
     exact = step_tangents(walker, start, along, 1e-13)
     by_state = poincare_derivative(walker, start, 1e-13)[1]
-    assert np.abs(exact.by_state - by_state).max() < 1e-9 * max(1.0, np.abs(by_state).max())
+    assert np.abs(exact.by_start - by_state).max() < 1e-9 * max(1.0, np.abs(by_state).max())
     for row, name in enumerate(NUMBERS):
         wanted = step_slope(walker, start, along[row], 1e-5)
-        found = np.append(exact.along[:, row], exact.period_along[row])
+        found = np.append(exact.along[:, row], exact.time_along[row])
         assert found == pytest.approx(wanted, rel=0, abs=1e-6 * max(1.0, np.abs(found).max())), name
 
 

@@ -47,7 +47,7 @@ def test_derivatives_by_heights_are_those_of_differences(design):
     found = step_tangents(walker, point.z, along, 1e-12)
     for row in range(2):
         slope = step_slope(walker, point.z, along[row], 4e-4)
-        exact = np.append(found.along[:, row], found.period_along[row])
+        exact = np.append(found.along[:, row], found.time_along[row])
         assert exact == pytest.approx(slope, abs=1e-7 * np.abs(slope).max())
     assert np.abs(found.along).max() > 0.1
 
@@ -62,9 +62,9 @@ def advance(walker, z, heights):
 
 def test_the_length_of_a_step_answers_to_all_three_heights():
     walker, point = found_gait(TABLE_1)
-    found, _ = step_on_blocks(walker, point.z, 1e-12)
-    for heights, exact in (((0, 0, 1), found.by_landing[LENGTH]), ((0, 1, 0), found.measures[LENGTH, 5]),
-                           ((1, 0, 0), found.measures[LENGTH, 6])):  # fmt: skip
+    (_, _, measures, by_landing), _ = step_on_blocks(walker, point.z, 1e-12)
+    for heights, exact in (((0, 0, 1), by_landing[LENGTH]), ((0, 1, 0), measures[LENGTH, 5]),
+                           ((1, 0, 0), measures[LENGTH, 6])):  # fmt: skip
         slope = extrapolated(lambda h, at=heights: advance(walker, point.z, h * np.array(at)), 1e-4)
         assert exact == pytest.approx(slope, abs=1e-7)
 

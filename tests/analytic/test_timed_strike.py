@@ -75,8 +75,8 @@ def test_the_map_and_its_derivatives_are_exact(later):
     names = ("T", "l", "m_2", "l_f_2", "r_2", "g_x", "k_h", "L_nat_2")
     along = shares(walker, names)
     exact = step_tangents(walker, start, along, 1e-13)
-    assert exact.period_along[0] == pytest.approx(walker.p.T, rel=1e-15)
-    assert np.abs(exact.period_along[1:]).max() == 0.0 == np.abs(exact.period_by_state).max()
+    assert exact.time_along[0] == pytest.approx(walker.p.T, rel=1e-15)
+    assert np.abs(exact.time_along[1:]).max() == 0.0 == np.abs(exact.time_by_start).max()
     for row, name in enumerate(names):
         wanted = step_slope(walker, start, along[row], 4e-5)[:-1]
         assert exact.along[:, row] == pytest.approx(wanted, rel=0, abs=1e-8 * max(1.0, np.abs(wanted).max())), name

@@ -16,38 +16,11 @@ import numpy as np
 from stages.analytic.derivatives.numbers import Changes, changes_of
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import step_length
-from stages.analytic.gait.poincare import FixedPoint, Step, start_state, step_from
+from stages.analytic.gait.poincare import FixedPoint, start_state, step_from
 from stages.analytic.model.kinds import Plain, directions, exchange, natural_lengths, radii
 from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_derivative, section_state, section_tangent
-
-
-@dataclass(frozen=True)
-class StepTangents:
-    """A step with derivatives, dimensionless: of the section coordinates after it, `by_state` (j, j), `along` (j, n),
-    and of its period, `period_by_state` (j,), `period_along` (n,). Those `along` are for the n changes asked for.
-    """
-
-    step: Step
-    by_state: np.ndarray
-    along: np.ndarray
-    period_by_state: Vector
-    period_along: Vector
-
-
-def step_tangents(walker: Walker, z: Vector, along: np.ndarray, tolerance: float) -> StepTangents:
-    """One step from section coordinates `z` with all derivatives.
-
-    `along` (n, fields of `walker.p`) are changes of the walker's numbers. Raises StepFailed like `poincare_map`.
-    """
-    z = np.asarray(z, dtype=float)
-    start, free = start_state(walker, z), z.size
-    numbers = directions(along, free + len(along))
-    y = np.concatenate([start, section_tangent(z, start, walker.p, numbers)])
-    step = step_from(walker, y, tolerance, numbers)
-    by, delays = section_derivative(y, walker.exchanged.p, numbers), numbers.delays
-    return StepTangents(step, by[:, :free], by[:, free:], delays[:free], delays[free:])
 
 
 @dataclass(frozen=True)
@@ -66,6 +39,20 @@ class WalkedTo:
     time_along: Vector
 
 
+def step_tangents(walker: Walker, z: Vector, along: np.ndarray, tolerance: float) -> WalkedTo:
+    """The heel strike that ends one step from section coordinates `z`, with all derivatives.
+
+    `along` (n, fields of `walker.p`) are changes of the walker's numbers. Raises StepFailed like `poincare_map`.
+    """
+    z = np.asarray(z, dtype=float)
+    start, free = start_state(walker, z), z.size
+    numbers = directions(along, free + len(along))
+    y = np.concatenate([start, section_tangent(z, start, walker.p, numbers)])
+    step = step_from(walker, y, tolerance, numbers)
+    by, delays = section_derivative(y, walker.exchanged.p, numbers), numbers.delays
+    return WalkedTo(step.z, step.period, by[:, :free], by[:, free:], delays[:free], delays[free:])
+
+
 def walk_derivatives(
     walker: Walker, z: Vector, along: np.ndarray, steps: int, tolerance: float
 ) -> tuple[WalkedTo, ...]:
@@ -81,12 +68,12 @@ def walk_derivatives(
     for _ in range(steps):
         taken = step_tangents(walker, at.z, along, tolerance)
         at = WalkedTo(
-            taken.step.z,
-            at.time + taken.step.period,
-            taken.by_state @ at.by_start,
-            taken.by_state @ at.along + taken.along,
-            at.time_by_start + taken.period_by_state @ at.by_start,
-            at.time_along + taken.period_by_state @ at.along + taken.period_along,
+            taken.z,
+            at.time + taken.time,
+            taken.by_start @ at.by_start,
+            taken.by_start @ at.along + taken.along,
+            at.time_by_start + taken.time_by_start @ at.by_start,
+            at.time_along + taken.time_by_start @ at.along + taken.time_along,
         )
         strikes.append(at)
         walker, along = walker.exchanged, exchanged_rows(walker, along)

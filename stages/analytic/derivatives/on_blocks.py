@@ -13,7 +13,6 @@ norm, IEEE Transactions on Robotics 23 (2007).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,19 +28,10 @@ from stages.analytic.result import OnBlocks
 DURATION, LENGTH, MEASURES = 0, 1, 2
 
 
-@dataclass(frozen=True)
-class StepOnBlocks:
-    """Derivatives of a step, dimensionless, by x = (z, height under the stance foot, height that the trailing foot
-    leaves), (j + 2,), and by the height on which the swing foot lands.
-
-    `state` (j + 2, j + 2) and `landing` (j + 2,): of x in the next step; `measures` (2, j + 2) and `by_landing` (2,):
-    of duration and length.
-    """
-
-    state: np.ndarray
-    landing: Vector
-    measures: np.ndarray
-    by_landing: Vector
+#: Derivatives of a step, dimensionless, by x = (z, height under the stance foot, height that the trailing foot leaves),
+#: (j + 2,), and by the height on which the swing foot lands. Of x in the next step by both, (j + 2, j + 2) and
+#: (j + 2,); then of duration and length, (2, j + 2) and (2,).
+StepOnBlocks = tuple[np.ndarray, Vector, np.ndarray, Vector]
 
 
 def refusal(walker: Walker) -> str:
@@ -62,19 +52,19 @@ def step_on_blocks(walker: Walker, z: Vector, tolerance: float) -> tuple[StepOnB
     found = step_tangents(walker, z, numbers[[H_AHEAD, H_BEHIND]], tolerance)
     heights = np.array([[-1.0, 0.0], [-1.0, 1.0]])  # of h_ahead and h_behind by those under stance and trailing foot
     state, measures = np.zeros((free + 2, free + 2)), np.zeros((MEASURES, free + 2))
-    state[:free] = np.hstack([found.by_state, found.along @ heights])
+    state[:free] = np.hstack([found.by_start, found.along @ heights])
     state[free + 1, free] = 1.0
     landing = np.concatenate([found.along[:, 0], [1.0, 0.0]])
-    measures[DURATION] = np.concatenate([found.period_by_state, found.period_along @ heights])
+    measures[DURATION] = np.concatenate([found.time_by_start, found.time_along @ heights])
     # The step's length is that between both feet just after it, where the foot ahead stands on the block landed on.
     after = walker.exchanged
     along = np.zeros((free + 1, len(walker.p)))
     along[free, H_BEHIND] = 1.0
-    lengths = step_length_change(after, *moved_state(after, found.step.z, np.eye(free, free + 1), along), along)
+    lengths = step_length_change(after, *moved_state(after, found.z, np.eye(free, free + 1), along), along)
     measures[LENGTH] = lengths[:free] @ state[:free]
     measures[LENGTH, free] += lengths[free]
-    by_landing = np.array([found.period_along[0], lengths[:free] @ landing[:free] - lengths[free]])
-    return StepOnBlocks(state, landing, measures, by_landing), found.step.z
+    by_landing = np.array([found.time_along[0], lengths[:free] @ landing[:free] - lengths[free]])
+    return (state, landing, measures, by_landing), found.z
 
 
 def spreads(walker: Walker, z: Vector, steps: int, tolerance: float) -> Vector:
@@ -93,15 +83,15 @@ def spreads(walker: Walker, z: Vector, steps: int, tolerance: float) -> Vector:
         taken.append(step)
         walker = walker.exchanged
     cycle, driven = np.eye(free + 2), np.zeros((free + 2, free + 2))
-    for step in taken:
-        cycle = step.state @ cycle
-        driven = step.state @ driven @ step.state.T + np.outer(step.landing, step.landing)
+    for state, landing, _, _ in taken:
+        cycle = state @ cycle
+        driven = state @ driven @ state.T + np.outer(landing, landing)
     covariance = solve_discrete_lyapunov(cycle, driven)
     variances = np.zeros(MEASURES + free)
-    for step in taken:
-        of_measures = step.measures @ covariance @ step.measures.T
-        variances[:MEASURES] += np.diag(of_measures) + step.by_landing**2
-        covariance = step.state @ covariance @ step.state.T + np.outer(step.landing, step.landing)
+    for state, landing, measures, by_landing in taken:
+        of_measures = measures @ covariance @ measures.T
+        variances[:MEASURES] += np.diag(of_measures) + by_landing**2
+        covariance = state @ covariance @ state.T + np.outer(landing, landing)
         variances[MEASURES:] += np.diag(covariance)[:free]
     return np.asarray(np.sqrt(variances / steps))
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.poincare import FixedPoint, fixed_point, iterate, multipliers_of, poincare_map, repeated
+from stages.analytic.gait.poincare import fixed_point, iterate, multipliers_of, poincare_map, repeated
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.result import RecordedFamily, Turn
 from stages.biped.processes import Progress, ignore
@@ -45,12 +45,8 @@ class BranchPoint:
         return bool(np.abs(self.floquet_multipliers).max() < 1)
 
 
-@dataclass(frozen=True)
-class SpecialPoint:
-    """A turning point, period doubling or torus bifurcation on the branch."""
-
-    kind: str
-    point: BranchPoint
+#: A turning point, period doubling or torus bifurcation on the branch: which, and the gait.
+SpecialPoint = tuple[str, BranchPoint]
 
 
 @dataclass(frozen=True)
@@ -212,7 +208,7 @@ def special_between(
         if before[kind] * after[kind] < 0 and not (passes and kind == TURNING_POINT):
             point = locate(curve, kind, left, right)
             if point is not None:
-                found.append(SpecialPoint(kind, point))
+                found.append((kind, point))
     return found
 
 
@@ -296,7 +292,7 @@ class Follower:
         kinds = (TURNING_POINT,) if self.until_fold else KINDS
         passes = curve.cycle > 1 and float(new @ self.move) < 0.0
         crossed = special_between(curve, last, point, kinds, passes=passes)
-        self.special += [one for one in crossed if self.limits[0] <= one.point.value <= self.limits[1]]
+        self.special += [one for one in crossed if self.limits[0] <= one[1].value <= self.limits[1]]
         limit = min(max(point.value, self.limits[0]), self.limits[1])
         if limit != point.value:
             self.points += on_limit(curve, last, point, limit)
@@ -332,13 +328,8 @@ NEWBORN = 0.3
 LARGEST_STEP = 0.02
 
 
-def is_born(point: FixedPoint) -> bool:
-    """Whether a gait of twice the cycle is one of the family that leaves its doubling, with a multiplier near 1."""
-    return bool(point.half_cycle_move > 1e-6 and np.abs(point.floquet_multipliers - 1).min() < NEWBORN)
-
-
 def doubled_family(
-    design: DesignPoint, branch: Branch, special: SpecialPoint, limits: tuple[float, float], tolerance: float,
+    design: DesignPoint, branch: Branch, doubling: BranchPoint, limits: tuple[float, float], tolerance: float,
     progress: Progress, largest_step: float,
 ) -> Branch:  # fmt: skip
     """The family of twice the cycle that leaves a period doubling, followed away from it.
@@ -346,17 +337,19 @@ def doubled_family(
     It starts a little beyond, displaced along the eigenvector of the multiplier -1, where Newton's method on the
     doubled map finds a gait that is not the old one. Raises ValueError if it finds none on either side.
     """
-    span, cycle, z = max(abs(point.value) for point in branch.points), 2 * branch.cycle, special.point.z
-    there = design.with_value(branch.name, special.point.value).walker()
+    span, cycle, z = max(abs(point.value) for point in branch.points), 2 * branch.cycle, doubling.z
+    there = design.with_value(branch.name, doubling.value).walker()
     _, derivative = iterate(there, z, branch.cycle * there.gait_steps, tolerance)
     values, vectors = np.linalg.eig(derivative)
     direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])
     direction /= np.linalg.norm(direction)
     for shift, sign in product((1e-4, 1e-3, 1e-5, 3e-6), (1, -1)):
-        beyond = design.with_value(branch.name, special.point.value + sign * shift * span)
+        beyond = design.with_value(branch.name, doubling.value + sign * shift * span)
         for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
             point = fixed_point(beyond.walker(), z + size * direction, tolerance, cycle)
-            if point is not None and is_born(point):
+            if point is None or not point.half_cycle_move > 1e-6:
+                continue
+            if np.abs(point.floquet_multipliers - 1).min() < NEWBORN:
                 return continue_gait(
                     beyond, branch.name, limits, point.z, tolerance, cycle=cycle, upward=sign > 0,
                     largest_step=largest_step / cycle, progress=progress)
@@ -379,7 +372,7 @@ def follow_family(
     branches = [Branch(name, 1, points, special, f"{down.ended}; {up.ended}")]
     for _ in range(doublings):
         newest = [known for known in branches if known.cycle == branches[-1].cycle]
-        doublings_of = ((known, one) for known in newest for one in known.special if one.kind == PERIOD_DOUBLING)
+        doublings_of = ((known, one) for known in newest for kind, one in known.special if kind == PERIOD_DOUBLING)
         for branch, doubling in doublings_of:
             with suppress(ValueError):  # a doubling whose new gaits no longer walk has no family to follow
                 branches.append(doubled_family(design, branch, doubling, limits, tolerance, progress, largest_step))
@@ -391,19 +384,19 @@ def follow_family(
 def recorded(design: DesignPoint, branch: Branch, tolerance: float) -> RecordedFamily:
     """A family with every step of its gaits, which are walked once more; its turns are among the gaits."""
     points = list(branch.points)
-    for special in branch.special:  # each between the neighbours that it is nearest to
-        away = [float(np.abs(special.point.z - point.z).max()) for point in points]
+    for _, special in branch.special:  # each between the neighbours that it is nearest to
+        away = [float(np.abs(special.z - point.z).max()) for point in points]
         if len(points) > 1:
             before = min(range(len(points) - 1), key=lambda i: away[i] + away[i + 1])
-            points.insert(before + 1, special.point)
+            points.insert(before + 1, special)
     durations, angles, double = _steps(design, branch, points, tolerance)
     multipliers = np.array([point.floquet_multipliers for point in points])
     turns = []
-    for special in branch.special:
-        at_turn, wanted = special.point.floquet_multipliers, -1.0 if special.kind == PERIOD_DOUBLING else 1.0
+    for kind, special in branch.special:
+        at_turn, wanted = special.floquet_multipliers, -1.0 if kind == PERIOD_DOUBLING else 1.0
         nearest = float(at_turn[np.abs(at_turn - wanted).argmin()].real)
-        lengths, leans, _ = _steps(design, branch, [special.point], tolerance)
-        turns.append(Turn(special.kind, special.point.value, nearest, lengths[0], leans[0]))
+        lengths, leans, _ = _steps(design, branch, [special], tolerance)
+        turns.append(Turn(kind, special.value, nearest, lengths[0], leans[0]))
     return RecordedFamily(
         branch.cycle, branch.ended, np.array([point.value for point in points]), durations, angles, double,
         np.stack([multipliers.real, multipliers.imag], axis=-1), tuple(turns),

@@ -76,22 +76,17 @@ class DesignPoint:
     def _owner(self, name: str) -> tuple[Biped | Slope, str]:
         file, _, key = name.partition(".")
         for owner in (self.biped, self.slope):
-            if file == owner.FILE and f"{file}.{key}" in known_names():
+            if file == owner.FILE and f"{file}.{key}" in parameter_names():
                 return owner, key
         raise KeyError(f"{name}: not a number of the design; known are {', '.join(parameter_names())}")
 
 
+@cache
 def parameter_names() -> tuple[str, ...]:
-    """Every numeric design parameter that can be varied."""
+    """Every numeric design parameter that can be varied; looked up for every design of a map."""
     return tuple(
         f"{owner.FILE}.{field.name}"
         for owner in (Biped, Slope)
         for field in dataclasses.fields(owner)
         if field.type in ("float", "float | None")
     )
-
-
-@cache
-def known_names() -> frozenset[str]:
-    """`parameter_names` as a set, looked up for every design of a map."""
-    return frozenset(parameter_names())

@@ -10,7 +10,6 @@ import dataclasses
 from collections.abc import Iterator
 from contextlib import suppress
 from copy import deepcopy
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
 from typing import Any
@@ -24,13 +23,13 @@ from stages.analytic.gait.poincare import (
     FEW_STARTS,
     SEARCH_TOLERANCE,
     FixedPoint,
+    by_stability,
     converge,
     fixed_point,
     is_new,
     is_walking,
     poincare_map,
 )
-from stages.analytic.gait.poincare import by_stability as by_stability
 from stages.analytic.gait.search_starts import (
     ANGLES,
     GRID_RATE,
@@ -70,25 +69,10 @@ ELSEWHERE = {"ground.slope_deg": (0.5, 2.0, 0.25, 4.0), "biped.stiffness": (2.0,
 MOST_GAITS, APART = 80, 0.15
 
 
-@dataclass(frozen=True)
-class Followed:
-    """A neighbour's family followed towards the design in `name`: from `start` to `end`, the nearest it comes."""
-
-    name: str
-    unit: str
-    start: float
-    end: float
-    folds: bool
-
-    def __str__(self) -> str:
-        where = f"{self.end:.6g} {self.unit}"
-        what = f"turns back at {where}, a fold" if self.folds else f"is lost at {where}"
-        return f"the gait at {self.name} = {self.start:.4g} {self.unit}, followed towards the design, {what}"
-
-
-def from_neighbours(design: DesignPoint, tolerance: float) -> FixedPoint | list[Followed]:
-    """The design's gait that a neighbour's leads to, or else how far each family followed gets, up to a first fold."""
-    followed: list[Followed] = []
+def from_neighbours(design: DesignPoint, tolerance: float) -> FixedPoint | list[str]:
+    """The design's gait that a neighbour's leads to, or else in words how far each family followed gets, up to a first
+    fold."""
+    followed: list[str] = []
     for name, neighbour, point in neighbours(design):
         start, wanted = neighbour.value(name), design.value(name)
         try:
@@ -101,11 +85,13 @@ def from_neighbours(design: DesignPoint, tolerance: float) -> FixedPoint | list[
         found = fixed_point(design.walker(), last.z, tolerance) if last.value == wanted else None
         if found is not None and is_walking(found):
             return found
-        folds = [special.point.value for special in branch.special if special.kind == TURNING_POINT]
+        folds = [point.value for kind, point in branch.special if kind == TURNING_POINT]
         values = [*folds, *(point.value for point in branch.points)]
-        end = min(values, key=lambda value: abs(value - wanted))
-        followed.append(Followed(name, design.unit(name), branch.points[0].value, end, end in folds))
-        if followed[-1].folds:
+        end, unit = min(values, key=lambda value: abs(value - wanted)), design.unit(name)
+        what = f"turns back at {end:.6g} {unit}, a fold" if end in folds else f"is lost at {end:.6g} {unit}"
+        begun = f"{name} = {branch.points[0].value:.4g} {unit}"
+        followed.append(f"the gait at {begun}, followed towards the design, {what}")
+        if end in folds:
             break
     return followed
 
@@ -164,13 +150,6 @@ def rigid_landings(walker: Walker, p: Compliant) -> list[Vector]:
     return starts
 
 
-def softened_ends(walker: Walker, p: Compliant) -> list[Vector]:
-    """The gaits of the same biped with softer springs, followed to its own as far as Newton's method leads."""
-    soft = dataclasses.replace(walker, p=softer(p, GRID_RATE))
-    gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
-    return [point.z for point in stiffen(walker, p, gaits, GRID_RATE)]
-
-
 def sources(walker: Walker, *, quick: bool) -> Iterator[list[Vector]]:
     """Lists of starts for Newton's method, the quickest to get and most promising first.
 
@@ -184,8 +163,10 @@ def sources(walker: Walker, *, quick: bool) -> Iterator[list[Vector]]:
         yield tried
         yield [z for z in ranked_starts(walker)[0] if is_elsewhere(walker, z, tried)]
         yield walked_on(walker)
-    elif isinstance(p, Compliant):
-        yield softened_ends(walker, p)
+    elif isinstance(p, Compliant):  # softer springs' gaits, followed to its own as far as Newton's method leads
+        soft = dataclasses.replace(walker, p=softer(p, GRID_RATE))
+        gaits = converge(soft, ranked_starts(soft)[0], SEARCH_TOLERANCE, unstable=True)
+        yield [point.z for point in stiffen(walker, p, gaits, GRID_RATE)]
 
 
 def find_gaits(walker: Walker, tolerance: float, *, unstable: bool) -> list[FixedPoint]:
@@ -324,7 +305,7 @@ def find_gait(
     found = search(design, walker, tolerance)
     if isinstance(found, FixedPoint):
         return walker, found
-    raise NoGait("; ".join([why_no_gait(walker), *map(str, found)]))
+    raise NoGait("; ".join([why_no_gait(walker), *found]))
 
 
 def gait_near(design: DesignPoint, near: Vector, tolerance: float) -> tuple[Walker, FixedPoint]:
@@ -337,7 +318,7 @@ def gait_near(design: DesignPoint, near: Vector, tolerance: float) -> tuple[Walk
     return find_gait(design.biped, design.slope, tolerance, design.friction)
 
 
-def search(design: DesignPoint, walker: Walker, tolerance: float) -> FixedPoint | list[Followed]:
+def search(design: DesignPoint, walker: Walker, tolerance: float) -> FixedPoint | list[str]:
     """The design's most stable gait, or how far the gaits of its neighbours could be followed towards it."""
     found = find_gaits(walker, tolerance, unstable=False)
     if found:

@@ -170,17 +170,11 @@ def walked_on(walker: Walker) -> list[Vector]:
 
 def landed(p: Compliant, rigid: Walker, point: FixedPoint) -> Vector:
     """Section coordinates of a compliant walker that lands as the rigid gait does, springs at rest."""
-    theta, psi, dtheta, dpsi = end_of_step(rigid, point)
-    swing, stance = natural_lengths(p)  # before heel strike the other leg stands
-    y = np.array([theta, stance, psi, swing, dtheta, 0.0, dpsi, 0.0])
-    heel_strike_reset(y, with_legs_exchanged(p))
-    return np.array([y[0], *lengths_after_heel_strike(p), y[4], y[5], *at_rest(p)])
-
-
-def end_of_step(rigid: Walker, point: FixedPoint) -> tuple[float, float, float, float]:
-    """State just before the heel strike that ends a rigid gait."""
     start, last = section_state(point.z, rigid.p), rigid
     for step in point.steps[:-1]:
         start, last = step.state, last.exchanged
     theta, psi, dtheta, dpsi = record(last, start, 1, SCAN_TOLERANCE, RIGID)[-1].end.tolist()
-    return theta, psi, dtheta, dpsi
+    swing, stance = natural_lengths(p)  # before heel strike the other leg stands
+    y = np.array([theta, stance, psi, swing, dtheta, 0.0, dpsi, 0.0])
+    heel_strike_reset(y, with_legs_exchanged(p))
+    return np.array([y[0], *lengths_after_heel_strike(p), y[4], y[5], *at_rest(p)])

@@ -22,7 +22,7 @@ from stages.analytic.derivatives.on_blocks import on_blocks
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps
-from stages.analytic.gait.gait_search import Followed, find_gait, find_gaits, step_length
+from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
 from stages.analytic.gait.gait_search import search as search_gait
 from stages.analytic.gait.poincare import FixedPoint, by_stability, is_new, is_walking, iterate, repeated, round_off
 from stages.analytic.maps.box import Box
@@ -273,7 +273,7 @@ def beside(
 
 def searched(design: DesignPoint, walker: Walker, task: Task) -> tuple[Way, FixedPoint] | None:
     """The design's gait by a search from no guess, as far as that is the task's."""
-    found: FixedPoint | list[Followed] | None = None
+    found: FixedPoint | list[str] | None = None
     if task.search == "complete":
         found = search_gait(design, walker, task.tolerance)
     elif task.search == "limited":

@@ -65,8 +65,7 @@ def curve(axis: Axis, columns: Mapping[str, np.ndarray]) -> Figure:
         panel.plot(along, values[order], ".-", color=colour, markersize=3)
     panels[0].axhline(1.0, color=BOUNDARY, linewidth=0.6)
     panels[0].set_ylabel("largest multiplier [1]")
-    panels[1].set_ylabel("step frequency [Hz]")
-    panels[1].set_xlabel(label(axis))
+    panels[1].set(ylabel="step frequency [Hz]", xlabel=label(axis))
     return figure
 
 
@@ -87,8 +86,8 @@ def plane(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
         lines(axes, across, up, field, rhythm)
     else:
         shades = axes.scatter(x, y, c=largest, s=9, cmap=COLOURS, norm=norm(largest), linewidths=0, rasterized=True)
-    axes.set(xlabel=label(box.axes[0]), ylabel=label(box.axes[1]))
-    axes.set(xscale=scale(box.axes[0]), yscale=scale(box.axes[1]))
+    axes.set(xlabel=label(box.axes[0]), ylabel=label(box.axes[1]),
+             xscale=scale(box.axes[0]), yscale=scale(box.axes[1]))  # fmt: skip
     for axis, ticks in zip(box.axes, (axes.xaxis, axes.yaxis), strict=True):
         if axis.log:
             style.round_ticks(ticks)

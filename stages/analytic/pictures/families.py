@@ -48,10 +48,8 @@ def draw_families(families: Sequence[RecordedFamily], label: str, here: float | 
             axes.axvline(here, color="#777777", linewidth=0.8, linestyle=":")
     for limit in (-1.0, 1.0):
         multipliers.axhline(limit, color="black", linewidth=0.8)
-    multipliers.set_ylim(-1.9, 1.4)
     forks.set_ylabel("duration of a step [s]")
-    multipliers.set_ylabel("multipliers, real part [1]")
-    multipliers.set_xlabel(label)
+    multipliers.set(ylim=(-1.9, 1.4), ylabel="multipliers, real part [1]", xlabel=label)
     for axes, letter in ((forks, "a"), (multipliers, "b")):
         style.panel_label(axes, letter)
     _legend(figure, families, cycles, here is not None)
@@ -115,8 +113,7 @@ def draw_basin(basin: Basin) -> Figure:
     )  # fmt: skip
     gait = axes.plot(np.degrees(basin.gait_angle), basin.gait_rate, "o", color="white", markeredgecolor="black",
                      label="the gait")  # fmt: skip
-    axes.set_xlabel("stance angle at heel strike [°]")
-    axes.set_ylabel("stance rate after heel strike [rad/s]")
+    axes.set(xlabel="stance angle at heel strike [°]", ylabel="stance rate after heel strike [rad/s]")
     handles = [*gait,
                *(Patch(facecolor=LOOKS[number], edgecolor="#555555", linewidth=0.4, label=basin.endings[number])
                  for number in order)]  # fmt: skip

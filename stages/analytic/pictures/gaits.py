@@ -36,10 +36,8 @@ def draw_gaits(walker: Walker, points: Sequence[FixedPoint], tolerance: float, r
         label = f"gait {number}: |multiplier| {largest:.3g}"
         portrait.plot(np.degrees(walk.leg_angle[:, 0]), walk.leg_rate[:, 0], color=colour, linestyle=line, label=label)
         force.plot(walk.time, walk.ground_reaction[:, 0, 1], color=colour, linestyle=line)
-    portrait.set_xlabel("leg angle, foot ahead positive [°]")
-    portrait.set_ylabel("leg rate [rad/s]")
-    force.set_xlabel("time since heel strike [s]")
-    force.set_ylabel("normal force on that leg's foot [N]")
+    portrait.set(xlabel="leg angle, foot ahead positive [°]", ylabel="leg rate [rad/s]")
+    force.set(xlabel="time since heel strike [s]", ylabel="normal force on that leg's foot [N]")
     figure.legend(*portrait.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
 
@@ -66,9 +64,8 @@ def draw_elasticities(gait: GaitTangents, multipliers: MultiplierDerivatives) ->
         shown_values = np.nan_to_num(np.asarray(values)[rows])
         panel.barh(range(len(rows)), shown_values, color=colour, height=0.7)
         panel.axvline(0, color="#555555", linewidth=0.6)
-        panel.set_title(title)
         limit = 1.1 * max(float(np.abs(shown_values).max(initial=0.0)), 0.1)
-        panel.set_xlim(-limit, limit)
+        panel.set(title=title, xlim=(-limit, limit))
         panel.grid(axis="y", visible=False)
     axes[0, 0].set_yticks(range(len(rows)), names)
     axes[0, 0].invert_yaxis()
@@ -87,14 +84,12 @@ def draw_searches(searches: Sequence[DesignSearch], bounds: Mapping[str, tuple[f
     best = searches[0]
     steps = range(len(best.history))
     progress.plot(steps, best.history, "o-", color=style.ANALYTIC, markersize=3)
-    progress.set_xlabel("step [1]")
-    progress.set_ylabel(f"{goal.title} [{goal.unit}]")
+    progress.set(xlabel="step [1]", ylabel=f"{goal.title} [{goal.unit}]")
     low, high = np.array(list(bounds.values())).T
     for name, line in zip(bounds, ((best.path - low) / (high - low)).T, strict=True):
         places.plot(steps, line, ".-", markersize=4, label=name.partition(".")[2].replace("_", " "))
     for bound in (0, 1):
         places.axhline(bound, color="#555555", linewidth=0.6)
-    places.set_xlabel("step [1]")
-    places.set_ylabel("place between the bounds [1]")
+    places.set(xlabel="step [1]", ylabel="place between the bounds [1]")
     places.legend()
     return figure

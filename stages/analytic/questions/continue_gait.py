@@ -55,7 +55,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
     lines = [line for branch in branches for line in branch_lines(branch)]
     rows = [{"cycle": branch.cycle, **point_as_plain(point)} for branch in branches for point in branch.points]
-    plain = {"parameter": name, "branches": [branch_as_plain(branch) for branch in branches]}
+    plain = {"parameter": name, "branches": [
+        {"cycle": branch.cycle, "ended": branch.ended, "points": list(map(point_as_plain, branch.points)),
+         "special": [{"kind": kind, **point_as_plain(point)} for kind, point in branch.special]}
+        for branch in branches]}
     return Answer(lines, plain, draw=draw, rows=rows)
 
 
@@ -66,18 +69,8 @@ def branch_lines(branch: Branch) -> Iterator[str]:
         f"cycle of {branch.cycle}: {branch.name} {min(found):.9g} to {max(found):.9g}, {len(found)} gaits, "
         f"{sum(point.stable for point in branch.points)} stable; ends: {branch.ended}"
     )
-    for special in branch.special:
-        yield f"  {special.kind} at {special.point.value:.12g}"
-
-
-def branch_as_plain(branch: Branch) -> dict[str, Any]:
-    """A family as JSON: its points, special points and why it ends."""
-    return {
-        "cycle": branch.cycle,
-        "ended": branch.ended,
-        "points": [point_as_plain(point) for point in branch.points],
-        "special": [{"kind": special.kind, **point_as_plain(special.point)} for special in branch.special],
-    }
+    for kind, point in branch.special:
+        yield f"  {kind} at {point.value:.12g}"
 
 
 def point_as_plain(point: BranchPoint) -> dict[str, Any]:

@@ -110,13 +110,6 @@ def at_event(walker: Walker, segment: Segment, error: Vector) -> tuple[Vector, f
     return error + rates[: walker.size] * delay, float(delay)
 
 
-def after_event(walker: Walker, segment: Segment, error: Vector) -> Vector:
-    """Error of the state that the next segment starts from, (size,)."""
-    y = np.concatenate([segment.end, error])
-    succeed(segment.phase, y, walker.p, None)
-    return y[walker.size :]
-
-
 def carried_error(walker: Walker, segments: Sequence[Segment], error: Vector) -> list[CarriedError]:
     """The error along a walk that starts with `error` (size,), segment by segment, and after its last event.
 
@@ -134,7 +127,9 @@ def carried_error(walker: Walker, segments: Sequence[Segment], error: Vector) ->
             # the change of x_0, `recording.next_origin`, has the terms of the step length with the other sign: it is
             # read before the legs change names
             origin -= longer(standing, segment.end, shifted)
-        error = after_event(standing, segment, shifted)
+        y = np.concatenate([segment.end, shifted])
+        succeed(segment.phase, y, standing.p, None)
+        error = y[walker.size :]
     return [*carried, CarriedError(error[None, :], delay, origin)]
 
 
@@ -264,7 +259,10 @@ def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -
     """The gait, a walk on it and the errors of both. Raises StepFailed."""
     start, count = section_state(point.z, walker.p), len(point.steps)
     cycle = record_map(walker, point.z, count, tolerance)
-    own = coordinate_error(walker, cycle, carried_error(walker, cycle, np.zeros(walker.size))[-1].states[0])
+    y, standing = cycle[-1].end.copy(), walker.on(cycle[-1].stance_leg)
+    heel_strike_reset(y, standing.p)
+    after = np.concatenate([y, carried_error(walker, cycle, np.zeros(walker.size))[-1].states[0]])
+    own = section_derivative(after, standing.exchanged.p)[:, 0]  # error of the section coordinates after the cycle
     moved = np.linalg.solve(np.eye(own.size) - point.monodromy_matrix, own)
     begun = moved @ section_tangent(point.z, start, walker.p).reshape(-1, walker.size)
     carried = carried_error(walker, cycle, begun)
@@ -276,8 +274,10 @@ def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -
     place = vaulting(single)
     begin = up_to_mid_stance(walker, single[place])
     walk = walk_on(walker, begin.end, steps, tolerance)
-    there = carried_error(walker, single, begun)[place].states[0]
-    path = carried_error(walker, walk, upright_error(walker, begin, there))
+    there = along(walker, begin, carried_error(walker, single, begun)[place].states[0])[-1]
+    rates = np.empty(walker.size)
+    flow(begin.phase, begin.end, walker.p, rates)
+    path = carried_error(walker, walk, there - rates * there[0] / rates[0])
     ends = [index for index, segment in enumerate(walk) if is_last(segment)]
     return Estimated(
         np.array([*point.z, point.period, step_length(walker, point)]),
@@ -316,21 +316,6 @@ def record_step(walker: Walker, z: Vector, tolerance: float) -> tuple[list[Segme
         start, h = start + segment.duration, max(min(h, FIRST_LENGTH), LEAST_LENGTH)
         phase, decided = succeed(phase, y, walker.p, None)
     return segments, section_coordinates(y[: walker.size], walker.exchanged.p)
-
-
-def coordinate_error(walker: Walker, steps: Sequence[Segment], error: Vector) -> Vector:
-    """Error (j,) of the section coordinates after some steps from that of the state there."""
-    y, standing = steps[-1].end.copy(), walker.on(steps[-1].stance_leg)
-    heel_strike_reset(y, standing.p)
-    found: Vector = section_derivative(np.concatenate([y, error]), standing.exchanged.p)[:, 0]
-    return found
-
-
-def upright_error(walker: Walker, begin: Segment, error: Vector) -> Vector:
-    """Error of the state at mid-stance (size,), `error` being that at the start of the single stance `begin`."""
-    end, rates = along(walker, begin, error)[-1], np.empty(walker.size)
-    flow(begin.phase, begin.end, walker.p, rates)
-    return np.asarray(end - rates * end[0] / rates[0])
 
 
 def hip_error(walker: Walker, segment: Segment, carried: CarriedError) -> Vector:
