@@ -126,6 +126,21 @@ def test_the_next_mid_stance_takes_the_starts_place_with_exact_derivatives():
                                    atol=1e-5 * np.abs(rows[:, 1 + place]).max())  # fmt: skip
 
 
+def test_a_walk_goes_on_from_anywhere_as_it_did():
+    """After a push a step begins where the robot is, on either leg, at an angle that is one of its unknowns."""
+    run, design, unknowns = made(1, 5)
+    anywhere = follower().anywhere
+    begun = walk(design, anywhere.of_design, np.append(0.0, unknowns), anywhere.layout, run.sampling, 0.9, 1e-11)
+    for time in begun.strikes()[:2, 0] - np.array([0.2, 0.05]):
+        rows, leg = begun.start_at(float(time))
+        there = np.concatenate([rows[:-1, 0], unknowns[anywhere.layout.free - 1:]])
+        there[anywhere.layout.place("mid_stance")] = time
+        sampling = dataclasses.replace(run.sampling, first_leg=leg)
+        again = walk(design, (), there, anywhere.layout, sampling, 0.3, 1e-11)
+        times = time + np.array([0.02, 0.3])
+        np.testing.assert_allclose(again.states(times)[0][:, :, 0], begun.states(times)[0][:, :, 0], atol=1e-6)
+
+
 def test_a_state_is_known_as_well_as_it_says():
     """Two runs: the mean over many is one, that of a single run may be a few times as large."""
     found = [errors(seed, 8) for seed in (1, 2)]

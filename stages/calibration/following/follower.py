@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -19,7 +20,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.run_fit import Model, fit_run
-from stages.calibration.following.step import Belief
+from stages.calibration.following.step import Belief, Step
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import MeasuredRun, Sampling
 from stages.calibration.observation.prediction import Walked, walk
@@ -38,6 +39,8 @@ USUAL = 0.01
 #: What a model puts wrong in a step's start, in usual changes, where residuals are as large again as noise alone (root
 #: of the sum of squares): of three walks of the twin with the numbers of the model.
 DRIFT = 0.06
+#: A push may change a rate by so many of its usual changes.
+BLOW = 60.0
 #: What has no prior begins with so many of its usual changes for a standard deviation.
 OPEN = 10.0
 
@@ -73,36 +76,64 @@ class Follower:
         """Standard deviation of what is wrong in a state, by the integrator and by the model, dimensionless."""
         return max(SOLVED * TOLERANCE, USUAL * self.discrepancy)
 
-    @property
+    @cached_property
     def start(self) -> list[int]:
-        """Places of a step's start among the unknowns: the state at mid-stance, and its time."""
-        o, layout = len(self.model.of_design), self.model.layout
+        """Places of a step's start among the unknowns: the state, and its time."""
+        o, layout = len(self.model.of_design), self.anywhere.layout
         return [o + place for place in (*range(layout.free), layout.place("mid_stance"))]
+
+    @cached_property
+    def anywhere(self) -> Model:
+        """The model of a step that may begin anywhere in single stance: its angle then is not known either."""
+        layout = self.model.layout
+        front = {"middle": 0.0, "prior": 0.0, "sizes": USUAL}
+        arrays = {name: np.append(value, getattr(layout, name)) for name, value in front.items()}
+        return replace(self.model, layout=replace(layout, names=("start_theta", *layout.names), free=layout.free + 1,
+                                                  **arrays))  # fmt: skip
 
     def drift(self) -> np.ndarray:
         """Covariance (n, n) of what the model puts wrong in a step's start, at each mid-stance."""
-        o, layout = len(self.model.of_design), self.model.layout
-        wrong = np.zeros(len(self.model.names))
-        wrong[self.start] = self.discrepancy * layout.sizes[[place - o for place in self.start]]
+        o, layout = len(self.model.of_design), self.anywhere.layout
+        wrong = np.zeros(len(self.anywhere.names))
+        wrong[self.start[1:]] = self.discrepancy * layout.sizes[[place - o for place in self.start[1:]]]
         return np.diag(wrong**2)
+
+    def pushed(self, step: Step, time: float) -> Belief:
+        """What a step tells of its state at a time [s], from when on rates may be any near by, and a new step begins.
+
+        The push was a sampling period later at most: places are as far off as rates move them until then.
+        """
+        layout = self.anywhere.layout
+        rows, leg = step.walked.start_at(time)
+        known = step.known
+        mean, grown = step.at.copy(), np.eye(len(step.at))
+        mean[self.start], grown[self.start] = rows[:, 0], rows[:, 1:]
+        off = np.where(np.isfinite(layout.prior), layout.prior, BLOW * layout.sizes)[: layout.free]
+        half = layout.free // 2
+        off[0] = BLOW * USUAL
+        off[:half] = np.hypot(off[half:] * self.before, self.wrong * step.walked.walker.scales()[:half])
+        covariance = grown @ known.covariance @ grown.T
+        covariance[self.start[:-1], self.start[:-1]] += off**2
+        return Belief(mean + grown @ (known.mean - step.at), 0.5 * (covariance + covariance.T), leg)
 
     def begin(self, run: MeasuredRun) -> tuple[Belief, Vector]:
         """What is known at the first mid-stance before its samples are seen, and unknowns (n,) near those of its walk.
 
         Raises StepFailed where none are found.
         """
-        model, layout = self.model, self.model.layout
+        model, layout = self.model, self.anywhere.layout
         alone = replace(model, shared=(), own=(SLOPE,))
         first = run.upto(float(run.strikes[2]))
         fit = fit_run(self.design, replace(first, strikes=run.strikes[:3]), alone, ())
         prior = np.where(np.isfinite(layout.prior), layout.prior, OPEN * layout.sizes)
-        middle = np.where(np.isfinite(layout.prior), layout.middle, fit.unknowns)
+        unknowns = np.append(0.0, fit.unknowns)
+        middle = np.where(np.isfinite(layout.prior), layout.middle, unknowns)
         mean = np.array([self.design.value(name) for name in model.of_design])
         covariance = self.covariance.copy()
         if SLOPE in run.own:
             place = model.of_design.index(SLOPE)
             mean[place], covariance[place, place] = run.own[SLOPE][0], run.own[SLOPE][1] ** 2
-        at = np.concatenate([mean, fit.unknowns])
+        at = np.concatenate([mean, unknowns])
         at[model.of_design.index(SLOPE)] = fit.own[0]
         whole = block_diag(covariance, np.diag(prior**2))
         return Belief(np.concatenate([mean, middle]), whole, run.sampling.first_leg), at
@@ -120,7 +151,7 @@ class Follower:
             raise StepFailed("the robot has no such design")
         for until in (AHEAD * period, max(reached - self.mid_stance(at), 0.0)):
             with contextlib.suppress(StepFailed):
-                return walk(there, self.model.of_design, at[o:], self.model.layout, replace(sampling, first_leg=leg),
+                return walk(there, self.model.of_design, at[o:], self.anywhere.layout, replace(sampling, first_leg=leg),
                             until, TOLERANCE)  # fmt: skip
         raise StepFailed("the robot falls before its next heel strike")
 
@@ -136,12 +167,13 @@ class Follower:
         raise StepFailed("no robot near this one walks as the samples say")
 
     def mid_stance(self, at: Vector) -> float:
-        """The time of mid-stance [s] in unknowns (n,)."""
-        return float(at[len(self.model.of_design) + self.model.layout.place("mid_stance")])
+        """The time of mid-stance, or of a step's other start [s], in unknowns (n,)."""
+        return float(at[self.start[-1]])
 
-    def onwards(self, at: Vector, walked: Walked) -> tuple[Vector, np.ndarray]:
-        """The unknowns at the next mid-stance, and their derivatives (n, n) by those at this one."""
-        rows = walked.next_start()
-        mean, grown = at.copy(), np.eye(len(at))
+    def onwards(self, step: Step) -> Belief:
+        """What a step tells of the next mid-stance. Raises StepFailed where it does not get there."""
+        rows, known = step.walked.next_start(), step.known
+        mean, grown, moved = step.at.copy(), np.eye(len(step.at)), known.mean - step.at
         mean[self.start], grown[self.start] = rows[:, 0], rows[:, 1:]
-        return mean, grown
+        covariance = grown @ known.covariance @ grown.T + self.drift()
+        return Belief(mean + grown @ moved, 0.5 * (covariance + covariance.T), 1 - step.leg)

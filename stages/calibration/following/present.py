@@ -11,6 +11,7 @@ step. Of the robot and its ground only the mean is walked. A fall is what the st
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -93,7 +94,7 @@ class Present:
         nearest = int(np.argmin(np.abs(events - now)))
         along = spread @ self._begins_by[nearest]
         sd = math.sqrt(self._begins_by[nearest] @ along)
-        along /= sd
+        along /= sd or 1.0  # a step that was begun at a given time
         rest, later = spread - np.outer(along, along), self._begins_by @ along
         if abs(events[nearest] - now) < NEAR * sd:
             points, weights = MANY
@@ -189,33 +190,34 @@ def _length(walker: Walker, state: Vector) -> float:
                                   + radius * theta + other * psi))  # fmt: skip
 
 
-def falls(walked: Walked, moved: Vector, covariance: np.ndarray, steps: int = STEPS) -> Vector:
+def falls(walked: Walked, moved: Vector, covariance: np.ndarray, wrong: float, steps: int = STEPS) -> Vector:
     """Probabilities (steps,) to fall in the first, the first two and so on of the steps after a walk's first strike.
 
-    The walk's unknowns are `moved` (n,) from its own, with a covariance; NaN where it does not come to a strike.
+    The walk's unknowns are `moved` (n,) from its own, with a covariance; the start of each step is `wrong` by so much,
+    dimensionless. NaN where it does not come to a strike.
     """
     if not any(one.ends_step for one in walked.stretches):
         return np.full(steps, np.nan)
     leg, mean, spread = landing(walked, 0, moved, covariance)
     values, vectors = np.linalg.eigh(spread)
     spread = vectors * np.sqrt(np.maximum(values, 0.0))
-    chance = np.random.default_rng(0).normal(size=(DRAWN, len(mean)))
-    walker, other = walked.walker.on(leg), walked.walker.on(1 - leg)
-    last = np.array([_last(mean + spread @ one, walker, other, steps) for one in chance[:FIRST]])
-    if np.ptp(last) > 0:
-        more = [_last(mean + spread @ one, walker, other, steps) for one in chance[FIRST:]]
-        last = np.append(last, more)
-    return np.asarray((last[:, None] <= np.arange(steps)).mean(axis=0))
+    rng, walker, other = np.random.default_rng(0), walked.walker.on(leg), walked.walker.on(1 - leg)
+    last = list[int]()
+    while len(last) < (FIRST if len(set(last)) < 2 else DRAWN):
+        off = wrong * rng.normal(size=(steps, 3))
+        last.append(_last(mean + spread @ rng.normal(size=len(mean)), walker, other, off))
+    return np.asarray((np.array(last)[:, None] <= np.arange(steps)).mean(axis=0))
 
 
-def _last(before: Vector, walker: Walker, other: Walker, steps: int) -> int:
-    """Whole steps, so many at most, after a state (size,) just before a heel strike."""
+def _last(before: Vector, walker: Walker, other: Walker, off: np.ndarray) -> int:
+    """Whole steps, so many at most as there are errors `off` (steps, 3) of their starts, after a state (size,) just
+    before a heel strike."""
     state, taken = before.copy(), 0
     _, decided = succeed(int(single_stance(state, walker.p)), state, walker.p, None)
-    try:
+    with contextlib.suppress(StepFailed):
         z = section_coordinates(state, other.p)
-        while decided and taken < steps:
+        while decided and taken < len(off):
+            swings = [0, 3] if len(z) > 4 else [0, 1, 2]  # angles and their rates
+            z[swings] += off[taken, : len(swings)]
             z, other, taken = poincare_map(other, z, LOOSE).z, other.exchanged, taken + 1
-    except StepFailed:
-        pass
     return taken

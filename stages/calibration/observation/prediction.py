@@ -18,7 +18,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.kinds import natural_lengths
 from stages.analytic.model.walker import Vector, Walker
-from stages.calibration.observation.measured_run import SIDES, STRETCHES, Layout, Sampling, start_scales
+from stages.calibration.observation.measured_run import SIDES, STRETCHES, Layout, Sampling
 from stages.calibration.observation.signals import SIGNALS, LowPass, Piece, Sensing
 from stages.calibration.observation.stretches import Stretch, walk_stretches
 
@@ -136,17 +136,28 @@ class Walked:
         state, rate, _ = stretch.at(at)
         by_columns = -state[0, 1:] / rate[0, 0]
         state[:, 1:] += rate[:, :1] * by_columns
-        found = state[1:] * self.walker.scales()[1:, None] * self.by
+        found = state[-self.layout.free :] * self.walker.scales()[-self.layout.free :, None] * self.by
         when = stretch.start * self.by * self.walker.time
         when[0] += at * self.walker.time
         when[1:] += by_columns * self.by[1:] * self.walker.time
         rows = self._spread(np.vstack([found, when]), np.append(np.zeros(len(found)), 1.0))
         rows[-1, 0] += self.value["mid_stance"]
-        natural = natural_lengths(self.walker.on(stretch.stance_leg).p)
-        for name, length, longer in zip(STRETCHES, natural, self.longer[::-1], strict=False):
+        return self._stretched(rows, stretch.stance_leg)
+
+    def start_at(self, time: float) -> tuple[np.ndarray, int]:
+        """A step's start at a time [s], (free + 1, 1 + d + k), as `next_start` has it, and the leg that stands."""
+        states, (stretch,) = self.states(np.array([time]))
+        when = np.append(time, np.zeros(states.shape[-1] - 1))
+        leg = stretch.stance_leg
+        return self._stretched(np.vstack([states[0, -self.layout.free :], when]), leg), leg
+
+    def _stretched(self, rows: np.ndarray, leg: int) -> np.ndarray:
+        """A start with lengths as a run's unknowns have it, by what they are longer than natural ones; in place."""
+        longer = self.longer if leg == self.stretches[0].stance_leg else self.longer[::-1]
+        for name, length, more in zip(STRETCHES, natural_lengths(self.walker.on(leg).p), longer, strict=False):
             if name in self.layout.names:
                 rows[self.layout.place(name), 0] -= self.walker.length * length
-                rows[self.layout.place(name), 1 : 1 + self.d] -= longer
+                rows[self.layout.place(name), 1 : 1 + self.d] -= more
         return rows
 
     def _spread(self, found: np.ndarray, by_mid_stance: np.ndarray, later: float = 0.0) -> np.ndarray:
@@ -210,7 +221,7 @@ def walk(
     """Walk from the run's start to the first event after `until` [s]. Raises StepFailed where the walker falls."""
     walker = design.walker()
     changes = changes_of(design, names)
-    scales = start_scales(walker)
+    scales = walker.scales()[-layout.free :]
     value = dict(zip(layout.names, unknowns, strict=True))
     lengths = [layout.place(name) for name in STRETCHES if name in layout.names]
     upright = unknowns[: layout.free].copy()

@@ -162,25 +162,25 @@ class Stretch:
 
 
 def walk_stretches(
-    walker: Walker, upright: Vector, along: np.ndarray, until: float, tolerance: float, first_leg: int
+    walker: Walker, begin: Vector, along: np.ndarray, until: float, tolerance: float, first_leg: int
 ) -> list[Stretch]:
     """Stretches of a walk from mid-stance up to the first that ends after the time `until`.
 
-    It begins in single stance on leg `first_leg`, upright: `upright` (size - 1,) is the state without theta, which is
-    zero. There what springs do fades soon; just after a heel strike it would move the next events too, and a fit could
-    not tell it from the time of the strike. Columns: the entries of `upright`, then the changes of the walker's numbers
-    `along` (n, fields of `walker.p`), in whose own step leg 0 stands. Raises StepFailed like `poincare_map`.
+    It begins in single stance on leg `first_leg` with the state `begin` (size,), or upright, (size - 1,), without
+    theta, which is zero. There what springs do fades soon; just after a heel strike it would move the next events too,
+    and a fit could not tell it from the time of the strike. Columns: the entries of `begin`, then the changes of the
+    walker's numbers `along` (n, fields of `walker.p`), in whose own step leg 0 stands. Raises StepFailed like
+    `poincare_map`.
     """
     if walker.timed:
         raise StepFailed("the walk of a calibration knows no strike at a given time")
     tolerance = attainable_tolerance(walker.p, tolerance)
-    size = walker.size
-    free = size - 1
+    size, free = walker.size, len(begin)
     rows = along, exchanged_rows(walker, along)  # of the walker on either leg
     p, numbers = walker.on(first_leg).p, directions(rows[first_leg], free + len(along))
     variations = np.zeros((free + len(along), size))
-    variations[range(free), range(1, size)] = 1.0
-    y = np.concatenate([[0.0], upright, variations.ravel()])
+    variations[range(free), range(size - free, size)] = 1.0
+    y = np.concatenate([np.zeros(size - free), begin, variations.ravel()])
     stretches: list[Stretch] = []
     start, leg, phases = 0.0, first_leg, 0
     fastest = fastest_rate(walker.p)
