@@ -104,7 +104,7 @@ def test_a_robot_is_found_again_after_a_push(share):
     walked = walk(design, (), start, model()[1].layout, sampling, 0.05, 1e-9)
     strike, seen = float(walked.strikes()[0, 0]), []
     with contextlib.suppress(StepFailed):
-        seen.extend(one for one in follow(follower(), run.upto(strike)) if min(time + 0.1, strike - 0.02) < one.time)
+        seen.extend(one for one in follow(follower(), run.upto(strike - 0.02)) if one.time > time + 0.1)
     states, _ = walked.states(np.array([one.time for one in seen]))
     assert seen and all(one.leg == leg for one in seen)
     for one, state in zip(seen, states[:, :, 0], strict=True):

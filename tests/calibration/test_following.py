@@ -131,7 +131,7 @@ def test_a_walk_goes_on_from_anywhere_as_it_did():
     run, design, unknowns = made(1, 5)
     anywhere = follower().anywhere
     begun = walk(design, anywhere.of_design, np.append(0.0, unknowns), anywhere.layout, run.sampling, 0.9, 1e-11)
-    for time in begun.strikes()[:2, 0] - np.array([0.2, 0.05]):
+    for time in begun.strikes()[:2, 0] - np.array([0.1, 0.05]):
         rows, leg = begun.start_at(float(time))
         there = np.concatenate([rows[:-1, 0], unknowns[anywhere.layout.free - 1:]])
         there[anywhere.layout.place("mid_stance")] = time

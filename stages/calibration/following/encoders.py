@@ -18,6 +18,7 @@ from stages.calibration.angles.fit import guess
 from stages.calibration.angles.recording import DrivenStep
 from stages.calibration.angles.robot import OF_STATE, drive_of
 from stages.calibration.angles.same import LOST, FittedEncoders
+from stages.calibration.following.step import take_readings
 
 #: A step's first samples, through which its start is guessed; nothing is told before them.
 BEGIN, ORDER = 12, 2
@@ -53,31 +54,24 @@ def follow(robot: FittedEncoders, step: DrivenStep) -> Iterator[Seen]:
     names = robot.setup.free
     drive, m = drive_of(robot.setup.robot, step, names), len(names)
     quick = np.sqrt(drive.design.slope.gravity / drive.design.biped.leg_length)
-    state, numbers = guess(step, BEGIN, ORDER), np.zeros(m)
+    known = np.append(guess(step, BEGIN, ORDER), np.zeros(m))
     spread = np.zeros((4 + m, 4 + m))
     spread[range(4), range(4)] = np.square(OPEN * np.array([1.0, 1.0, quick, quick]))
     spread[4:, 4:] = np.where(np.abs(robot.covariance) < LOST, robot.covariance, 0.0)
-    shown, noise = np.hstack([OF_STATE, drive.by_zeros]), np.diag(robot.encoded[step.leg] ** 2)
+    shown = np.hstack([OF_STATE, drive.by_zeros])
     wander = np.zeros((4 + m, 4 + m))
     wander[2:4, 2:4] = BY_SHOWN @ np.diag(robot.unmodelled[step.leg] * step.interval) @ BY_SHOWN.T
     for number, angles in enumerate(step.angles):
-        across = spread @ shown.T
-        expected = shown @ across + noise
-        left = angles - shown @ np.append(state, numbers) - drive.zeros
-        moved = across @ np.linalg.solve(expected, left)
-        state, numbers = state + moved[:4], numbers + moved[4:]
-        spread = spread - across @ np.linalg.solve(expected, across.T)
-        spread = 0.5 * (spread + spread.T)
+        innovation = take_readings(known, spread, angles - drive.zeros, shown, robot.encoded[step.leg] ** 2, np.inf)
         if number >= BEGIN:
-            yield Seen(step.begins + number * step.interval, state, spread[:4, :4],
-                       np.linalg.solve(np.linalg.cholesky(expected), left))  # fmt: skip
-        driven = drive.along(state, step.interval, slice(number, number + 2))
+            yield Seen(step.begins + number * step.interval, known[:4].copy(), spread[:4, :4].copy(), innovation)
+        driven = drive.along(known[:4], step.interval, slice(number, number + 2))
         if len(driven.states) < 2:
             return
         onwards = np.eye(4 + m)
         onwards[:4, :4] = driven.by_start[1]
         onwards[:4, [4 + place for place in drive.places]] = driven.along[1]
-        state = driven.states[1] + driven.along[1] @ numbers[drive.places]
+        known[:4] = driven.states[1] + driven.along[1] @ known[4:][drive.places]
         spread = onwards @ spread @ onwards.T + wander
 
 

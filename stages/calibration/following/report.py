@@ -21,7 +21,7 @@ from stages.calibration.following import encoders, robot_file
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.stream import Stream, rows_of
-from stages.calibration.following.track import follow
+from stages.calibration.following.track import BEFORE, follow, forecasts
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import whiteness
 from stages.calibration.observation.measured_run import MeasuredRun
@@ -35,8 +35,6 @@ LEGS = (("stance_leg_angle", "rad"), ("stance_leg_length", "m"), ("leg_opening_a
 STANDS = ("inner", "outer")
 #: Innovations are white unless so few of white ones are like them.
 LEVEL = 0.01
-#: Forecasts of heel strikes are held against the measured ones from so long before on, in steps.
-AHEAD = 0.2
 
 
 def _follower(parameters: Parameters, robot: robot_file.FittedRobot) -> Follower:
@@ -80,8 +78,8 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
             table.append([name, *(f"{value:.3g}" for value in plain[name].values())])
     if not plain:
         raise NotIdentified(f"no run can be followed: {'; '.join(lines[:3]) or 'there is none'}")
-    columns = ["run", "steps", "samples", "innovation, sd", f"strikes forecast {AHEAD:g} step ahead", "of these inside",
-               "error, ms", "half width, ms"]  # fmt: skip
+    columns = ["run", "steps", "samples", "innovation, sd", f"strikes forecast {BEFORE:g} step ahead",
+               "of these inside", "error, ms", "half width, ms"]  # fmt: skip
     return Answer(lines=lines, tables=[("Runs followed, strikes with 95 % intervals", columns, table)],
                   plain={"runs": plain, "states": rows}, rows=rows)  # fmt: skip
 
@@ -143,20 +141,11 @@ def _of_state(state: Vector, covariance: np.ndarray) -> dict[str, float]:
 
 def _plain(instants: Sequence[Instant], run: MeasuredRun) -> Mapping[str, Any]:
     """How well a run was followed: its readings, and the heel strikes that were forecast."""
-    errors, widths, ahead = [], [], AHEAD * float(np.median(np.diff(run.strikes)))
-    for strike in run.strikes:
-        before = [one for one in instants if strike - 2 * ahead < one.time < strike - ahead]
-        if before:
-            half = HALF_WIDTH * before[-1].strike_sd
-            errors.append(before[-1].strike - strike)
-            widths.append(half)
+    errors, sd = forecasts(instants, run.strikes).T
+    widths = HALF_WIDTH * sd
     size = np.sqrt(np.nanmean([one.surprise for one in instants]))
     return {"steps": int(sum(one.leg != other.leg for one, other in pairwise(instants))),
             "samples": len(instants), "innovation_in_sigmas": float(size), "strikes_forecast": len(errors),
-            "strikes_inside": int((np.abs(errors) <= widths).sum()), "error_ms": 1e3 * rms(errors),
-            "half_width_ms": 1e3 * float(np.median(widths)) if widths else math.nan}  # fmt: skip
-
-
-def rms(values: Sequence[float]) -> float:
-    """Root mean square; NaN of none."""
-    return math.sqrt(float(np.mean(np.square(values)))) if len(values) else math.nan
+            "strikes_inside": int((np.abs(errors) <= widths).sum()),
+            "error_ms": 1e3 * math.sqrt(np.mean(errors**2)) if len(errors) else math.nan,
+            "half_width_ms": 1e3 * float(np.median(widths)) if len(widths) else math.nan}  # fmt: skip

@@ -24,6 +24,7 @@ from stages.calibration.estimation.request import DECLARED, PARTS, Request
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.following.fitted import earlier_fits, earlier_runs, fitted_robot
 from stages.calibration.following.robot_file import NAME, FittedRobot
+from stages.calibration.following.track import with_forecasts
 from stages.calibration.information.identifiability import (
     SLOPE,
     described,
@@ -36,7 +37,7 @@ from stages.calibration.information.identifiability import (
 from stages.calibration.intervals.left_out import FRICTION, OTHER, Cause, causes, in_words, widened, with_all
 from stages.calibration.intervals.model_error import Judged, judged, structure_in_words, widening
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
-from stages.calibration.parameters import Parameters
+from stages.calibration.parameters import Parameters, Settings
 from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, read_runs
 from stages.calibration.result import HALF_WIDTH, HeldOut
 
@@ -55,14 +56,16 @@ OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
 @dataclass(frozen=True)
 class Calibrated:
-    """What came out, from a `design`: the fit and why runs are left out of it, how well the robot explains those held
-    out (None where it does not walk them), residuals in noises and the factor on intervals, values with intervals, what
-    the model leaves out, whether the bill of parts was begun with, what was `known`, and the robot `before`."""
+    """What came out, from a `design` with the `settings`: the fit and why runs are left out of it, how well the robot
+    explains those held out (None where it does not walk them), residuals in noises and the factor on intervals, values
+    with intervals, what the model leaves out, whether the bill of parts was begun with, what was `known`, and the robot
+    `before`."""
 
     design: DesignPoint
     model: Model
     fit: CampaignFit
     estimate: Judged
+    settings: Settings
     sigmas: float = 1.0
     wider: float = 1.0
     refused: Sequence[str] = ()
@@ -115,7 +118,8 @@ def calibrated(
     others = causes(design, fit, model, all_known)
     estimate = dataclasses.replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
-        design, model, fit, estimate, sigmas, wider, refused, held, others, of_parts, all_known, before))
+        design, model, fit, estimate, parameters.settings, sigmas, wider, refused, held, others, of_parts, all_known,
+        before))
 
 
 def _with_more(design: DesignPoint, request: Request) -> DesignPoint:
@@ -188,11 +192,17 @@ def answered(result: Calibrated) -> Answer:
             "held_out": {name: _plain(one) for name, one in result.held_out.items()},
         },
         draw=partial(_draw, fit, model),
-        files={NAME: fitted_robot(design, model, fit, estimate, (result.sigmas, result.wider), result.known,
-                                  result.of_parts).content()} if fit.converged else {},
+        files={NAME: _robot(result).content()} if fit.converged else {},
         parameters=_left(result) if fit.converged else {},
         no=not fit.converged,
     )  # fmt: skip
+
+
+def _robot(result: Calibrated) -> FittedRobot:
+    """The robot as its file keeps it."""
+    found = fitted_robot(result.design, result.model, result.fit, result.estimate, (result.sigmas, result.wider),
+                         result.known, result.of_parts)  # fmt: skip
+    return with_forecasts(found, result.model, result.settings)
 
 
 def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
