@@ -155,15 +155,14 @@ class Follower:
                             until, TOLERANCE)  # fmt: skip
         raise StepFailed("the robot falls before its next heel strike")
 
-    def nearer(
-        self, at: Vector, moved: Vector, leg: int, sampling: Sampling, period: float, reached: float = -math.inf
-    ) -> tuple[Vector, Walked]:
-        """The unknowns after a step `moved` (n,), or after the largest of its halves with which the robot walks until a
-        time [s] that is `reached`."""
+    def nearer(self, step: Step, period: float, reached: float) -> Step:
+        """A step about what its samples tell, or about the largest of halves of the way there with which the robot
+        walks until a time [s] that is `reached`."""
+        moved = step.known.mean - step.at
         for halved in range(HALVED):
             with contextlib.suppress(StepFailed):
-                there = at + moved / 2**halved
-                return there, self.walked(there, leg, sampling, period, reached)
+                there = step.at + moved / 2**halved
+                return step.about(there, self.walked(there, step.leg, step.sampling, period, reached))
         raise StepFailed("no robot near this one walks as the samples say")
 
     def mid_stance(self, at: Vector) -> float:

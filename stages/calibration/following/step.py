@@ -48,11 +48,11 @@ class Step:
         self, model: Model, sampling: Sampling, wrong: float, before: Belief, at: Vector, walked: Walked,
         taken: Sequence[Sample] = (),
     ) -> None:  # fmt: skip
-        self._model, self._sampling, self._wrong = model, sampling, wrong
+        self._model, self.sampling, self._wrong = model, sampling, wrong
         self._before, self.leg, self.at, self.walked, self._taken = before, before.leg, at, walked, list(taken)
         self._present = Present(walked, wrong)
         self._shown = {side: Shown(walked, sampling, side) for side in SIDES}
-        self._moved, self._covariance, self.misfit = self._solved()
+        self._moved, self._covariance = self._solved()
         self._surprise, self._count = 0.0, 0
 
     @property
@@ -98,18 +98,17 @@ class Step:
 
     def about(self, at: Vector, walked: Walked) -> Step:
         """The step linearised about the unknowns `at` (n,), which have `walked` so."""
-        return Step(self._model, self._sampling, self._wrong, self._before, at, walked, self._taken)
+        return Step(self._model, self.sampling, self._wrong, self._before, at, walked, self._taken)
 
     def until(self, time: float) -> Step:
         """The step without what it took from a time [s] on."""
         taken = [one for one in self._taken if one.time < time]
-        return Step(self._model, self._sampling, self._wrong, self._before, self.at, self.walked, taken)
+        return Step(self._model, self.sampling, self._wrong, self._before, self.at, self.walked, taken)
 
-    def _solved(self) -> tuple[Vector, np.ndarray, float]:
-        """What all that was taken tells: by how much the mean (n,) is from `at`, the covariance (n, n), and the mean
-        square of what is left of readings there, in noises, as Huber's estimate has it, with that of the belief."""
+    def _solved(self) -> tuple[Vector, np.ndarray]:
+        """What all that was taken tells: by how much the mean (n,) is from `at`, and the covariance (n, n)."""
         n, off = len(self.at), self._before.mean - self.at
-        matrix, right, misfit, count = np.zeros((n, n)), np.zeros(n), 0.0, 0
+        matrix, right = np.zeros((n, n)), np.zeros(n)
         for side in SIDES:
             taken = [one for one in self._taken if one.side == side]
             if taken:
@@ -118,7 +117,6 @@ class Step:
                 used, noise = np.array([one.used for one in taken]), np.asarray(self._model.noise)
                 left = np.array([one.reading for one in taken]) - expected[:, :, 0]
                 pull = np.maximum(np.abs(left) / noise / self._model.robust, 1.0)  # Huber's
-                misfit, count = misfit + float((np.square(left / noise) / pull)[used].sum()), count + int(used.sum())
                 weighed = rows.T * np.ravel(used / (pull * noise**2))
                 matrix += weighed @ rows
                 right += weighed @ (left.ravel() - rows @ off)
@@ -127,8 +125,7 @@ class Step:
         scaled = self._before.covariance / unit / unit[:, None]
         known = np.linalg.solve(np.eye(n) + scaled @ (matrix * unit * unit[:, None]), scaled) * unit * unit[:, None]
         known = 0.5 * (known + known.T)
-        moved = known @ right
-        return off + moved, known, (misfit + float(moved @ (right - matrix @ moved))) / max(count, 1)
+        return off + known @ right, known
 
 
 @compiled

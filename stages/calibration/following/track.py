@@ -10,7 +10,6 @@ import contextlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from operator import attrgetter
 
 import numpy as np
 
@@ -36,9 +35,6 @@ BEFORE, ENOUGH = 0.2, 9
 #: A push is where all of so many samples are so surprising, in mean squares of their standard deviations. Then the step
 #: is linearised anew after each sample.
 LATELY, PUSHED = 4, 25.0
-#: As long as what is left of its samples is larger than this mean square, it is linearised so often from each of
-#: several starts: with the speed of its leg times these.
-POOR, AFRESH = 10.0, ((1.0, 0.3, -0.3, 2.0), 3)
 
 
 def follow(follower: Follower, run: MeasuredRun) -> Iterator[Instant]:
@@ -86,7 +82,6 @@ class Track:
     _step: Step
     _until: float
     _pushed: float
-    _afresh: bool
     _warned: bool
     _lately: list[tuple[float, float]]
 
@@ -94,7 +89,6 @@ class Track:
         self._follower, self._sampling, self._ahead = follower, run.sampling, ahead
         self._waiting = list[Sample]()
         self._work: Iterator[None] | None = None
-        self._speed = len(follower.model.of_design) + follower.anywhere.layout.place("start_theta_rate")
         self._period = self._usual = float(np.diff(run.strikes[:3]).mean())
         belief, at = follower.begin(run)
         self._first = self._until = follower.mid_stance(belief.mean) + follower.settling
@@ -146,7 +140,9 @@ class Track:
             self._lately = [*self._lately[1 - LATELY:], (surprise, sample.time)]
         if self._pushed > -math.inf:
             if settled and sample.side == SIDES[0] and kept:
-                self._again(sample.time)
+                with contextlib.suppress(StepFailed):  # where no step is near, more samples may tell
+                    self._step = self._follower.nearer(self._step, self._period, sample.time)
+                    self._end()
         elif len(self._lately) == LATELY and min(self._lately)[0] > PUSHED:
             self._push(min(time for _, time in self._lately))
 
@@ -155,32 +151,7 @@ class Track:
         belief = self._follower.pushed(self._step.until(time), time)
         self._until, self._waiting, self._work = time, [], None
         self._enter(belief, belief.mean)
-        self._pushed, self._afresh = time, True
-
-    def _again(self, time: float) -> None:
-        """Linearise the step after a push about what its samples up to a time [s] tell, where that leaves much from
-        several starts.
-
-        A leg that is stopped or turned round moves its sensors as one that was made faster does, for a while.
-        """
-        (shares, count), found = AFRESH if self._afresh else ((1.0,), 1), list[Step]()
-        for share in shares:
-            step, moved = self._step, np.zeros(len(self._step.at))
-            moved[self._speed] = (share - 1.0) * step.at[self._speed]
-            with contextlib.suppress(StepFailed):
-                for number in range(count):
-                    moved = moved if number == 0 and share != 1.0 else step.known.mean - step.at
-                    step = self._nearer(step, moved, time)
-                found.append(step)
-        self._afresh = True  # where no start is one, more samples may tell
-        if found:
-            self._step = min(found, key=attrgetter("misfit"))
-            self._afresh = self._step.misfit > POOR
-            self._end()
-
-    def _nearer(self, step: Step, moved: Vector, until: float) -> Step:
-        """A step about unknowns that are `moved` (n,), or less far, so that it walks until a time [s]."""
-        return step.about(*self._follower.nearer(step.at, moved, step.leg, self._sampling, self._period, until))
+        self._pushed = time
 
     def _end(self) -> None:
         """When the step ends [s]: at the next mid-stance; of one that falls, when it would."""
@@ -194,7 +165,7 @@ class Track:
         """Linearise the step about what all its samples tell, and enter the next one, in parts of like work."""
         follower, step = self._follower, self._step
         for _ in range(AGAIN):
-            step = self._nearer(step, step.known.mean - step.at, self._until)
+            step = follower.nearer(step, self._period, self._until)
             yield
             known = step.known
             if np.all(np.abs(known.mean - step.at) <= MOVED * np.sqrt(np.abs(np.diag(known.covariance)))):

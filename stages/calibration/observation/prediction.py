@@ -145,7 +145,12 @@ class Walked:
         return self._stretched(rows, stretch.stance_leg)
 
     def start_at(self, time: float) -> tuple[np.ndarray, int]:
-        """A step's start at a time [s], (free + 1, 1 + d + k), as `next_start` has it, and the leg that stands."""
+        """A step's start at a time [s], or as soon then as one leg alone stands, (free + 1, 1 + d + k), as `next_start`
+        has it, and that leg."""
+        begins = self.begins()[0] * self.walker.time
+        number = max(int(np.searchsorted(begins, time, "right")) - 1, 0)
+        if self.stretches[number].double and number + 1 < len(begins):
+            time = begins[number + 1]
         states, (stretch,) = self.states(np.array([time]))
         when = np.append(time, np.zeros(states.shape[-1] - 1))
         leg = stretch.stance_leg
