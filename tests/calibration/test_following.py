@@ -15,8 +15,8 @@ from stages.calibration.following import robot_file
 from stages.calibration.following.beside_truth import followed
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Present
-from stages.calibration.following.robot_file import FittedRobot
-from stages.calibration.following.track import follow
+from stages.calibration.following.robot_file import FittedRobot, Learned
+from stages.calibration.following.track import follow, with_forecasts
 from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, layout_of, usable
 from stages.calibration.observation.prediction import predict, walk
@@ -147,6 +147,18 @@ def test_a_state_is_known_as_well_as_it_says():
     assert all(np.all(alone < 9.0) and joint < 4.0 for alone, joint, *_ in found)
     assert sum(sum(inside) for *_, inside, _ in found) >= 0.75 * sum(len(inside) for *_, inside, _ in found) > 4
     assert [innovation for *_, innovation in found] == pytest.approx([1.0, 1.0], abs=0.15)
+
+
+def test_strikes_are_late_as_those_of_the_robots_own_runs_were_after_their_forecasts():
+    robot, fitted = model()
+    learned = []
+    for seed in (1, 2):
+        run, _, unknowns = made(seed, 8)
+        found_late = run.strikes + np.where(run.strikes > 0.0, 2e-3, 0.0)
+        learned.append(Learned(dataclasses.replace(run, strikes=found_late), np.zeros(1), unknowns))
+    found = with_forecasts(dataclasses.replace(robot, learned=tuple(learned)), fitted, SETTINGS)
+    assert found.late == pytest.approx(2e-3, abs=4e-4) and found.late_sd < 1e-3
+    assert with_forecasts(dataclasses.replace(robot, learned=tuple(learned[:1])), fitted, SETTINGS).late == robot.late
 
 
 def test_what_a_model_puts_wrong_widens_errors():

@@ -149,7 +149,8 @@ class Follower:
         there = self.design.with_values(dict(zip(self.model.of_design, map(float, at[:o]), strict=True)))
         if not there.is_legal():
             raise StepFailed("the robot has no such design")
-        for until in (AHEAD * period, max(reached - self.mid_stance(at), 0.0)):
+        least = max(reached - self.mid_stance(at), 0.0)
+        for until in (max(AHEAD * period, least), least):
             with contextlib.suppress(StepFailed):
                 return walk(there, self.model.of_design, at[o:], self.anywhere.layout, replace(sampling, first_leg=leg),
                             until, TOLERANCE)  # fmt: skip
