@@ -34,7 +34,7 @@ from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.intervals.model_error import judged
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings import Recorded, drawn_design, first_steps, looked_for, mid_stance_of
+from stages.calibration.recordings import drawn_design, first_steps, looked_for, mid_stance_of
 from stages.calibration.result import HALF_WIDTH, Failed, FittedRun, Result
 from stages.calibration.run import fitted_run
 from stages.campaign.virtual_sensor import low_pass
@@ -147,7 +147,7 @@ class Fits:
         run = measured(walked, robots.ground.step, self.parameters,
                        partial(mid_stance_of, self.design, self.model.layout), rng)
         begun = time.process_time()
-        fit = fitted_run(self.design, Recorded("lab", first_steps(run, self.parameters.settings.fitted_steps), known),
+        fit = fitted_run(self.design, "lab", (first_steps(run, self.parameters.settings.fitted_steps), known),
                          self.model)  # fmt: skip
         if isinstance(fit, Failed) or not fit.converged:
             return f"{trial}: {fit.why}"

@@ -28,7 +28,7 @@ from stages.calibration.estimation.held_out import corrected, rms_of
 from stages.calibration.estimation.run_fit import Model, fit_near
 from stages.calibration.information.identifiability import FINE, SLOPE, first_model
 from stages.calibration.intervals.model_error import SPARE, Discrepancy
-from stages.calibration.observation.measured_run import SIDES
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.recordings import (
     WITH_OUTSOLE,
     WITHOUT,
@@ -107,9 +107,9 @@ class _Work:
         for kind, source, weighed in sources(
                 inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database):
             left = {one.name for one in wanted if one.kind == kind}
-            for one in recorded(source, kind, drawn, self.model, parameters, weighed) if left else ():
-                self.runs[one.run.name] = one
-                left.discard(one.run.name)
+            for one in recorded(source, drawn, self.model, parameters, weighed) if left else ():
+                self.runs[one[0].name] = one
+                left.discard(one[0].name)
                 if not left:
                     break
 
@@ -120,9 +120,9 @@ class _Work:
         for place, fit in enumerate(fits):
             if len(corrections) == self.parameters.settings.corrected:
                 break
-            one = self.runs[fit.name]
+            run, known = self.runs[fit.name]
             try:
-                corrections[place] = corrected(drawn, fit, one.run, self.model, one.known, self.robot.run)
+                corrections[place] = corrected(drawn, fit, run, self.model, known, self.robot.run)
             except StepFailed as reason:
                 self.reasons.append(f"{fit.name}: not corrected: {reason}")
         study = self.inputs.calibration
@@ -135,36 +135,36 @@ class _Work:
 
         The start's correction is that of the run itself: what the model's fit misses of the twin's own.
         """
-        one = self.runs[held.name]
+        run, _ = self.runs[held.name]
         own = np.mean([fit.own for fit in fitted.fits], axis=0)
         own[list(self.model.own).index(SLOPE)] = held.own[0]
         found = self.model.robot(fitted.drawn, fitted.found, own)
         done: list[Check] = []
         try:
-            done.append(self._check(AS_FOUND, found, held.unknowns, held, one))
+            done.append(self._check(AS_FOUND, found, held.unknowns, held, run))
             if fitted.corrections:
                 own_bias = np.mean([own_bias for _, own_bias in fitted.corrections.values()], axis=0)
                 better = self.model.robot(fitted.drawn, fitted.found - fitted.by_twin, own - own_bias)
-                made = self.robot.run(better, held.unknowns, one.run)
+                made = self.robot.run(better, held.unknowns, run)
                 alone = replace(self.model, shared=(), own=(SLOPE,))
                 sure = {SLOPE: (better.value(SLOPE), SURE_DEG)}
                 again = fit_near(found, held.unknowns, replace(made, own=sure), alone, ())
                 start = 2.0 * held.unknowns - again.unknowns
-                done.append(self._check(CORRECTED, better, start, held, one))
+                done.append(self._check(CORRECTED, better, start, held, run))
         except StepFailed as reason:
             self.reasons.append(f"{held.name}: {reason}")
         return done
 
     def _check(
-        self, numbers: str, design: DesignPoint, unknowns: Vector, held: HeldOut, one: Recorded
+        self, numbers: str, design: DesignPoint, unknowns: Vector, held: HeldOut, run: MeasuredRun
     ) -> Check:
         """How far the twin is from a run. Raises StepFailed."""
-        made = self.robot.run(design, unknowns, one.run)
-        residuals = {side: np.where(one.run.used[side], one.run.samples[side] - made.samples[side], np.nan)
+        made = self.robot.run(design, unknowns, run)
+        residuals = {side: np.where(run.used[side], run.samples[side] - made.samples[side], np.nan)
                      / np.asarray(self.model.noise) for side in SIDES}  # fmt: skip
-        count = min(len(made.strikes), len(one.run.strikes))
-        late = float(np.abs(made.strikes[:count] - one.run.strikes[:count]).max())
-        return Check(held.name, held.kind, numbers, late, *rms_of(residuals, one.run, self.model))
+        count = min(len(made.strikes), len(run.strikes))
+        late = float(np.abs(made.strikes[:count] - run.strikes[:count]).max())
+        return Check(held.name, held.kind, numbers, late, *rms_of(residuals, run, self.model))
 
     def walk(self, fitted: Fitted) -> Walk | None:
         """The twin's walk on the nominal ramp with a robot's corrected numbers, begun in that robot's gait."""

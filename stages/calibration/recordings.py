@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -96,13 +95,8 @@ def table_value(design: Biped, name: str) -> float:
     return 0.5 * (float(getattr(design.leg(0), key)) + float(getattr(design.leg(1), key)))
 
 
-@dataclass(frozen=True)
-class Recorded:
-    """A run, of what `kind` of robot, with what is known of the robot beside it."""
-
-    kind: str
-    run: MeasuredRun
-    known: tuple[Known, ...]
+#: A run, with what is known of the robot beside it.
+Recorded = tuple[MeasuredRun, tuple[Known, ...]]
 
 
 def sources(
@@ -116,7 +110,7 @@ def sources(
 
 
 def recorded(
-    source: Path, kind: str, design: DesignPoint, model: Model, parameters: Parameters, weighed: Mapping[str, float]
+    source: Path, design: DesignPoint, model: Model, parameters: Parameters, weighed: Mapping[str, float]
 ) -> Iterator[Recorded]:
     """Runs of a database that can be used, one at a time, each cut to the steps that are fitted.
 
@@ -127,7 +121,7 @@ def recorded(
         if not isinstance(run, str):
             mass, sd = weighed.get(run.name, settings.weighed_mass), settings.weighed_sd
             known = () if mass is None else (Known(TOTAL_MASS, mass, sd * mass, "weighed"),)
-            yield Recorded(kind, first_steps(run, settings.fitted_steps), known)
+            yield first_steps(run, settings.fitted_steps), known
 
 
 def first_steps(run: MeasuredRun, steps: int) -> MeasuredRun:

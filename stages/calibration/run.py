@@ -33,7 +33,7 @@ from stages.calibration.information.identifiability import (
     weighed,
 )
 from stages.calibration.intervals.model_error import widening
-from stages.calibration.observation.measured_run import SIDES
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import (
     Recorded,
@@ -70,22 +70,22 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     found: list[FittedRun | HeldOut | Failed] = []
     missed, shown = tuple[FittedRun, ...](), None
-    robots = [(kind, recorded(source, kind, design, model, parameters, weights)) for kind, source, weights in sources(
+    robots = [(kind, recorded(source, design, model, parameters, weights)) for kind, source, weights in sources(
         inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database)]
     for number, (kind, runs) in enumerate(robots):
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
         drawn = drawn_design(parameters, kind)
         given = list(islice(runs, settings.fitted_runs))
-        mine = [fitted_run(drawn, one, model) for one in given]
+        mine = [fitted_run(drawn, kind, one, model) for one in given]
         fits = [fit for fit in mine if isinstance(fit, FittedRun)]
         if number == 0 and isinstance(mine[0], FittedRun):
-            shown = followed(drawn, given[0].run, mine[0], model, settings, truths.get(mine[0].name))
+            shown = followed(drawn, given[0][0], mine[0], model, settings, truths.get(mine[0].name))
         found += mine
-        found += [held_out(drawn, fits, one, model, settings.begun_s)
-                  for one in islice(runs, settings.held_out_runs if fits else 0)]  # fmt: skip
+        found += [held_out(drawn, kind, fits, one, model, settings.begun_s)
+                  for one, _ in islice(runs, settings.held_out_runs if fits else 0)]  # fmt: skip
         if number == 0:  # the runs of the other robots are of the same machines
-            more = [one for one in islice(runs, settings.discrepancy_runs) if one.run.name in truths]
-            others = sorted(each_in_a_process(partial(fitted_run, drawn, model=model), more))
+            more = [one for one in islice(runs, settings.discrepancy_runs) if one[0].name in truths]
+            others = sorted(each_in_a_process(partial(fitted_run, drawn, kind, model=model), more))
             missed = _judged([fit for _, fit in others], truths, model.shared)
     return Result(
         settings.planned_runs, told, not_seen, model.shared, tuple(design.unit(name) for name in model.shared),
@@ -110,32 +110,33 @@ def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:
     return told, tuple(described(each, model.of_design, units, plain.values) for each in plain.unseen)
 
 
-def fitted_run(design: DesignPoint, one: Recorded, model: Model) -> FittedRun | Failed:
-    """A run's own fit, without a look at any truth."""
+def fitted_run(design: DesignPoint, kind: str, given: Recorded, model: Model) -> FittedRun | Failed:
+    """The own fit of a run of a kind of robot, without a look at any truth."""
+    run, known = given
     try:
-        fit = fit_run(design, one.run, model, one.known)
+        fit = fit_run(design, run, model, known)
     except StepFailed as reason:
-        return Failed(one.run.name, one.kind, str(reason))
+        return Failed(run.name, kind, str(reason))
     sigmas, wider = widening([fit.equations])
-    seen = fit.equations.eliminated(len(model.shared))[0] + information_of(one.known, model.shared)
-    hip, foot = (trace(one.run, fit.equations, model, side) for side in SIDES)
+    seen = fit.equations.eliminated(len(model.shared))[0] + information_of(known, model.shared)
+    hip, foot = (trace(run, fit.equations, model, side) for side in SIDES)
     return FittedRun(
-        name=one.run.name, kind=one.kind, design=fit.design, own=fit.own, unknowns=fit.unknowns,
+        name=run.name, kind=kind, design=fit.design, own=fit.own, unknowns=fit.unknowns,
         covariance=wider**2 * covariance_of(seen, design_sizes(design, model.shared)),
         truth=np.full(len(fit.design), math.nan), sigmas=sigmas, wider=wider, walks=fit.evaluations,
-        converged=fit.converged, why=fit.why, hip=hip, foot=foot, strikes=one.run.strikes)  # fmt: skip
+        converged=fit.converged, why=fit.why, hip=hip, foot=foot, strikes=run.strikes)  # fmt: skip
 
 
 def held_out(
-    design: DesignPoint, fits: Sequence[FittedRun], one: Recorded, model: Model, begun: float
+    design: DesignPoint, kind: str, fits: Sequence[FittedRun], run: MeasuredRun, model: Model, begun: float
 ) -> HeldOut | Failed:
     """How well the robot of other runs' fits explains a run, and foretells it from its beginning."""
     shared, own = (np.mean(rows, axis=0) for rows in ([fit.design for fit in fits], [fit.own for fit in fits]))
     robot = model.robot(design, shared, own).with_value(SLOPE, design.value(SLOPE))
     try:
-        return explained(robot, one.run, model, begun, one.kind)
+        return explained(robot, run, model, begun, kind)
     except StepFailed as reason:
-        return Failed(one.run.name, one.kind, str(reason))
+        return Failed(run.name, kind, str(reason))
 
 
 def _misses_of(found: Sequence[FittedRun], design: DesignPoint, model: Model) -> Misses:

@@ -183,12 +183,9 @@ def _turned(steps: Sequence[DrivenStep]) -> Iterator[Contradiction]:
 def answered(result: Calibrated) -> Answer:
     """The answer to `calibrate`."""
     fit, setup = result.fit, result.setup
-    rows = []
-    for name in setup.free if fit.converged else ():
-        half = HALF_WIDTH * result.sd[name]
-        value = fit.robot.value(name)
-        rows.append([short(name), f"{setup.robot.value(name):.5g}", f"{value:.5g}",
-                     f"+- {half:.2g}" if math.isfinite(half) else "not determined", fit.robot.unit(name)])
+    rows = [[short(name), f"{setup.robot.value(name):.5g}", f"{fit.robot.value(name):.5g}",
+             f"+- {HALF_WIDTH * sd:.2g}" if math.isfinite(sd) else "not determined", fit.robot.unit(name)]
+            for name, sd in result.sd.items()] if fit.converged else []  # fmt: skip
     between, stance = fit.rms()
     forecast = result.found
     errors = [

@@ -15,7 +15,6 @@ import numpy as np
 from stages.analytic.derivatives.numbers import changes_of
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.model.walker import Vector
 from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.estimation.campaign import CampaignFit, as_plain, fit_campaign, fit_of, fitted_alone
 from stages.calibration.estimation.held_out import explained, trace
@@ -180,7 +179,7 @@ def answered(result: Calibrated) -> Answer:
              for row, name in enumerate(fit.names)}  # fmt: skip
     return Answer(
         lines=_lines(result, units),
-        tables=[*_robot_table(result, units), *_held_out_table(result.held_out, model)],
+        tables=_tables(result, units),
         plain={
             "parameters": found,
             "runs": [run.name for run in fit.runs], "left_out": fit.left_out, "refused": list(result.refused),
@@ -276,37 +275,28 @@ def _with_error(value: float, sd: float) -> dict[str, float]:
     return {"value": float(value), **({"uncertainty": float(sd)} if math.isfinite(sd) else {})}
 
 
-def _robot_table(result: Calibrated, units: Sequence[str]) -> list[tuple[str, list[str], list[list[Any]]]]:
-    """The robot with its intervals; none of a fit that is not at rest."""
+def _tables(result: Calibrated, units: Sequence[str]) -> list[tuple[str, list[str], list[list[str]]]]:
+    """The robot with its intervals, none of a fit that is not at rest; and errors on runs that were held out."""
     names, design, values = result.fit.names, result.design, result.estimate.values
-    if not result.fit.converged:
-        return []
-    half: Vector = HALF_WIDTH * result.estimate.sd
+    half = HALF_WIDTH * result.estimate.sd
     changes = 100 * (values - [design.value(name) for name in names]) / changes_of(design, names).scales
-    rows: list[list[Any]] = [
-        [short(name), f"{design.value(name):.6g}", f"{values[row]:.6g}",
-         f"+- {half[row]:.2g}" if math.isfinite(half[row]) else "not determined", f"{changes[row]:+.2f} %", units[row]]
-        for row, name in enumerate(names)
-    ]
-    return [("The robot, 95 % intervals", ["parameter", "nominal", "fitted", "interval", "change", "unit"], rows)]
-
-
-def _held_out_table(
-    held: dict[str, HeldOut | None], model: Model
-) -> list[tuple[str, list[str], list[list[Any]]]]:
-    """Errors on runs that were held out."""
-    walked = {name: one for name, one in held.items() if one is not None}
-    if not walked:
-        return []
-    rows: list[list[Any]] = [
-        [name, f"{one.fit_force:.3f}", f"{1e3 * one.fit_rate:.2f}", f"{one.foretold_force:.3f}",
-         f"{1e3 * one.foretold_rate:.2f}"]
-        for name, one in walked.items()
-    ]
-    begun = next(iter(walked.values())).begun
-    title = (f"Errors on runs held out, rms: start and sensors fitted, and forecast from the first {begun:g} s; noise "
-             f"is {model.noise[0]:.3f} m/s^2 and {1e3 * model.noise[2]:.2f} mrad/s")
-    return [(title, ["run", "fit, m/s^2", "fit, mrad/s", "forecast, m/s^2", "forecast, mrad/s"], rows)]
+    walked, noise = {name: one for name, one in result.held_out.items() if one is not None}, result.model.noise
+    tables: list[tuple[str, list[str], list[list[str]]]] = []
+    if result.fit.converged:
+        tables.append((
+            "The robot, 95 % intervals", ["parameter", "nominal", "fitted", "interval", "change", "unit"],
+            [[short(name), f"{design.value(name):.6g}", f"{values[row]:.6g}",
+              f"+- {half[row]:.2g}" if math.isfinite(half[row]) else "not determined", f"{changes[row]:+.2f} %",
+              units[row]] for row, name in enumerate(names)]))
+    if walked:
+        begun = next(iter(walked.values())).begun
+        tables.append((
+            f"Errors on runs held out, rms: start and sensors fitted, and forecast from the first {begun:g} s; noise "
+            f"is {noise[0]:.3f} m/s^2 and {1e3 * noise[2]:.2f} mrad/s",
+            ["run", "fit, m/s^2", "fit, mrad/s", "forecast, m/s^2", "forecast, mrad/s"],
+            [[name, f"{one.fit_force:.3f}", f"{1e3 * one.fit_rate:.2f}", f"{one.foretold_force:.3f}",
+              f"{1e3 * one.foretold_rate:.2f}"] for name, one in walked.items()]))
+    return tables
 
 
 def _plain(one: HeldOut | None) -> dict[str, Any] | None:

@@ -69,7 +69,9 @@ class CsvSource:
         for one in runs:
             run = _mapping(one, "a run", RUN_KEYS)
             experiment = experiment_from_row(_mapping(run.get("experiment", {}), "experiment"))
-            self.maps.append((experiment, column_maps(run)))
+            files = _list(run.get("files"), "a description of CSV files needs a list of files")
+            self.maps.append((experiment, tuple(
+                _column_map(entry, f"files, entry {number}") for number, entry in enumerate(files, 1))))
 
     def runs(self) -> Iterator[tuple[Experiment, tuple[Recording, ...]]]:
         """Each experiment with the recordings of all its files; one is in memory at a time."""
@@ -132,12 +134,6 @@ def between(at: np.ndarray, time: np.ndarray, value: np.ndarray, farthest: float
     right = np.clip(np.searchsorted(time, at), 1, len(time) - 1)
     straight[time[right] - time[right - 1] > farthest] = np.nan
     return straight
-
-
-def column_maps(description: Mapping[str, Any]) -> tuple[ColumnMap, ...]:
-    """The column maps of a description. Raises SourceRefused for what is missing, unknown or meaningless in it."""
-    files = _list(description.get("files"), "a description of CSV files needs a list of files")
-    return tuple(_column_map(entry, f"files, entry {number}") for number, entry in enumerate(files, 1))
 
 
 def _column_map(entry: Mapping[str, Any], where: str) -> ColumnMap:

@@ -126,8 +126,18 @@ class TableSource(AbstractContextManager["TableSource"]):
     def open_tables(self) -> None:
         """Check the tables and read the devices: the last step of a constructor. Closes the source if it fails."""
         try:
-            self._check_tables()
-            self.devices = self._devices()
+            present = self.present()
+            for table, columns in TABLES.items():
+                found = ", ".join(printable(name) for name in list(present)[:5]) or "no tables"
+                missing = [name for name, _, _ in columns if name not in present.get(table, ())]
+                refuse((table not in present,
+                        f"{self.name}: needs a table named {table}; found {found}{self.elsewhere}"),
+                       (bool(missing), f"{self.name}: table {table} lacks {', '.join(missing)}"))  # fmt: skip
+            self.devices: dict[float, Device] = {}
+            for row in self._rows("device"):
+                identity = number(row["device_id"])
+                refuse((identity != identity, f"{self.name}: table device has a row without a device_id"))
+                self.devices[identity] = device_from_row(row, f"{self.name}, device {identity:g}")
         except BaseException:
             self.close()
             raise
@@ -162,22 +172,6 @@ class TableSource(AbstractContextManager["TableSource"]):
             if device is None:
                 raise SourceRefused(f"{self.name}: table sample names device {device_id:g}, which table device lacks")
             yield recording_from_columns(experiment, device, table[table[:, 0] == device_id, 1:])
-
-    def _devices(self) -> dict[float, Device]:
-        devices = {}
-        for row in self._rows("device"):
-            identity = number(row["device_id"])
-            refuse((identity != identity, f"{self.name}: table device has a row without a device_id"))
-            devices[identity] = device_from_row(row, f"{self.name}, device {identity:g}")
-        return devices
-
-    def _check_tables(self) -> None:
-        present = self.present()
-        for table, columns in TABLES.items():
-            found = ", ".join(printable(name) for name in list(present)[:5]) or "no tables"
-            missing = [name for name, _, _ in columns if name not in present.get(table, ())]
-            refuse((table not in present, f"{self.name}: needs a table named {table}; found {found}{self.elsewhere}"),
-                   (bool(missing), f"{self.name}: table {table} lacks {', '.join(missing)}"))  # fmt: skip
 
     def _rows(self, table: str) -> list[dict[str, Any]]:
         names = [name for name, _, _ in TABLES[table]]

@@ -246,7 +246,8 @@ def _holds_times(head: Head, column: int) -> bool:
     """Whether a column is one of times by its name, and most of what it holds."""
     name = head.name(column)
     named = (_STAMP.search(name) or _SECONDS.search(name)) and not _TICKS.search(name)
-    return bool(named) and bool(np.isfinite(_stamps(head, column)).mean() > 0.5 * _filled(head, column))
+    filled = np.mean([bool(cell.strip()) for cell in head.texts(column)]) if head.rows else 0.0
+    return bool(named) and bool(np.isfinite(_stamps(head, column)).mean() > 0.5 * filled)
 
 
 def _value_named(head: Head, column: int, alone: str, is_time: bool) -> str:
@@ -267,11 +268,6 @@ def _axis_named(head: Head, column: int, alone: str) -> str:
     kind = kind or ("a" if head.said_unit(column, tuple(GRAVITY)) else "g" if head.said_unit(column, TURNS) else "")
     kind = kind or ("g" if re.match(r"[gw][xyz]", name, re.I) else alone)
     return f"{kind}{(axis[1] or axis[2]).lower()}"
-
-
-def _filled(head: Head, column: int) -> float:
-    """Share of the cells of a column that hold something."""
-    return float(np.mean([bool(cell.strip()) for cell in head.texts(column)])) if head.rows else 0.0
 
 
 def _stamps(head: Head, column: int) -> np.ndarray:

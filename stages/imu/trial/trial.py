@@ -18,8 +18,8 @@ from stages.imu.sources.opening import printable
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import implied_acceleration_unit
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
-from stages.imu.trial.body import PLACES, BodySensor, Frame, frame_of, grid_signals
-from stages.imu.trial.sensor import SensorTrace, trace_sensor
+from stages.imu.trial.body import PLACES, BodySensor, frame_of, grid_signals
+from stages.imu.trial.sensor import trace_sensor
 from stages.imu.trial.two_clocks import Together, brought_together, overlap_of
 from stages.imu.trial.walk import leg_of, registered, strikes_of
 
@@ -31,30 +31,14 @@ def read_sensor(
     missing = int((~np.isfinite(np.hstack((recording.acceleration, recording.angular_rate)))).sum())
     trace = trace_sensor(recording, settings)
     frame = frame_of(trace, settings)
-    report = report_sensor(trace, frame, settings, recording.rows, missing)
-    against = against_sensor(trace, report, settings, limits)
-    why = tuple(one.sentence for one in against)
-    if frame is None:
-        why = why or ("no still stand: the frame cannot be found",)
-        return None, dataclasses.replace(report, reasons=why), against
-    turn = frame.rotation.T
-    rate = (trace.angular_rate - trace.bias()) @ turn
-    sensor = BodySensor(trace, frame, trace.time, trace.specific_force @ turn, rate)
-    return sensor, dataclasses.replace(report, accepted=not why, reasons=why), against
-
-
-def report_sensor(
-    trace: SensorTrace, frame: Frame | None, settings: Settings, rows: int, missing: int
-) -> SensorReport:
-    """What one recording shows; `rows` and `missing` are counted in the source, before any repair."""
     indexed, clock, device = trace.indexed, trace.clock, trace.indexed.recording.device
     reading, batches = trace.static_reading(), batch_sizes(indexed)
-    return SensorReport.of(
+    report = SensorReport.of(
         indexed, clock, frame or FrameFit(math.nan, math.nan, math.nan),
         run=indexed.recording.experiment.name,
         place=device.place,
         bandwidth_hz=math.nan if device.bandwidth_hz is None else device.bandwidth_hz,
-        rows=rows,
+        rows=recording.rows,
         smallest_batch=int(batches.min(initial=indexed.batch_size)),
         largest_batch=int(batches.max(initial=0)),
         clock_settings=len(clock.settings),
@@ -72,6 +56,15 @@ def report_sensor(
         accepted=False,
         reasons=(),
     )
+    against = against_sensor(trace, report, settings, limits)
+    why = tuple(one.sentence for one in against)
+    if frame is None:
+        why = why or ("no still stand: the frame cannot be found",)
+        return None, dataclasses.replace(report, reasons=why), against
+    turn = frame.rotation.T
+    rate = (trace.angular_rate - trace.bias()) @ turn
+    sensor = BodySensor(trace, frame, trace.time, trace.specific_force @ turn, rate)
+    return sensor, dataclasses.replace(report, accepted=not why, reasons=why), against
 
 
 @dataclass(frozen=True)
