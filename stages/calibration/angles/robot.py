@@ -64,10 +64,8 @@ class Shown:
 def exchanged(name: str, design: DesignPoint) -> str:
     """The parameter's name when the legs are exchanged."""
     key = name.partition(".")[2]
-    fields = {field.name for field in dataclasses.fields(design.biped)}
-    if key.startswith("other_"):
-        return f"biped.{key.removeprefix('other_')}"
-    return f"biped.other_{key}" if f"other_{key}" in fields else name
+    other = key.removeprefix("other_") if key.startswith("other_") else f"other_{key}"
+    return f"biped.{other}" if hasattr(design.biped, other) else name
 
 
 @functools.lru_cache(maxsize=4)

@@ -56,8 +56,8 @@ class FittedEncoders:
     def of(cls, setup: AngleSetup, fit: AngleFit) -> FittedEncoders:
         """That of a fit."""
         sizes, logs = setup.sizes(), log_sizes(fit)
-        scales = np.array(list(sizes.values()))
-        covariance = _bounded(fit.covariance(scales), scales)
+        covariance = fit.covariance(np.array(list(sizes.values())))
+        covariance = np.where(np.isfinite(covariance), covariance, LOST)
         return cls(replace(setup, robot=fit.robot), covariance, fit.noise, len(fit.starts),
                    (float(logs.mean()), float(logs.std(ddof=1))), sizes)  # fmt: skip
 
@@ -74,8 +74,8 @@ def read(folder: Path) -> FittedEncoders:
 
 def turned(step: DrivenStep, stance: int, between: int, signal: int, other: bool) -> DrivenStep:
     """A step with signs turned, or as one of the `other` leg."""
-    return replace(step, stance=stance * step.stance, between=between * step.between,
-                               signal=signal * step.signal, leg=1 - step.leg if other else step.leg)
+    return replace(step, stance=stance * step.stance, between=between * step.between, signal=signal * step.signal,
+                   leg=1 - step.leg if other else step.leg)
 
 
 def held(robot: FittedEncoders, steps: Sequence[DrivenStep], again: int = 2) -> tuple[Verdict, float]:
@@ -87,16 +87,18 @@ def held(robot: FittedEncoders, steps: Sequence[DrivenStep], again: int = 2) -> 
     except NotIdentified:
         return Verdict(0.0, (), math.inf, False), LOST
     scales = np.array([sizes[name] for name in setup.free])
-    both = robot.covariance + _bounded(fit.covariance(scales), scales)
+    spread = fit.covariance(scales)
+    both = robot.covariance + np.where(np.isfinite(spread), spread, LOST * np.diag(scales**2))
     information = np.linalg.inv(both / np.outer(scales, scales)) / np.outer(scales, scales)
     off = np.array([fit.robot.value(name) - setup.robot.value(name) for name in setup.free])
     parts = [Part(short(name), setup.robot.unit(name), (name,), setup.robot.value(name)) for name in setup.free]
-    found = [Change(part, float(change), float(sd), float(change / sd) ** 2)
+    freedom = max(1, min(robot.steps, len(steps)) - len(scales))
+    found = [Change(part, float(change), float(sd), float(change / sd) ** 2, freedom)
              for part, (change, sd) in zip(parts, shifts(information @ off, information), strict=True)]  # fmt: skip
     logs, (mean, wide) = log_sizes(fit), robot.log_size
     larger = logs.mean() - mean
     of_residuals = by_chance(larger / (wide * math.sqrt(1.0 / len(logs) + 1.0 / robot.steps)), robot.steps - 1)
-    judged = verdict(found, math.exp(larger), of_residuals, max(1, min(robot.steps, len(steps)) - len(scales)))
+    judged = verdict(found, math.exp(larger), of_residuals)
     left = sum(float((one**2).sum()) for one in fit.residuals.values()) / robot.noise**2
     return judged if fit.converged else replace(judged, probability=0.0), left + float(off @ information @ off)
 
@@ -104,11 +106,6 @@ def held(robot: FittedEncoders, steps: Sequence[DrivenStep], again: int = 2) -> 
 def log_sizes(fit: AngleFit) -> Vector:
     """Logarithms of the root mean square residuals [rad] of each step."""
     return np.array([0.5 * math.log(float((one**2).mean())) for one in fit.residuals.values()])
-
-
-def _bounded(covariance: np.ndarray, scales: Vector) -> np.ndarray:
-    """A covariance (m, m) with much for what is infinite."""
-    return np.where(np.isfinite(covariance), covariance, LOST * np.diag(scales**2))
 
 
 def judged(robot: FittedEncoders, steps: Sequence[DrivenStep]) -> Verdict:

@@ -35,10 +35,9 @@ from stages.calibration.information.identifiability import short
 from stages.calibration.intervals.left_out import FRICTION, OTHER, with_all
 from stages.calibration.observation.measured_run import MeasuredRun
 
-#: Sensors that were moved or turned, as unknowns of a run.
-MOVED = {"foot_place": "place of the foot sensor", "hip_tilt": "tilt of the hip sensor",
-         "foot_tilt": "tilt of the foot sensor"}  # fmt: skip
-UNITS = {"foot_place": "m", "hip_tilt": "rad", "foot_tilt": "rad"}
+#: What sensors that were moved or turned change of a run's unknowns.
+MOVED = (Part("place of the foot sensor", "m", ("foot_place",)), Part("tilt of the hip sensor", "rad", ("hip_tilt",)),
+         Part("tilt of the foot sensor", "rad", ("foot_tilt",)))
 #: So many parts at most are fitted in turn.
 MOST = 5
 
@@ -59,11 +58,6 @@ class Evidence:
                         self.count + other.count, self.runs + other.runs)  # fmt: skip
 
 
-def _has(design: DesignPoint, name: str) -> bool:
-    """Whether a design gives a number that is none of Table 1's."""
-    return bool(getattr(design.biped, name.partition(".")[2]))
-
-
 class Comparison:
     """A fitted robot, to which runs are held that a `model` of it reads."""
 
@@ -74,11 +68,10 @@ class Comparison:
         self._prior = np.linalg.inv(robot.covariance / np.outer(sizes, sizes)) / np.outer(sizes, sizes)
         self._values = np.array([design.value(name) for name in robot.names])
         self._known = combinations(robot.names, self._values, self._prior, sizes)
-        compliant = design.biped.legs == "compliant"
-        alike = [name for name in OTHER if name.replace("other_", "") in robot.names and compliant
+        alike = [name for name in OTHER if name.replace("other_", "") in robot.names
                  and getattr(design.biped, name.partition(".")[2]) is None]  # fmt: skip
-        rubs = [FRICTION] if compliant and design.value(FRICTION) == 0.0 else []
-        self._more = (*alike, *rubs)
+        rubs = [FRICTION] * (design.value(FRICTION) == 0.0)
+        self._more = (*alike, *rubs) if design.biped.legs == "compliant" else ()
         self._wide = replace(self.model, shared=(*robot.names, *self._more))
         self.parts = tuple(self._parts(design))
         names = self._wide.names
@@ -103,7 +96,7 @@ class Comparison:
             else:
                 found.append(Part(key, unit, (name,), design.value(name)))
         found += [Part(short(FRICTION), design.unit(FRICTION), (FRICTION,))] * (FRICTION in self._more)
-        return found + [Part(words, UNITS[name], (name,)) for name, words in MOVED.items()]
+        return [*found, *MOVED]
 
     def held(self, run: MeasuredRun) -> Evidence:
         """What a run tells: as the robot's, or where it is not, with the part that explains most changed.
@@ -176,7 +169,7 @@ class Comparison:
         """
         run = self._read(run)
         robot, layout, shared = self.robot, self.model.layout, len(self._wide.shared)
-        there = with_all(at, [name for name in self._more if not _has(at, name)])
+        there = with_all(at, [name for name in self._more if not getattr(at.biped, name.partition(".")[2])])
         values, own = (np.array([there.value(name) for name in names]) for names in (self._wide.shared, robot.own))
         found = run_equations(there, own, unknowns, run, self._wide)
         read = np.array([run.own[name] for name in robot.own]).reshape(-1, 2)
@@ -209,7 +202,9 @@ class Comparison:
             mean, apart = robot.usual.get(part.name, (0.0, 0.0))
             apart = abs(mean) if robot.runs == 1 else apart  # one run does not say how others are
             change = float(max(shift - mean, 0.0) if part.moves == (FRICTION,) else shift - mean)
-            changes.append(Change(part, change, math.hypot(sd, apart * math.sqrt(more)), (change / float(sd)) ** 2))
+            between = more * apart**2  # freedom by F. E. Satterthwaite, Biometrics Bull. 2, 1946, 110
+            freedom = robot.freedom * (1.0 + sd**2 / between) ** 2 if between else math.inf
+            changes.append(Change(part, change, math.sqrt(sd**2 + between), (change / float(sd)) ** 2, freedom))
         size = math.sqrt(evidence.misfit / evidence.count) * robot.wider / robot.sigmas
         alike = max(robot.wider / robot.sigmas, 1.0) ** 2  # so many neighbours hang together
         by_count = math.sqrt(0.5 * alike / evidence.count * (1.0 + evidence.runs / robot.runs))

@@ -7,9 +7,11 @@ what it told about one design is half a standard error off about another.
 from __future__ import annotations
 
 import contextlib
+import math
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import digamma, polygamma
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -26,6 +28,8 @@ from stages.calibration.intervals.model_error import Judged
 OF_SLOPE, OF_LEG = 0.03, 3e-4
 #: Two runs or more tell how a mounting differs between them; with fewer the fit's own error is taken so many times.
 ONE_RUN = 2.0
+#: Degrees of freedom of what is known well.
+SURE = 1e6
 
 
 def earlier_runs(robot: FittedRobot) -> tuple[Known, ...]:
@@ -70,23 +74,34 @@ def fitted_robot(
         found, fit.names, spread * np.outer(more, more), model.own, np.maximum(_sd(fit.own), least),
         np.column_stack([mounted.mean(axis=0), mounting]), sigmas, wider, float(late.mean()), float(_sd(late)),
         of_runs, fit.design, known, len(fit.runs), float(_sd(size)), of_parts, {}, design)  # fmt: skip
-    comparison, shifts = Comparison(robot, model), []
+    comparison, shifts = Comparison(robot, model), list[np.ndarray]()
     for run, own, unknowns in zip(fit.runs, fit.own, fit.unknowns, strict=True):
         with contextlib.suppress(StepFailed):
             there = model.robot(design, fit.design, own)
             shifts.append(comparison.shifts(comparison.evidence(run, there, unknowns)))
-    return replace(robot, learned=tuple(map(Learned, fit.runs, fit.own, fit.unknowns)),
-                   usual=_usual(comparison, np.array(shifts)) if shifts else {})  # fmt: skip
+    robot = replace(robot, learned=tuple(map(Learned, fit.runs, fit.own, fit.unknowns)))
+    if not shifts:
+        return robot
+    looks, errors = np.array(shifts).transpose(2, 0, 1)
+    apart, freedom, by_chance = np.zeros(len(comparison.parts)), SURE, (errors**2).mean(axis=0)
+    if len(shifts) > 1:
+        of_design = np.array(["." in part.moves[0] for part in comparison.parts])
+        ratios, freedom = _moderated(_sd(looks) ** 2 / by_chance, len(shifts) - 1, of_design)
+        apart = np.sqrt(np.maximum(ratios - 1.0, 0.0) * by_chance)
+    usual = zip(comparison.parts, looks.mean(axis=0), apart, strict=True)
+    return replace(robot, usual={part.name: (float(mean), float(one)) for part, mean, one in usual}, freedom=freedom)
+
+
+def _moderated(ratios: Vector, freedom: int, typical: np.ndarray) -> tuple[Vector, float]:
+    """Ratios of variances (c,) that are told with so much `freedom` each, drawn towards what those that are `typical`
+    (c,) have in common, and the freedom then (G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004, 3)."""
+    logs = np.log(np.maximum(ratios[typical], 1e-9)) - digamma(0.5 * freedom) + math.log(0.5 * freedom)
+    halves = np.geomspace(0.05, 0.5 * SURE, 4000)  # of the common one's freedom
+    prior = 2.0 * float(np.interp(polygamma(1, 0.5 * freedom) - logs.var(ddof=1), -polygamma(1, halves), halves))
+    common = math.exp(logs.mean() + digamma(0.5 * prior) - math.log(0.5 * prior))
+    return (prior * common + freedom * ratios) / (prior + freedom), prior + freedom
 
 
 def _sd(values: np.ndarray) -> Vector:
     """Standard deviations of values (count, ...); of one zero."""
     return np.asarray(values.std(axis=0, ddof=min(1, len(values) - 1)))
-
-
-def _usual(comparison: Comparison, shifts: np.ndarray) -> dict[str, tuple[float, float]]:
-    """By how much parts look changed in the robot's own runs, (r, c, 2) with errors, for what the model lacks, and how
-    that differs between them."""
-    apart = np.sqrt(np.maximum(_sd(shifts[:, :, 0]) ** 2 - (shifts[:, :, 1] ** 2).mean(axis=0), 0.0))
-    return {part.name: (float(mean), float(one))
-            for part, mean, one in zip(comparison.parts, shifts[:, :, 0].mean(axis=0), apart, strict=True)}

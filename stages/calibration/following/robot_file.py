@@ -48,7 +48,7 @@ class FittedRobot:
     What `runs` runs told by themselves is the `information` (d, d), with the sensors' noise as it is; with what was
     `known` beside them, the fit is the `estimate` (d,), in which the model's error still is. It `began` with a design;
     `of_parts`: with the bill of parts. Parts look changed in the runs by `usual` amounts (mean, standard deviation
-    between runs), as the model lacks something. `learned` are the runs. SI units."""
+    between runs, with a `freedom`), as the model lacks something. `learned` are the runs. SI units."""
 
     design: DesignPoint
     names: tuple[str, ...]
@@ -69,6 +69,7 @@ class FittedRobot:
     usual: Mapping[str, tuple[float, float]]
     began: DesignPoint
     learned: tuple[Learned, ...] = ()
+    freedom: float = 1.0
 
     def content(self) -> bytes:
         """The file."""

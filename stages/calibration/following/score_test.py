@@ -38,12 +38,14 @@ class Part:
 
 @dataclass(frozen=True)
 class Change:
-    """How much a part would have changed, with its standard error, and what it `explains` of the run in chi-square."""
+    """How much a part would have changed, with its standard error, which has a `freedom` (Student's), and what it
+    `explains` of the run in chi-square."""
 
     part: Part
     change: float
     sd: float
     explains: float
+    freedom: float = math.inf
 
     @property
     def sigmas(self) -> float:
@@ -85,9 +87,9 @@ def by_chance(number: float, freedom: float = math.inf) -> float:
     return float(stdtr(freedom, -number))
 
 
-def verdict(changes: Iterable[Change], residuals: float, of_residuals: float, freedom: float = math.inf) -> Verdict:
-    """Whether it is the same robot: by what parts would have changed, whose errors have a `freedom`, and by the
-    `residuals` over the robot's, with the probability `of_residuals` that its own are so large."""
+def verdict(changes: Iterable[Change], residuals: float, of_residuals: float) -> Verdict:
+    """Whether it is the same robot: by what parts would have changed, and by the `residuals` over the robot's, with the
+    probability `of_residuals` that its own are so large."""
     found = sorted(changes, key=attrgetter("explains"), reverse=True)
-    of_parts = 2.0 * len(found) * by_chance(max(one.sigmas for one in found), freedom)
+    of_parts = 2.0 * len(found) * min(by_chance(one.sigmas, one.freedom) for one in found)
     return Verdict(min(1.0, of_parts / PARTS, of_residuals / RESIDUALS), tuple(found), residuals, of_residuals >= LEVEL)
