@@ -14,6 +14,7 @@ from stages.calibration.estimation.request import Request
 from stages.calibration.estimation.run_fit import fit_run
 from stages.calibration.following import change
 from stages.calibration.following.change import Comparison, Evidence
+from stages.calibration.following.fitted import _moderated
 from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.recordings import as_mounted
@@ -91,6 +92,16 @@ def test_one_run_in_a_hundred_is_no_more_than_told_another():
     alarms = sum(not comparison().verdict(Evidence(told.matrix, right, told.count, told.count)).same
                  for right in scores)  # fmt: skip
     assert 2 <= alarms <= 30
+
+
+def test_scatters_of_few_runs_are_drawn_together_as_far_as_they_are_alike():
+    alike = np.random.default_rng(3).chisquare(8, 25) / 8
+    drawn, freedom = _moderated(alike, 8, np.ones(25, dtype=bool))
+    assert freedom > 2 * 8 and np.ptp(drawn) < 0.5 * np.ptp(alike)
+    unlike = alike * np.geomspace(0.01, 100.0, 25)
+    drawn, freedom = _moderated(unlike, 8, np.ones(25, dtype=bool))
+    assert 8.0 < freedom < 9.0
+    np.testing.assert_allclose(drawn[unlike > 1.0], unlike[unlike > 1.0], rtol=0.2)
 
 
 def test_a_shift_of_a_part_is_found_with_its_size():
