@@ -160,7 +160,7 @@ def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(u
     model, fit = unlike
     told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
     ended = dataclasses.replace(fit, converged=converged, why="lost")
-    answer = sensor_report.answered(sensor_report.Calibrated(DESIGN, model, ended, told))
+    answer = sensor_report.answered(sensor_report.Calibrated(DESIGN, model, ended, told, PARAMETERS.settings))
     assert answer.no is not converged
     assert bool(answer.tables) is bool(answer.parameters) is converged
     assert all((row["sd"] is not None) is converged for row in answer.plain["parameters"].values())
