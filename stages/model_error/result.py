@@ -86,7 +86,8 @@ class Result:
                                                                "designs"), rows),
             ("What solver and model leave of a measure at the study's own design",
              ("model", *(f"{name} [{'of it' if share else '1'}]" for name, _, share in MEASURES)),
-             [[name, *(float(shown(float(whole))[0]) for whole in self.at_the_design[rung][:, (0, 2)].sum(axis=1))]
+             [[name, *("none" if np.isnan(whole) else float(shown(float(whole))[0])
+                       for whole in self.at_the_design[rung][:, (0, 2)].sum(axis=1))]
               for rung, name in enumerate(MODELS)]),
             ("Designs without a gait", ("why",), [[why] for why in self.without_gait]),
         ]  # fmt: skip
