@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -50,10 +51,12 @@ class Step:
     ) -> None:  # fmt: skip
         self._model, self.sampling, self._wrong = model, sampling, wrong
         self._before, self.leg, self.at, self.walked, self._taken = before, before.leg, at, walked, list(taken)
-        self._present = Present(walked, wrong)
         self._shown = {side: Shown(walked, sampling, side) for side in SIDES}
-        self._moved, self._covariance = self._solved()
         self._surprise, self._count = 0.0, 0
+
+    @cached_property
+    def _present(self) -> Present:
+        return Present(self.walked, self._wrong)
 
     @property
     def ends(self) -> float:
@@ -63,7 +66,8 @@ class Step:
     @property
     def known(self) -> Belief:
         """What all samples so far tell of the unknowns."""
-        return Belief(np.asarray(self.at + self._moved), self._covariance, self.leg)
+        moved, covariance = self._solved
+        return Belief(np.asarray(self.at + moved), covariance, self.leg)
 
     def take(self, sample: Sample, kept: bool = True) -> float:
         """Take a sample that is not earlier than its side's last one; one that is not `kept` is not taken again.
@@ -74,8 +78,8 @@ class Step:
         if sample.used.any():
             expected = self._shown[sample.side].read(np.array([sample.time]))[0]
             variances = np.where(sample.used, np.square(self._model.noise), np.inf)
-            off = take_readings(self._moved, self._covariance, sample.reading - expected[:, 0], expected[:, 1:],
-                                variances, self._model.robust)[sample.used]  # fmt: skip
+            off = take_readings(*self._solved, sample.reading - expected[:, 0], expected[:, 1:], variances,
+                                self._model.robust)[sample.used]  # fmt: skip
             self._surprise, self._count = self._surprise + float(off @ off), self._count + len(off)
             surprise = float(off @ off) / len(off)
         if kept:
@@ -84,17 +88,17 @@ class Step:
 
     def is_near_a_strike(self, time: float, before: float, after: float) -> bool:
         """Whether a time is from `before` to `after` a heel strike [s], or may be."""
-        return self._present.is_near_a_strike(time, self._moved, self._covariance, before, after)
+        return self._present.is_near_a_strike(time, *self._solved, before, after)
 
     def instant(self, time: float) -> Instant:
         """What is known at a time not before the last sample's [s]."""
         surprise = self._surprise / self._count if self._count else np.nan
         self._surprise, self._count = 0.0, 0
-        return self._present.at(time, self._moved, self._covariance, surprise)
+        return self._present.at(time, *self._solved, surprise)
 
     def falls(self) -> Vector:
         """Probabilities to fall within so many steps after the next heel strike, by what is known now."""
-        return falls(self.walked, self._moved, self._covariance, self._wrong)
+        return falls(self.walked, *self._solved, self._wrong)
 
     def about(self, at: Vector, walked: Walked) -> Step:
         """The step linearised about the unknowns `at` (n,), which have `walked` so."""
@@ -105,8 +109,12 @@ class Step:
         taken = [one for one in self._taken if one.time < time]
         return Step(self._model, self.sampling, self._wrong, self._before, self.at, self.walked, taken)
 
+    @cached_property
     def _solved(self) -> tuple[Vector, np.ndarray]:
-        """What all that was taken tells: by how much the mean (n,) is from `at`, and the covariance (n, n)."""
+        """What all that was taken tells: by how much the mean (n,) is from `at`, and the covariance (n, n).
+
+        Each further sample changes them in place.
+        """
         n, off = len(self.at), self._before.mean - self.at
         matrix, right = np.zeros((n, n)), np.zeros(n)
         for side in SIDES:

@@ -23,8 +23,9 @@ from stages.calibration.following.step import Belief, Sample, Step
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Settings
 
-#: A step is linearised again, at most so often, where its mean moved by more than this share of its errors.
-AGAIN, MOVED = 6, 0.05
+#: A step is linearised again, at most so often, where its mean moved by more than this share of its errors; what is
+#: known for certain, as the angle at mid-stance, moves by what is rounded.
+AGAIN, MOVED, ROUNDED = 6, 0.05, 1e-9
 #: Without samples a run is walked for so many steps, and then lost.
 BLIND = 4.0
 #: So much of a step before a heel strike it is told whether the robot will fall, if the strike is known to this share.
@@ -92,7 +93,7 @@ class Track:
         self._period = self._usual = float(np.diff(run.strikes[:3]).mean())
         belief, at = follower.begin(run)
         self._first = self._until = follower.mid_stance(belief.mean) + follower.settling
-        self._enter(belief, at)
+        self._enter(self._begun(belief, at))
         self._shown_from = self._until
 
     def take(self, sample: Sample) -> Instant | None:
@@ -150,7 +151,7 @@ class Track:
         """Begin a step where it is: at a time [s] something moved the robot that is not in its model."""
         belief = self._follower.pushed(self._step.until(time), time)
         self._until, self._waiting, self._work = time, [], None
-        self._enter(belief, belief.mean)
+        self._enter(self._begun(belief, belief.mean))
         self._pushed = time
 
     def _end(self) -> None:
@@ -168,18 +169,26 @@ class Track:
             step = follower.nearer(step, self._period, self._until)
             yield
             known = step.known
-            if np.all(np.abs(known.mean - step.at) <= MOVED * np.sqrt(np.abs(np.diag(known.covariance)))):
+            yield
+            errors = np.sqrt(np.abs(np.diag(known.covariance)))
+            if np.all(np.abs(known.mean - step.at) <= np.maximum(MOVED * errors, ROUNDED)):
                 break
         belief = follower.onwards(step)
         late = follower.mid_stance(belief.mean) - follower.mid_stance(step.at)
         self._period = max(self._usual, late)  # a short one comes alone
-        self._enter(belief, belief.mean)
+        entered = self._begun(belief, belief.mean)
+        yield
+        self._enter(entered)
 
-    def _enter(self, belief: Belief, at: Vector) -> None:
-        """Walk a step with the unknowns `at` (n,)."""
-        follower, self._since = self._follower, self._until
+    def _begun(self, belief: Belief, at: Vector) -> Step:
+        """A step with the unknowns `at` (n,)."""
+        follower = self._follower
         walked = follower.walked(at, belief.leg, self._sampling, self._period)
-        self._step = Step(follower.anywhere, self._sampling, follower.wrong, belief, at, walked)
+        return Step(follower.anywhere, self._sampling, follower.wrong, belief, at, walked)
+
+    def _enter(self, step: Step) -> None:
+        """Go on to a step."""
+        self._since, self._step = self._until, step
         self._warned, self._pushed, self._lately = False, -math.inf, []
         self._end()
 
