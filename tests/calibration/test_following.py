@@ -95,6 +95,15 @@ def errors(seed, steps):
     return np.mean(alone, axis=0), float(np.mean(joint)), inside, float(np.nanmean([one.surprise for one in instants]))
 
 
+def test_a_step_comes_to_rest_after_a_linearisation_or_two(monkeypatch):
+    """Its angle at mid-stance is known for certain, and moves by what is rounded."""
+    run, _, _ = made(7, 8)
+    again, nearer = [], Follower.nearer
+    monkeypatch.setattr(Follower, "nearer", lambda self, step, *until: again.append(step) or nearer(self, step, *until))
+    assert list(follow(follower(), run))
+    assert 5 <= len(again) <= 12
+
+
 def test_the_next_mid_stance_takes_the_starts_place_with_exact_derivatives():
     """The walk goes on from there as it did, and what it is by the start and the design agrees with differences."""
     run, design, unknowns = made(1, 5)
