@@ -32,7 +32,7 @@ def test_the_first_doubling(scale):
     design = compass(scale)
     _, point = find_gait(design.biped, design.slope, 1e-12)
     branch = continue_gait(design, "ground.slope_deg", (2.9, 4.6), point.z, 1e-12)
-    doublings = [special.point.value for special in branch.special if special.kind == PERIOD_DOUBLING]
+    doublings = [point.value for kind, point in branch.special if kind == PERIOD_DOUBLING]
     assert doublings == pytest.approx([DOUBLES_AT], abs=1e-5)
 
 
