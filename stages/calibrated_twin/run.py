@@ -107,9 +107,9 @@ class _Work:
         for kind, source, weighed in sources(
                 inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database):
             left = {one.name for one in wanted if one.kind == kind}
-            for one in recorded(source, drawn, self.model, parameters, weighed) if left else ():
-                self.runs[one[0].name] = one
-                left.discard(one[0].name)
+            for run, known in recorded(source, drawn, self.model, parameters, weighed) if left else ():
+                self.runs[run.name] = run, known
+                left.discard(run.name)
                 if not left:
                     break
 

@@ -13,6 +13,7 @@ norm, IEEE Transactions on Robotics 23 (2007).
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,10 +29,18 @@ from stages.analytic.result import OnBlocks
 DURATION, LENGTH, MEASURES = 0, 1, 2
 
 
-#: Derivatives of a step, dimensionless, by x = (z, height under the stance foot, height that the trailing foot leaves),
-#: (j + 2,), and by the height on which the swing foot lands. Of x in the next step by both, (j + 2, j + 2) and
-#: (j + 2,); then of duration and length, (2, j + 2) and (2,).
-StepOnBlocks = tuple[np.ndarray, Vector, np.ndarray, Vector]
+class StepOnBlocks(NamedTuple):
+    """Derivatives of a step, dimensionless, by x = (z, height under the stance foot, height that the trailing foot
+    leaves), (j + 2,), and by the height on which the swing foot lands.
+
+    `state` (j + 2, j + 2) and `landing` (j + 2,): of x in the next step; `measures` (2, j + 2) and `by_landing` (2,):
+    of duration and length.
+    """
+
+    state: np.ndarray
+    landing: Vector
+    measures: np.ndarray
+    by_landing: Vector
 
 
 def refusal(walker: Walker) -> str:
@@ -64,7 +73,7 @@ def step_on_blocks(walker: Walker, z: Vector, tolerance: float) -> tuple[StepOnB
     measures[LENGTH] = lengths[:free] @ state[:free]
     measures[LENGTH, free] += lengths[free]
     by_landing = np.array([found.time_along[0], lengths[:free] @ landing[:free] - lengths[free]])
-    return (state, landing, measures, by_landing), found.z
+    return StepOnBlocks(state, landing, measures, by_landing), found.z
 
 
 def spreads(walker: Walker, z: Vector, steps: int, tolerance: float) -> Vector:

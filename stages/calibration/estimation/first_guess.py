@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,9 +33,15 @@ SHARES = (0.8, 1.25)
 ROUND_OFF = 1e-14
 
 
-#: A start: the mean square of what its steps' durations are off [s^2], by how much longer these last than the walker's
-#: own, the shares by which its angle and rate are others than the gait's, and its section coordinates, dimensionless.
-Begun = tuple[float, float, tuple[float, float], Vector]
+class Begun(NamedTuple):
+    """A start: section coordinates after the first strike, dimensionless, and the shares by which its angle and rate
+    are others than the gait's; by how much longer its steps last than the walker's own, and the mean square of what
+    durations are off [s^2]."""
+
+    z: Vector
+    shares: tuple[float, float] = (0.0, 0.0)
+    slower: float = 1.0
+    misfit: float = np.inf
 
 
 def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: Layout) -> Vector:
@@ -47,16 +54,14 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
     unknowns = layout.middle.copy()
     if len(durations) < 2:
         return unknowns
-    best: Begun = np.inf, 1.0, (0.0, 0.0), layout.strike
-    width = WIDEST
+    best, width = Begun(layout.strike), WIDEST
     for _ in range(ROUNDS):
         best = _better(walker, layout.strike, durations, best, width)
         width /= FINER
-    misfit, slower, _, z = best
-    if misfit == np.inf:
+    if best.misfit == np.inf:
         return unknowns
     try:
-        state, since = mid_stance(walker, z, COARSE)
+        state, since = mid_stance(walker, best.z, COARSE)
     except StepFailed:
         return unknowns
     state = state * start_scales(walker)
@@ -64,7 +69,7 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
         if name in STRETCHES:
             state[place] -= walker.length * natural_lengths(walker.p)[STRETCHES.index(name)]
     unknowns[: layout.free] = state
-    unknowns[layout.place("mid_stance")] = since * walker.time * slower
+    unknowns[layout.place("mid_stance")] = since * walker.time * best.slower
     return unknowns
 
 
@@ -94,7 +99,7 @@ def _scaled(design: DesignPoint, name: str, share: float) -> DesignPoint:
 
 def _better(walker: Walker, z: Vector, durations: Vector, best: Begun, width: float) -> Begun:
     """The best start about the shares of a `best` one, if it is better, of those that walk as far as durations go."""
-    rate, (about_angle, about_speed) = 1 if walker.rigid else 3, best[2]
+    rate, (about_angle, about_speed) = 1 if walker.rigid else 3, best.shares
     shifts = sorted(np.linspace(-width, width, POINTS).tolist(), key=abs)  # one that fits soon spares others their walk
     for angle in about_angle + np.array(shifts):
         for speed in about_speed + np.array(shifts):
@@ -102,13 +107,13 @@ def _better(walker: Walker, z: Vector, durations: Vector, best: Begun, width: fl
             start[0] *= 1.0 + angle
             start[rate] *= 1.0 + speed
             try:
-                lasted = walker.time * _durations(walker, start, durations, best[0])
+                lasted = walker.time * _durations(walker, start, durations, best.misfit)
             except StepFailed:
                 continue
             slower = float(durations @ lasted / (lasted @ lasted))
             misfit = float(((durations - slower * lasted) ** 2).mean())
-            if misfit < best[0]:
-                best = misfit, slower, (angle, speed), start
+            if misfit < best.misfit:
+                best = Begun(start, (angle, speed), slower, misfit)
     return best
 
 

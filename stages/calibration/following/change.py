@@ -128,13 +128,13 @@ class Comparison:
         """
         there, unknowns = self.model.robot(self.robot.design, fit.design, fit.own), fit.unknowns
         best, least, tried = self.evidence(run, there, unknowns), np.inf, set[str]()
-        verdict = self.verdict(best)
-        while not verdict.same and len(tried) < MOST and (part := verdict.changes[0].part).name not in tried:
+        judged = self.verdict(best)
+        while not judged.same and len(tried) < MOST and (part := judged.changes[0].part).name not in tried:
             tried.add(part.name)
             with contextlib.suppress(StepFailed):
                 cost, at, others = self._changed(part, run, there, unknowns)
                 found = self.evidence(run, at, others)
-                verdict = self.verdict(found)
+                judged = self.verdict(found)
                 if cost < least:
                     least, best = cost, found
         return best

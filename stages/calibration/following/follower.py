@@ -91,12 +91,12 @@ class Follower:
         return replace(self.model, layout=replace(layout, names=("start_theta", *layout.names), free=layout.free + 1,
                                                   **arrays))  # fmt: skip
 
-    def drift(self) -> np.ndarray:
-        """Covariance (n, n) of what the model puts wrong in a step's start, at each mid-stance."""
+    def drift(self) -> Vector:
+        """Standard deviations (n,) of what the model puts wrong in a step's start, at each mid-stance."""
         o, layout = len(self.model.of_design), self.anywhere.layout
         wrong = np.zeros(len(self.anywhere.names))
         wrong[self.start[1:]] = self.discrepancy * layout.sizes[[place - o for place in self.start[1:]]]
-        return np.diag(wrong**2)
+        return wrong
 
     def pushed(self, step: Step, time: float) -> Belief:
         """What a step tells of its state at a time [s], from when on rates may be any near by, and a new step begins.
@@ -105,16 +105,13 @@ class Follower:
         """
         layout = self.anywhere.layout
         rows, leg = step.walked.start_at(time)
-        known = step.known
-        mean, grown = step.at.copy(), np.eye(len(step.at))
-        mean[self.start], grown[self.start] = rows[:, 0], rows[:, 1:]
         off = np.where(np.isfinite(layout.prior), layout.prior, BLOW * layout.sizes)[: layout.free]
         half = layout.free // 2
         off[0] = BLOW * USUAL
         off[:half] = np.hypot(off[half:] * self.before, self.wrong * step.walked.walker.scales()[:half])
-        covariance = grown @ known.covariance @ grown.T
-        covariance[self.start[:-1], self.start[:-1]] += off**2
-        return Belief(mean + grown @ (known.mean - step.at), 0.5 * (covariance + covariance.T), leg)
+        wrong = np.zeros(len(step.at))
+        wrong[self.start[:-1]] = off
+        return self._carried(step, rows, wrong, leg)
 
     def begin(self, run: MeasuredRun) -> tuple[Belief, Vector]:
         """What is known at the first mid-stance before its samples are seen, and unknowns (n,) near those of its walk.
@@ -172,8 +169,12 @@ class Follower:
 
     def onwards(self, step: Step) -> Belief:
         """What a step tells of the next mid-stance. Raises StepFailed where it does not get there."""
-        rows, known = step.walked.next_start(), step.known
-        mean, grown, moved = step.at.copy(), np.eye(len(step.at)), known.mean - step.at
+        return self._carried(step, step.walked.next_start(), self.drift(), 1 - step.leg)
+
+    def _carried(self, step: Step, rows: np.ndarray, wrong: Vector, leg: int) -> Belief:
+        """What a step tells of a later start on a `leg`, given as `rows` of it and its derivatives; errors (n,) that
+        are not the step's come on top."""
+        known, mean, grown = step.known, step.at.copy(), np.eye(len(step.at))
         mean[self.start], grown[self.start] = rows[:, 0], rows[:, 1:]
-        covariance = grown @ known.covariance @ grown.T + self.drift()
-        return Belief(mean + grown @ moved, 0.5 * (covariance + covariance.T), 1 - step.leg)
+        covariance = grown @ known.covariance @ grown.T + np.diag(wrong**2)
+        return Belief(mean + grown @ (known.mean - step.at), 0.5 * (covariance + covariance.T), leg)
