@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from stages.analytic.errors import StepFailed
-from stages.calibration.following.track import follow
+from stages.calibration.following.follower import Follower
+from stages.calibration.following.track import Track, follow
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.observation.prediction import predict, taken, walk
 from tests.calibration.runs import DESIGN, disturbed
-from tests.calibration.test_following import follower, model
+from tests.calibration.test_following import follower, made, model
 
 #: A blow that makes the leg turn faster by this share lets half of the robots fall, three heel strikes later.
 HALF = 0.69
@@ -110,6 +111,18 @@ def test_a_robot_is_found_again_after_a_push(share):
     for one, state in zip(seen, states[:, :, 0], strict=True):
         off = one.state - state
         assert off @ np.linalg.solve(one.covariance, off) / len(off) < 5.0 and np.sqrt(one.covariance[4, 4]) < 0.1
+
+
+def test_a_step_whose_end_would_be_before_its_start_goes_on_as_long_as_usual(monkeypatch):
+    """Right after a push so little is known that the next mid-stance may be told anywhere, as with rigid legs."""
+    track = Track(follower(), made(3, 5)[0])
+    begins = track._follower.mid_stance(track._step.at)
+    before = track._follower.onwards(track._step)
+    before.mean[track._follower.start[-1]] = begins - 0.2
+    monkeypatch.setattr(Follower, "onwards", lambda *_: before)
+    track._end()
+    assert track._until == begins + track._period + track._follower.settling
+
 
 
 @pytest.mark.slow

@@ -155,12 +155,13 @@ class Track:
         self._pushed = time
 
     def _end(self) -> None:
-        """When the step ends [s]: at the next mid-stance; of one that falls, when it would."""
+        """When the step ends [s]: at the next mid-stance; when it usually would, if it falls, or if so little is known
+        after a push that this came before its start."""
         follower = self._follower
-        following = follower.mid_stance(self._step.at) + self._period
+        begins, following = follower.mid_stance(self._step.at), -math.inf
         with contextlib.suppress(StepFailed):
             following = follower.mid_stance(follower.onwards(self._step).mean)
-        self._until = following + follower.settling
+        self._until = (following if following > begins else begins + self._period) + follower.settling
 
     def _settle(self) -> Iterator[None]:
         """Linearise the step about what all its samples tell, and enter the next one, in parts of like work."""
