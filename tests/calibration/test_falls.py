@@ -13,7 +13,7 @@ from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.observation.prediction import predict, taken, walk
 from tests.calibration.runs import DESIGN, disturbed
-from tests.calibration.test_following import follower, made, model
+from tests.calibration.test_following import follower, made, model, true_times
 
 #: A blow that makes the leg turn faster by this share lets half of the robots fall, three heel strikes later.
 HALF = 0.69
@@ -106,7 +106,7 @@ def test_a_robot_is_found_again_after_a_push(share):
     strike, seen = float(walked.strikes()[0, 0]), []
     with contextlib.suppress(StepFailed):
         seen.extend(one for one in follow(follower(), run.upto(strike - 0.02)) if one.time > time + 0.1)
-    states, _ = walked.states(np.array([one.time for one in seen]))
+    states, _ = walked.states(true_times(start, [one.time for one in seen]))
     assert seen and all(one.leg == leg for one in seen)
     for one, state in zip(seen, states[:, :, 0], strict=True):
         off = one.state - state

@@ -16,7 +16,7 @@ from stages.calibration.following.beside_truth import followed
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Present
 from stages.calibration.following.robot_file import FittedRobot, Learned
-from stages.calibration.following.track import follow, with_forecasts
+from stages.calibration.following.track import follow, forecasts, lateness, with_forecasts
 from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, layout_of, usable
 from stages.calibration.observation.prediction import predict, walk
@@ -44,8 +44,8 @@ def model():
     return robot, robot.model(found)
 
 
-def made(seed, steps):
-    """A run of a robot that was drawn, its design, and its unknowns."""
+def made(seed, steps, **given):
+    """A run of a robot that was drawn, its design, and its unknowns, some of which are `given`."""
     robot, fitted = model()
     rng = np.random.default_rng(seed)
     design = DESIGN.with_values(dict(zip(
@@ -55,9 +55,11 @@ def made(seed, steps):
     unknowns = layout.middle + np.where(np.isfinite(layout.prior), layout.prior, layout.sizes) * rng.normal(
         size=len(layout.names))
     unknowns[layout.place("mid_stance")] = layout.middle[layout.place("mid_stance")]
+    for name, value in given.items():
+        unknowns[layout.place(name)] = value
     _, _, sampling = disturbed(seed, steps)
     found = predict(design, (), unknowns, layout, sampling, 1e-9)
-    strikes = np.concatenate([[0.0], found.strikes[:, 0]])
+    strikes = np.concatenate([[0.0], found.strikes[:, 0]]) / (1.0 + unknowns[layout.place("hip_clock")])
     strikes = strikes[strikes <= sampling.hip[-1]]
     samples = {side: found.samples[side][:, :, 0] + rng.normal(size=(len(sampling.of(side)), 3)) * fitted.noise
                for side in SIDES}  # fmt: skip
@@ -67,6 +69,11 @@ def made(seed, steps):
     slope = design.value(SLOPE)
     run = MeasuredRun(f"drawn {seed}", sampling, samples, used, strikes, {SLOPE: (slope + 0.05 * rng.normal(), 0.05)})
     return run, design, unknowns
+
+
+def true_times(unknowns, times):
+    """When the hip's clock shows times (m,) [s]; states and strikes are told by that."""
+    return np.array(times) * (1.0 + unknowns[model()[1].layout.place("hip_clock")])
 
 
 def follower():
@@ -80,7 +87,7 @@ def errors(seed, steps):
     intervals a tenth of a second before, of how many; and innovations."""
     run, design, unknowns = made(seed, steps)
     instants = list(follow(follower(), run))
-    times = np.array([one.time for one in instants])
+    times = true_times(unknowns, [one.time for one in instants])
     truth, lie = walk(design, (), unknowns, model()[1].layout, run.sampling, run.duration, 1e-9).states(times)
     same = [(one, state[:, 0]) for one, state, stretch in zip(instants, truth, lie, strict=True)
             if stretch.stance_leg == one.leg]  # fmt: skip
@@ -167,7 +174,29 @@ def test_strikes_are_late_as_those_of_the_robots_own_runs_were_after_their_forec
         learned.append(Learned(dataclasses.replace(run, strikes=found_late), np.zeros(1), unknowns))
     found = with_forecasts(dataclasses.replace(robot, learned=tuple(learned)), fitted, SETTINGS)
     assert found.late == pytest.approx(2e-3, abs=4e-4) and found.late_sd < 1e-3
-    assert with_forecasts(dataclasses.replace(robot, learned=tuple(learned[:1])), fitted, SETTINGS).late == robot.late
+
+
+@pytest.mark.parametrize("runs", [3, 9])
+def test_a_further_runs_strikes_are_as_late_as_runs_and_strikes_scatter(runs):
+    """Of 2,000 robots whose runs differ as much as strikes do, and of ones whose runs are alike."""
+    for between in (2e-3, 0.0):
+        rng, inside = np.random.default_rng(3), []
+        for _ in range(2000):
+            late = 1e-3 + between * rng.normal(size=(runs + 1, 1)) + 2e-3 * rng.normal(size=(runs + 1, 7))
+            mean, sd = lateness([np.column_stack([one, np.full(7, 3e-4)]) for one in late[:-1]])
+            inside.append(np.abs(late[-1] - mean) < 1.96 * np.hypot(sd, 3e-4))
+        assert 0.9 < np.mean(inside) < 0.97
+    assert lateness([]) == (0.0, 0.0)
+    assert lateness([np.array([[2e-3, 0.0], [2e-3, 0.0]])])[1] > 2e-3  # a lone run does not say how others are
+
+
+@pytest.mark.parametrize("clock", [-6e-4, 6e-4])
+def test_strikes_are_told_by_the_hips_clock_however_long_it_is_wrong(clock):
+    """As they are measured by it: after six seconds it is off by four milliseconds."""
+    run, _, _ = made(6, 12, hip_clock=clock)
+    found = forecasts(list(follow(follower(), run)), run.strikes)
+    assert run.strikes[-1] > 5.0 and len(found) > 8
+    assert np.abs(found[:, 0]).max() < 1e-3 and found[-3:, 1].max() < 1e-3
 
 
 def test_what_a_model_puts_wrong_widens_errors():
@@ -305,7 +334,8 @@ def test_a_run_of_the_study_is_followed_beside_the_truth():
     fit = FittedRun("drawn", "lab", values[:d], values[d:], unknowns, robot.covariance, values[:d], 1.0, 1.0, 1, True,
                     "", None, None, run.strikes)  # fmt: skip
     times = np.arange(0.6, run.duration, 0.005)
-    states, lie = walk(design, (), unknowns, fitted.layout, run.sampling, run.duration, 1e-9).states(times)
+    begun = walk(design, (), unknowns, fitted.layout, run.sampling, run.duration, 1e-9)
+    states, lie = begun.states(true_times(unknowns, times))
     angle = np.array([-state[0, 0] if one.stance_leg == 0 else state[2, 0] for state, one in zip(states, lie)])
     truth = SimpleNamespace(heel_strike_time=3.0 + np.concatenate([[-0.5], run.strikes]),
                             leg=SimpleNamespace(time=3.0 + times, angle=angle))  # fmt: skip

@@ -67,7 +67,7 @@ def test_runs_one_after_another_tell_what_all_do_at_once():
     np.testing.assert_allclose(np.diag(last.covariance), np.diag(both.covariance), rtol=0.02)
     np.testing.assert_allclose(last.own_sd, both.own_sd, rtol=0.02)
     np.testing.assert_allclose(last.mounting, both.mounting, rtol=0.02, atol=1e-5)
-    assert (last.runs, last.sigmas, last.late_sd) == pytest.approx((3, both.sigmas, both.late_sd), rel=0.01)
+    assert (last.runs, last.sigmas) == pytest.approx((3, both.sigmas), rel=0.01)
 
 
 def test_a_robots_file_has_its_runs_and_how_far_they_were_fitted(tmp_path):

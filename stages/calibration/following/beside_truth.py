@@ -16,9 +16,8 @@ from stages.calibration.estimation.run_fit import Model
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.robot_file import OF_MOUNTING
-from stages.calibration.following.track import follow
+from stages.calibration.following.track import follow, forecasts, lateness
 from stages.calibration.observation.measured_run import MeasuredRun
-from stages.calibration.observation.prediction import predict
 from stages.calibration.parameters import Settings
 from stages.calibration.recordings import FROM
 from stages.calibration.result import FittedRun, Followed
@@ -52,9 +51,7 @@ def followed(
     sign = np.where(np.array(entry) == 0, -1.0, 1.0)
     angle = sign * [one.state[place] for one, place in zip(instants, entry, strict=True)]
     error = [math.sqrt(one.covariance[place, place]) for one, place in zip(instants, entry, strict=True)]
-    fitted = predict(follower.design, (), fit.unknowns, layout, run.sampling, model.tolerance).strikes[:, 0]
-    both = min(len(fitted), len(run.strikes) - 1)
-    late = run.strikes[1 : both + 1] - fitted[:both]  # strikes are found later than the model has them
+    late, late_sd = lateness(forecasts(instants, run.strikes)[:, None])  # of one more strike of this run
     true_time, true_angle = np.zeros(0), np.zeros(0)
     if truth is not None:
         strikes = truth.heel_strike_time[FROM : FROM + len(run.strikes)]
@@ -63,6 +60,6 @@ def followed(
         true_time, true_angle = truth.leg.time[seen] - began, truth.leg.angle[seen]
     return Followed(
         fit.name, np.array([one.time for one in instants]), np.asarray(angle), np.array(error),
-        np.array([one.strike for one in instants]) + late.mean(),
-        np.hypot([one.strike_sd for one in instants], late.std()),
+        np.array([one.strike for one in instants]) + late,
+        np.hypot([one.strike_sd for one in instants], late_sd),
         np.array([one.step for one in instants]), run.strikes, true_time, true_angle)  # fmt: skip

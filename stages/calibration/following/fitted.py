@@ -50,7 +50,8 @@ def fitted_robot(
 ) -> FittedRobot:
     """The robot that a fit found, which began with a `design` and what was `known`.
 
-    A combination of parameters that no sensor shows keeps the spread that a design's have.
+    A combination of parameters that no sensor shows keeps the spread that a design's have. Heel strikes are as the
+    model has them, until runs are followed.
     """
     layout, d, (sigmas, wider) = model.layout, len(fit.names), widening
     found = model.robot(design, told.values, fit.own.mean(axis=0))
@@ -64,15 +65,12 @@ def fitted_robot(
     places = [layout.place(name) for name in OF_MOUNTING]
     of_fit = np.sqrt(np.mean(variances, axis=0))[places]
     size = np.sqrt([one.chi2 / one.count for one in fit.equations])
-    late = np.concatenate([
-        run.strikes[1 : 1 + len(one.predicted.strikes)] - one.predicted.strikes[:, 0][: len(run.strikes) - 1]
-        for run, one in zip(fit.runs, fit.equations, strict=True)])  # fmt: skip
     least = [(OF_SLOPE if name == SLOPE else OF_LEG) * abs(found.value(name)) for name in model.own]
     mounted = fit.unknowns[:, places]
     mounting = np.maximum(_sd(mounted), of_fit if len(fit.runs) > 1 else ONE_RUN * of_fit)
     robot = FittedRobot(
         found, fit.names, spread * np.outer(more, more), model.own, np.maximum(_sd(fit.own), least),
-        np.column_stack([mounted.mean(axis=0), mounting]), sigmas, wider, float(late.mean()), float(_sd(late)),
+        np.column_stack([mounted.mean(axis=0), mounting]), sigmas, wider, 0.0, 0.0,
         of_runs, fit.design, known, len(fit.runs), float(_sd(size)), of_parts, {}, design)  # fmt: skip
     comparison, shifts = Comparison(robot, model), list[np.ndarray]()
     for run, own, unknowns in zip(fit.runs, fit.own, fit.unknowns, strict=True):

@@ -133,12 +133,12 @@ class Follower:
         at = np.concatenate([mean, unknowns])
         at[model.of_design.index(SLOPE)] = fit.own[0]
         whole = block_diag(covariance, np.diag(prior**2))
-        return Belief(np.concatenate([mean, middle]), whole, run.sampling.first_leg), at
+        return Belief(np.concatenate([mean, middle]), whole, run.sampling), at
 
     def walked(
-        self, at: Vector, leg: int, sampling: Sampling, period: float, reached: float = -math.inf
+        self, at: Vector, sampling: Sampling, period: float, reached: float = -math.inf
     ) -> Walked:
-        """A step of about a `period` [s], which begins on a leg, and what follows, or the step alone where that falls.
+        """A step of about a `period` [s], and what follows, or the step alone where that falls.
 
         Raises StepFailed where it has no end, or one before a time that is `reached` [s].
         """
@@ -149,8 +149,7 @@ class Follower:
         least = max(reached - self.mid_stance(at), 0.0)
         for until in (max(AHEAD * period, least), least):
             with contextlib.suppress(StepFailed):
-                return walk(there, self.model.of_design, at[o:], self.anywhere.layout, replace(sampling, first_leg=leg),
-                            until, TOLERANCE)  # fmt: skip
+                return walk(there, self.model.of_design, at[o:], self.anywhere.layout, sampling, until, TOLERANCE)
         raise StepFailed("the robot falls before its next heel strike")
 
     def nearer(self, step: Step, period: float, reached: float) -> Step:
@@ -160,7 +159,7 @@ class Follower:
         for halved in range(HALVED):
             with contextlib.suppress(StepFailed):
                 there = step.at + moved / 2**halved
-                return step.about(there, self.walked(there, step.leg, step.sampling, period, reached))
+                return step.about(there, self.walked(there, step.sampling, period, reached))
         raise StepFailed("no robot near this one walks as the samples say")
 
     def mid_stance(self, at: Vector) -> float:
@@ -169,12 +168,20 @@ class Follower:
 
     def onwards(self, step: Step) -> Belief:
         """What a step tells of the next mid-stance. Raises StepFailed where it does not get there."""
-        return self._carried(step, step.walked.next_start(), self.drift(), 1 - step.leg)
+        return self._carried(step, step.walked.next_start(), self.drift(), 1 - step.sampling.first_leg)
 
     def _carried(self, step: Step, rows: np.ndarray, wrong: Vector, leg: int) -> Belief:
         """What a step tells of a later start on a `leg`, given as `rows` of it and its derivatives; errors (n,) that
-        are not the step's come on top."""
-        known, mean, grown = step.known, step.at.copy(), np.eye(len(step.at))
+        are not the step's come on top.
+
+        From there on time is what the hip's clock shows then, and by how much clocks are apart by then is known too.
+        """
+        known, mean, grown, apart = step.known, step.at.copy(), np.eye(len(step.at)), np.eye(len(step.at))
         mean[self.start], grown[self.start] = rows[:, 0], rows[:, 1:]
+        o, layout, since = len(self.model.of_design), self.anywhere.layout, float(rows[-1, 0])
+        hip, foot, lag = (o + layout.place(name) for name in ("hip_clock", "foot_clock", "foot_lag"))
+        apart[[self.start[-1], lag], hip], apart[lag, foot] = step.sampling.since - since, since - step.sampling.since
+        mean, grown = apart @ mean, apart @ grown
         covariance = grown @ known.covariance @ grown.T + np.diag(wrong**2)
-        return Belief(mean + grown @ (known.mean - step.at), 0.5 * (covariance + covariance.T), leg)
+        return Belief(mean + grown @ (known.mean - step.at), 0.5 * (covariance + covariance.T),
+                      replace(step.sampling, first_leg=leg, since=since))

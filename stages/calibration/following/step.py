@@ -24,11 +24,11 @@ from stages.calibration.observation.prediction import Shown, Walked
 @dataclass(frozen=True)
 class Belief:
     """What is known of the unknowns (n,) of `Model.names` at a step's mid-stance: `mean` (n,) and `covariance` (n, n)
-    in SI units, and the leg that stands."""
+    in SI units; the leg that stands, and since when clocks run apart, are those of its `sampling`."""
 
     mean: Vector
     covariance: np.ndarray
-    leg: int
+    sampling: Sampling
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,11 @@ class Step:
     samples that it has `taken` tell. Its states are `wrong` by so much, dimensionless."""
 
     def __init__(
-        self, model: Model, sampling: Sampling, wrong: float, before: Belief, at: Vector, walked: Walked,
-        taken: Sequence[Sample] = (),
-    ) -> None:  # fmt: skip
-        self._model, self.sampling, self._wrong = model, sampling, wrong
-        self._before, self.leg, self.at, self.walked, self._taken = before, before.leg, at, walked, list(taken)
-        self._shown = {side: Shown(walked, sampling, side) for side in SIDES}
+        self, model: Model, wrong: float, before: Belief, at: Vector, walked: Walked, taken: Sequence[Sample] = ()
+    ) -> None:
+        self._model, self._wrong, self.sampling = model, wrong, before.sampling
+        self._before, self.at, self.walked, self._taken = before, at, walked, list(taken)
+        self._shown = {side: Shown(walked, self.sampling, side) for side in SIDES}
         self._surprise, self._count = 0.0, 0
 
     @cached_property
@@ -67,7 +66,7 @@ class Step:
     def known(self) -> Belief:
         """What all samples so far tell of the unknowns."""
         moved, covariance = self._solved
-        return Belief(np.asarray(self.at + moved), covariance, self.leg)
+        return Belief(np.asarray(self.at + moved), covariance, self.sampling)
 
     def take(self, sample: Sample, kept: bool = True) -> float:
         """Take a sample that is not earlier than its side's last one; one that is not `kept` is not taken again.
@@ -102,12 +101,12 @@ class Step:
 
     def about(self, at: Vector, walked: Walked) -> Step:
         """The step linearised about the unknowns `at` (n,), which have `walked` so."""
-        return Step(self._model, self.sampling, self._wrong, self._before, at, walked, self._taken)
+        return Step(self._model, self._wrong, self._before, at, walked, self._taken)
 
     def until(self, time: float) -> Step:
         """The step without what it took from a time [s] on."""
         taken = [one for one in self._taken if one.time < time]
-        return Step(self._model, self.sampling, self._wrong, self._before, self.at, self.walked, taken)
+        return Step(self._model, self._wrong, self._before, self.at, self.walked, taken)
 
     @cached_property
     def _solved(self) -> tuple[Vector, np.ndarray]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,8 +30,8 @@ AGAIN, MOVED, ROUNDED = 6, 0.05, 1e-9
 BLIND = 4.0
 #: So much of a step before a heel strike it is told whether the robot will fall, if the strike is known to this share.
 EARLY, SURE = 0.06, 0.006
-#: Forecasts of heel strikes are held against measured ones from so long before on, in steps; so many runs, and so many
-#: strikes, tell how they differ.
+#: Forecasts of heel strikes are held against measured ones from so long before on, in steps; so many runs tell how they
+#: differ.
 BEFORE, ENOUGH = 0.2, 9
 #: A push is where all of so many samples are so surprising, in mean squares of their standard deviations. Then the step
 #: is linearised anew after each sample.
@@ -55,20 +55,34 @@ def forecasts(instants: Sequence[Instant], strikes: Vector) -> np.ndarray:
 
 
 def with_forecasts(robot: FittedRobot, model: Model, settings: Settings) -> FittedRobot:
-    """A robot whose heel strikes are as late as its own runs' came after forecasts of them; of nine runs at most.
-
-    A forecast has the model's error of a state with it, which a fit of the whole run has not.
-    """
+    """A robot whose heel strikes are as late as its own runs' came after forecasts of them; of nine runs at most."""
     follower, found = Follower.of(robot.design, robot.model(model), robot.of_design(), robot.wider, settings), []
     for one in robot.learned[:: 1 + len(robot.learned) // ENOUGH]:
         instants = list[Instant]()
         with contextlib.suppress(StepFailed):  # as far as it goes
             instants.extend(follow(follower, one.run))
         found.append(forecasts(instants, one.run.strikes))
-    late, sd = np.vstack(found).T
-    if len(late) < ENOUGH:
-        return robot
-    return replace(robot, late=float(late.mean()), late_sd=math.sqrt(max(late.var(ddof=1) - (sd**2).mean(), 0.0)))
+    late, sd = lateness(found)
+    return replace(robot, late=late, late_sd=sd)
+
+
+def lateness(found: Iterable[np.ndarray]) -> tuple[float, float]:
+    """How late heel strikes of a further run come after forecasts, and the standard deviation [s] beside a forecast's
+    own, by those of each of some runs (f, 2); zero without any.
+
+    Strikes scatter within a run, and whole runs among each other (R. A. Fisher's analysis of variance): a lone run does
+    not say how others are, and is taken to be off by all that it is late.
+    """
+    each = [one for one in found if len(one)]
+    runs = [one[:, 0] for one in each]
+    if not runs:
+        return 0.0, 0.0
+    means, count = np.array([one.mean() for one in runs]), sum(map(len, runs))
+    within = sum(float(((one - one.mean()) ** 2).sum()) for one in runs) / max(count - len(runs), 1)
+    by_chance = within * np.mean([1.0 / len(one) for one in runs])
+    between = max(means.var(ddof=1) - by_chance, 0.0) if len(runs) > 1 else means[0] ** 2
+    own = np.mean(np.vstack(each)[:, 1] ** 2)
+    return float(means.mean()), math.sqrt(max(within + between * (1.0 + 1.0 / len(runs)) + within / count - own, 0.0))
 
 
 class Track:
@@ -87,7 +101,7 @@ class Track:
     _lately: list[tuple[float, float]]
 
     def __init__(self, follower: Follower, run: MeasuredRun, ahead: float = 0.0) -> None:
-        self._follower, self._sampling, self._ahead = follower, run.sampling, ahead
+        self._follower, self._ahead = follower, ahead
         self._waiting = list[Sample]()
         self._work: Iterator[None] | None = None
         self._period = self._usual = float(np.diff(run.strikes[:3]).mean())
@@ -184,8 +198,7 @@ class Track:
     def _begun(self, belief: Belief, at: Vector) -> Step:
         """A step with the unknowns `at` (n,)."""
         follower = self._follower
-        walked = follower.walked(at, belief.leg, self._sampling, self._period)
-        return Step(follower.anywhere, self._sampling, follower.wrong, belief, at, walked)
+        return Step(follower.anywhere, follower.wrong, belief, at, follower.walked(at, belief.sampling, self._period))
 
     def _enter(self, step: Step) -> None:
         """Go on to a step."""

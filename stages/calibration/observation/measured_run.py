@@ -36,7 +36,7 @@ class Sampling:
     out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike,
     and no sample is earlier than the mid-stance after it. The foot sensor sits `below_hip` [m] on
     unloaded springs; where that is not known, `place` [m] above the foot's mass. A bandwidth that is not `declared` is
-    a usual one.
+    a usual one. Clocks are right `since` a time [s], which is on the hip's, and run apart from there.
     """
 
     hip: Vector
@@ -47,6 +47,7 @@ class Sampling:
     place: float = 0.0
     below_hip: float | None = None
     declared: bool = True
+    since: float = 0.0
 
     def of(self, side: str) -> Vector:
         """The times of one side."""

@@ -208,7 +208,8 @@ class Shown:
         run = np.zeros((*straight.shape, len(layout.names)))
         run[:, :, : layout.free] = by[:, :, : layout.free]
         of_all = {"mid_stance": -by_time, "foot_lag": by_time if side == "foot" else 0.0, "foot_place": by[:, :, -1],
-                  "bandwidth": by_bandwidth @ through.T, f"{side}_clock": by_time * clock[:, None],
+                  "bandwidth": by_bandwidth @ through.T,
+                  f"{side}_clock": by_time * (clock[:, None] - self._sampling.since),
                   f"{side}_tilt": (shown[:, :, 0] @ turned.T) * gain}  # fmt: skip
         for name, column in of_all.items():
             run[:, :, layout.place(name)] = column
@@ -248,7 +249,7 @@ def taken(value: Mapping[str, float], sampling: Sampling, side: str, clock: Vect
     """When samples with times (m,) on the clock of a side's sensor really were taken [s] since mid-stance, by a run's
     unknowns by name."""
     late = sampling.late - value["mid_stance"] + (value["foot_lag"] if side == "foot" else 0.0)
-    return np.asarray((1.0 + value[f"{side}_clock"]) * clock + late)
+    return np.asarray(clock + value[f"{side}_clock"] * (clock - sampling.since) + late)
 
 
 def sample_times(value: Mapping[str, float], sampling: Sampling) -> dict[str, Vector]:
