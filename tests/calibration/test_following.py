@@ -16,7 +16,8 @@ from stages.calibration.following.beside_truth import followed
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Present
 from stages.calibration.following.robot_file import FittedRobot, Learned
-from stages.calibration.following.track import follow, forecasts, lateness, with_forecasts
+from stages.calibration.following.step import Step
+from stages.calibration.following.track import Track, follow, forecasts, lateness, samples_of, with_forecasts
 from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, layout_of, usable
 from stages.calibration.observation.prediction import predict, walk
@@ -109,6 +110,21 @@ def test_a_step_comes_to_rest_after_a_linearisation_or_two(monkeypatch):
     monkeypatch.setattr(Follower, "nearer", lambda self, step, *until: again.append(step) or nearer(self, step, *until))
     assert list(follow(follower(), run))
     assert 5 <= len(again) <= 12
+
+
+def test_no_answer_waits_for_what_the_next_ones_need(monkeypatch):
+    """Steps are linearised and drawn states walked after an answer, when the next sample is not there yet."""
+    run, _, _ = made(7, 8)
+    work, nearer, falls = [], Follower.nearer, Step.falls
+    monkeypatch.setattr(Follower, "nearer", lambda self, *of: work.append("nearer") or nearer(self, *of))
+    monkeypatch.setattr(Step, "falls", lambda self: work.append("falls") or falls(self))
+    track, answered, told = Track(follower(), run), 0, 0
+    for sample in samples_of(run):
+        before, answers = len(work), track.take(sample)
+        for instant in answers:
+            assert len(work) == before
+            answered, told = answered + 1, told + bool(instant.falls)
+    assert answered > 200 and told == work.count("falls") > 3 and work.count("nearer") > 4
 
 
 def test_the_next_mid_stance_takes_the_starts_place_with_exact_derivatives():

@@ -172,8 +172,7 @@ class Stream:
     def _followed(self, row: Row) -> Iterator[Instant]:
         assert self._track is not None
         mounted = self.mounted[row.place]
-        instant = self._track.take(mounted.sample(row, self._scales[row.place], self._begin))
-        if instant is not None:
+        for instant in self._track.take(mounted.sample(row, self._scales[row.place], self._begin)):
             yield replace(instant, time=row.stamp, strike=row.stamp + (instant.strike - instant.time) / mounted.long)
 
     def _try(self, stamp: float) -> Iterator[Instant]:

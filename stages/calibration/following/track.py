@@ -42,9 +42,7 @@ def follow(follower: Follower, run: MeasuredRun) -> Iterator[Instant]:
     """All that is known of a run from its second mid-stance on. Raises StepFailed where it cannot be followed."""
     track = Track(follower, run)
     for sample in samples_of(run):
-        instant = track.take(sample)
-        if instant is not None:
-            yield instant
+        yield from track.take(sample)
 
 
 def forecasts(instants: Sequence[Instant], strikes: Vector) -> np.ndarray:
@@ -89,15 +87,16 @@ class Track:
     """A run that is followed from its first heel strikes on, one sample after another; states are told so long `ahead`
     [s] of a sample's time.
 
-    A step is walked before its first sample, so that none waits for it. After its last one it is linearised again, a
-    part with each of the next samples, which it answers meanwhile; then the next step takes these once more. Raises
-    StepFailed where the run cannot be followed.
+    No answer waits for what the next ones need. After a step's last sample it is linearised again, a part after the
+    answer to each of the next samples; then the next step takes these once more. The chances to fall are walked after
+    one answer and come with the next. Raises StepFailed where the run cannot be followed.
     """
 
     _step: Step
     _until: float
     _pushed: float
     _warned: bool
+    _falls: tuple[float, ...] = ()
     _lately: list[tuple[float, float]]
 
     def __init__(self, follower: Follower, run: MeasuredRun, ahead: float = 0.0) -> None:
@@ -110,21 +109,24 @@ class Track:
         self._enter(self._begun(belief, at))
         self._shown_from = self._until
 
-    def take(self, sample: Sample) -> Instant | None:
-        """What is known after a sample of the hip, from the second mid-stance on."""
+    def take(self, sample: Sample) -> Iterator[Instant]:
+        """What is known after a sample of the hip, from the second mid-stance on; then work that is not for it."""
         if sample.time < self._first:
-            return None
+            return
         self._route(sample)
-        if sample.side != SIDES[0] or sample.time < self._shown_from:
-            return None
-        if sample.time > self._step.ends:
-            raise StepFailed("the robot falls")
-        instant = self._step.instant(sample.time + self._ahead)
-        soon = EARLY * self._period
-        if self._warned or not (instant.strike < sample.time + soon and instant.strike_sd < SURE * self._period):
-            return instant
-        self._warned = True
-        return replace(instant, falls=tuple(self._step.falls()))
+        if sample.side != SIDES[0]:
+            return
+        if sample.time >= self._shown_from:
+            if sample.time > self._step.ends:
+                raise StepFailed("the robot falls")
+            instant = self._step.instant(sample.time + self._ahead)
+            yield replace(instant, falls=self._falls)
+            self._falls = ()
+            soon = instant.strike < sample.time + EARLY * self._period and instant.strike_sd < SURE * self._period
+            if soon and not self._warned:
+                self._warned, self._falls = True, tuple(self._step.falls())
+        if self._work is not None and next(self._work, self) is self:
+            self._enter_next()
 
     def _route(self, sample: Sample) -> None:
         """Give a sample to its step, and go on to the next one where it is beyond; one of an earlier step is too late.
@@ -138,13 +140,17 @@ class Track:
             raise StepFailed(f"there are no samples for {sample.time - self._until:.2f} s")
         self._waiting.append(sample)
         self._work = self._work or self._settle()
-        if sample.time > self._step.ends or (sample.side == SIDES[0] and next(self._work, self) is self):
-            list(self._work)
-            waiting, self._waiting, self._work = self._waiting, [], None
-            for one in waiting:
-                self._route(one)
+        if sample.time > self._step.ends:
+            self._enter_next()
         else:
             self._give(sample, kept=False)
+
+    def _enter_next(self) -> None:
+        """Go on to the next step, which takes the samples that wait for it."""
+        list(self._work or ())
+        waiting, self._waiting, self._work = self._waiting, [], None
+        for one in waiting:
+            self._route(one)
 
     def _give(self, sample: Sample, kept: bool = True) -> None:
         """Let the step take a sample, which does not count near a heel strike."""
@@ -164,7 +170,7 @@ class Track:
     def _push(self, time: float) -> None:
         """Begin a step where it is: at a time [s] something moved the robot that is not in its model."""
         belief = self._follower.pushed(self._step.until(time), time)
-        self._until, self._waiting, self._work = time, [], None
+        self._until, self._waiting, self._work, self._falls = time, [], None, ()
         self._enter(self._begun(belief, belief.mean))
         self._pushed = time
 
