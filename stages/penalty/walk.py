@@ -23,7 +23,7 @@ from stages.penalty.model.walker import (
     SIZE,
     UNITS,
     Directions,
-    Walker,
+    Penalty,
     X,
     Y,
     build_penalty,
@@ -72,7 +72,7 @@ EVALUATIONS, END = 12, 2
 
 
 @lru_cache(maxsize=64)
-def numbers_of(biped: Biped, slope: Slope, contact: ContactLaw) -> Walker:
+def numbers_of(biped: Biped, slope: Slope, contact: ContactLaw) -> Penalty:
     """The walker's numbers, in scales of the design."""
     return build_penalty(biped, slope.gravity_vector, contact, FALLEN, scales_of(biped, slope.gravity))
 
@@ -86,14 +86,13 @@ class Ongoing:
     walker's numbers that the last variations go along. A foot that goes out of play has the next of `blocks` under it.
     """
 
-    p: Walker
+    p: Penalty
     scales: Scales
     y: np.ndarray
     phase: int
     settings: Settings
     longest_step: float
     wanted: float
-    last_landed: int
     until: float = math.inf
     record: list[np.ndarray] | None = None
     time: float = 0.0
@@ -196,7 +195,7 @@ class Ongoing:
             return
         if status == feet.LANDED:
             self.heel_strikes += 1
-            self.last_heel_strike, self.last_landed, self.since = self.time, leg, 0
+            self.last_heel_strike, self.since = self.time, 0
             end = leg + 1 if self.heel_strikes >= self.wanted else end
         elif acted != (status != feet.OUT):
             self.switches.append((self.time, leg, not acted))
@@ -260,7 +259,7 @@ def simulate(
 
 
 def begin(
-    p: Walker, scales: Scales, state: PlanarState, settings: Settings, steps: float, blocks: Laid | None = None
+    p: Penalty, scales: Scales, state: PlanarState, settings: Settings, steps: float, blocks: Laid | None = None
 ) -> Ongoing:
     """A walk about to begin from a state, through so many heel strikes. Rigid legs have their natural length.
 
@@ -276,12 +275,11 @@ def begin(
     for leg, acts in enumerate(state.in_play):
         standing = feet.height(y, p, leg, y, 0)[0] <= 0.0
         statuses.append(feet.OUT if not acts else feet.LANDED if standing else feet.AWAITED)
-    last = 1 if statuses[1] == feet.LANDED != statuses[0] else 0
     longest = settings.longest_step or PATIENCE * scales.time
     if blocks:
         p = p._replace(x_ahead=blocks.begins / scales.length)
     walk = Ongoing(
-        p, scales, y, feet.phase_of(statuses[0], statuses[1], 0), settings, longest, steps, last, blocks=blocks)
+        p, scales, y, feet.phase_of(statuses[0], statuses[1], 0), settings, longest, steps, blocks=blocks)
     for leg in (0, 1):
         if not state.in_play[leg]:
             walk.lay(leg)
@@ -304,7 +302,7 @@ def recorded(walk: Ongoing, state: PlanarState, biped: Biped, signals: Collectio
     return Trajectory(
         time=rows[:, 0].copy(), position=place.copy(), velocity=motion.copy(), acceleration=change.copy(),
         foot_acceleration=sensed, ground_reaction=force, in_play_at_start=state.in_play,
-        switches=tuple(walk.switches), exact_acceleration=True,
+        switches=tuple(walk.switches),
     )  # fmt: skip
 
 

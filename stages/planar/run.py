@@ -79,7 +79,7 @@ class Recorded:
 
     `in_play_at_start` tells for each leg (in the twin: pair of legs) whether the ground acted on its foot at first;
     `switches` lists the changes: (time, leg, in play); `blocks` from when on a leg has a block of this height: (time,
-    leg, height [m]).
+    leg, height [m]). Accelerations that are not exact ring, as those of an implicit solver do.
     """
 
     time: np.ndarray
@@ -89,6 +89,7 @@ class Recorded:
     in_play_at_start: tuple[bool, bool]
     switches: tuple[tuple[float, int, bool], ...]
     blocks: tuple[tuple[float, int, float], ...] = field(default=(), kw_only=True)
+    exact_acceleration: bool = field(default=True, kw_only=True)
 
     def in_play(self, time: np.ndarray) -> np.ndarray:
         """Whether the ground acts on each foot at the given times, shape (n, 2)."""
@@ -104,7 +105,7 @@ class Recorded:
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and rates at the given times [s], each (n, k), by Hermite interpolation between the steps.
 
-        Quintic when the accelerations are exact, cubic when they ring, as those of an implicit solver do.
+        Quintic when the accelerations are exact, cubic when they ring.
         """
         return hermite(self.time, self.position, self.velocity, self.known_acceleration, time)
 
@@ -115,7 +116,7 @@ class Recorded:
     @property
     def known_acceleration(self) -> np.ndarray | None:
         """The accelerations, if they are exact."""
-        return self.acceleration
+        return self.acceleration if self.exact_acceleration else None
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,6 @@ class Trajectory(Recorded):
 
     foot_acceleration: np.ndarray
     ground_reaction: np.ndarray
-    exact_acceleration: bool
 
     def state_at(self, time: float) -> PlanarState:
         """State at a time [s] within the record."""
@@ -144,11 +144,6 @@ class Trajectory(Recorded):
             leg_length_rate=(velocity[4], velocity[5]),
             in_play=(bool(held[0]), bool(held[1])),
         )
-
-    @property
-    def known_acceleration(self) -> np.ndarray | None:
-        """The accelerations, if they are exact."""
-        return self.acceleration if self.exact_acceleration else None
 
 
 def foot_kinematics(
@@ -197,11 +192,6 @@ class Run:
     solver_steps: int
     evaluations: int
     joint_drift: float
-
-    @property
-    def last_state(self) -> PlanarState:
-        """The last valid state."""
-        return self.trajectory.state_at(float(self.trajectory.time[-1]))
 
     @property
     def completed(self) -> bool:

@@ -6,15 +6,18 @@ the ramp by model and height, and the gait sensitivity norm of the design and of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 
+from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.derivatives.on_blocks import on_blocks, refusal
+from stages.analytic.design.search import DesignSearch, search_design
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.model.walker import Vector
 from stages.analytic.result import OTHERWISE, REACHES
@@ -25,11 +28,10 @@ from stages.ground.blocks import Blocks
 from stages.penalty.walk import Settings as PenaltySettings
 from stages.penalty.walk import begin, numbers_of
 from stages.planar.run import COMPLETED, rolling_state
-from stages.rough_ground.front import front
 from stages.rough_ground.parameters import Parameters, Settings
-from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN, DesignNorm, OnHeight, Result
+from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN, DesignNorm, OnHeight, Reached, Result
 from stages.stability.blocks.passage import Counted
-from stages.stability.blocks.walks import Rough, Walk, heights_of, walk_on
+from stages.stability.blocks.walks import Rough, Walk, heights_of, some_walks, walk_on
 from stages.stability.run import section_of
 from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
@@ -156,3 +158,50 @@ def norm_of(design: DesignPoint, z: Vector) -> tuple[float, Vector]:
     except StepFailed:
         found = None
     return (found.sensitivity_norm if found else float("nan")), z if point is None else point.z
+
+
+#: Steps to a fall are dear to search by, and change from one walk to another. The norm has exact gradients, and ranks
+#: designs nearly as they do. So designs of the least norm are searched, and their steps then counted.
+#: The masses, within the factor of the settings; and the radius, from its value to this share of the leg.
+MASSES, RADIUS, RADIUS_TO = ("biped.hip_mass", "biped.foot_mass"), "biped.foot_radius", 0.9
+#: Steps after which the given design falls on the blocks, as near as heights of the study are to it.
+LASTS = 50.0
+#: Tolerance of the search, and how near its speed is to the bound that stops it, as a share.
+OF_SEARCH, AT_BOUND = 1e-8, 1e-4
+
+
+def front(
+    design: DesignPoint, z: Vector, blocks: Blocks, rows: Sequence[OnHeight], settings: Settings
+) -> Iterator[Reached]:
+    """For each bound on the speed the design of the least norm, from the design with its gait at `z`, and its steps."""
+    given = min((row for row in rows if row.model == CONSTRAINT), key=lambda row: max(
+        row.steps_to_fall / LASTS, LASTS / row.steps_to_fall))  # fmt: skip
+    point, bounds = fixed_point(design.walker(), z, OF_SEARCH), bounds_of(design, settings.share_to)
+    if point is None or not bounds:
+        return
+    speed = describe(design.walker(), point).speed_m_s
+    for share in settings.speed_shares:
+        limits = speed * (1 - share), speed * (1 + share)
+        found = search_design(design, z, bounds, targets={"speed_m_s": limits}, tolerance=OF_SEARCH,
+                              goal="sensitivity_norm")[0]  # fmt: skip
+        best, walker = found.best, found.best.walker
+        counted = Counted(given.ramp_steps)
+        rough = Rough(walker, best.point.z, given.block_height_rms / walker.length, blocks.block_length / walker.length)
+        counted.add(some_walks(rough, blocks.block_seed, 0, settings.steps))
+        yield Reached(**vars(counted.passage()), block_height_rms=given.block_height_rms, speed_share=share,
+                      speed=best.gait.speed_m_s, sensitivity_norm=best.value, stopped_by=stops(found, limits),
+                      met=found.met)  # fmt: skip
+
+
+def bounds_of(design: DesignPoint, factor: float) -> dict[str, tuple[float, float]]:
+    """Least and largest values of the parameters that are searched."""
+    known = sensitive_names(design)
+    bounds = {name: (design.value(name) / factor, design.value(name) * factor) for name in MASSES if name in known}
+    radius, most = design.value(RADIUS), RADIUS_TO * design.biped.leg_length
+    return {**bounds, RADIUS: (radius, most)} if RADIUS in known and radius < most else bounds
+
+
+def stops(found: DesignSearch, limits: tuple[float, float]) -> str:
+    """The bounds on which a search ended."""
+    speed = ["speed"] if any(abs(found.best.gait.speed_m_s - limit) < AT_BOUND * limit for limit in limits) else []
+    return ", ".join([*speed, *(f"{name} {end}" for name, end in found.bounds.items())])

@@ -81,7 +81,7 @@ def test_standing_still_sinks_to_the_static_penetration(scene, biped, contact, a
     standing = PlanarState((0.0, 0.333), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.333, 0.333), (0.0, 0.0), (True, True))
     run = level.walk(standing, duration=1.0)
     assert run.completed
-    end = run.last_state
+    end = run.trajectory.state_at(run.trajectory.time[-1])
     assert end.leg_length == pytest.approx([0.333 - squeezed] * 2, abs=1e-9)
     assert end.leg_length[0] - end.hip_position[1] == pytest.approx(static_penetration(contact, carried), rel=1e-4)
     force = run.trajectory.ground_reaction[-1]

@@ -15,7 +15,8 @@ def polynomial_trajectory(degree, exact):
     rows = [np.column_stack([shape.deriv(order)(time) for shape in shapes]) for order in (0, 1, 2)]
     nothing = np.zeros((4, 2))
     switches = ((0.35, 1, True), (0.6, 0, False))
-    return shapes, Trajectory(time, *rows, (True, False), switches, nothing, np.zeros((4, 2, 2)), exact)
+    return shapes, Trajectory(time, *rows, (True, False), switches, nothing, np.zeros((4, 2, 2)),
+                              exact_acceleration=exact)
 
 
 @pytest.mark.parametrize(("degree", "exact"), [(5, True), (3, False)])

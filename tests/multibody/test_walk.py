@@ -75,7 +75,7 @@ def test_feet_are_loaded_only_between_heel_strike_and_toe_off(walk):
 
 def test_a_walk_can_be_resumed(two_steps, scene, start):
     first = scene.walk(start, steps=1)
-    rest = scene.walk(first.last_state, steps=1)
+    rest = scene.walk(first.trajectory.state_at(first.trajectory.time[-1]), steps=1)
     assert rest.completed
     end = rest.trajectory.time[-1] - 1e-3
     whole, parts = (run.trajectory.at(np.array([time]))[0]
@@ -161,7 +161,7 @@ def test_a_walk_that_ends_early_is_told_with_the_last_valid_state(scene, start, 
     run = scene.but(**changes).walk(dataclasses.replace(start, **of_start))
     assert run.outcome in outcomes and words in run.message
     assert np.all(np.isfinite(run.trajectory.position))
-    assert of_start is not BACK or run.last_state.hip_position[1] < 0.6 * scene.biped.leg_length
+    assert of_start is not BACK or run.trajectory.position[-1, 1] < 0.6 * scene.biped.leg_length
 
 
 def test_standing_still_is_told(scene):

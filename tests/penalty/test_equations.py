@@ -7,14 +7,13 @@ import pytest
 
 from stages.analytic.model.made import derived
 from stages.biped.accuracy.scales import SI
-from stages.penalty.model import legs
+from stages.penalty.model import walker
 from stages.penalty.model.changes import changes_of, names_of
-from stages.penalty.model.generate import KINDS, module_source
+from stages.penalty.model.derivation import KINDS, module_source
 from stages.penalty.model.walker import SIZE, build_penalty
-from stages.penalty.motion.accelerations import accelerations
+from stages.penalty.motion.accelerations import accelerations, hip_load
 from stages.penalty.motion.engine import penalty_rates
 from stages.penalty.motion.feet import AWAITED, LANDED, OUT, phase_of
-from stages.penalty.motion.hip import hip_load
 from stages.penalty.step_map import changed
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
 from tests.analytic.differences import extrapolated
@@ -46,7 +45,7 @@ def machine(request, biped):
 
 @pytest.mark.parametrize("called", KINDS)
 def test_what_is_kept_is_what_the_derivation_gives(called):
-    assert derived(legs.LEGS, called, legs.by_sympy).rpartition("# ")[0] == module_source(KINDS[called])
+    assert derived(walker.LEGS, called, walker.by_sympy).rpartition("# ")[0] == module_source(KINDS[called])
 
 
 def test_in_the_air_momentum_changes_by_weight_and_energy_by_dampers(machine, slope, contact):

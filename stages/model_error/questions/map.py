@@ -104,22 +104,22 @@ def ask_within(parameters: Parameters, options: Options, asking: Asking) -> Answ
     allowed = errors(options.within)
     refuse(("" in allowed, "--within: a map names the measure of each error, as step_frequency=1%"))
     result = learnt_by(asking)
-    from stages.model_error import over
+    from stages.model_error import choice
 
     box = task(parameters, options.file, options.search).box
     shared = options.file, list(options.within), [result.kind, result.numbers.tolist(), result.values.tolist()]
     requested, counts = spans(box.size, BLOCK // 2), {name: Counter[str]() for name in allowed}
-    axes, found = [Column(axis.name, axis.unit, "varied") for axis in box.axes], over.columns(allowed)
+    axes, found = [Column(axis.name, axis.unit, "varied") for axis in box.axes], choice.columns(allowed)
     about = {"map": box.in_words(), "within": ", ".join(options.within)}
     with asking.new_table(options.out, [*axes, *found], box.size, about) as table:
         for (first, _), rows in zip(requested, asking.each(answers_within, requested, *shared), strict=True):
             columns = [*zip(*box.values(first, first + len(rows)).tolist(), strict=True), *zip(*rows, strict=True)]
             table.write(first, {column.name: values for column, values in zip([*axes, *found], columns, strict=True)})
             for place, name in enumerate(allowed, start=1):
-                counts[name].update(over.WAYS[int(row[3 * place - 1])] for row in rows)
+                counts[name].update(choice.WAYS[int(row[3 * place - 1])] for row in rows)
     return Answer([f"{box.size} designs", *(
         f"{name} within {text.rpartition('=')[2]} of the twin's: " + ", ".join(
-            f"{counts[name][way]} by {way}" for way in over.WAYS if counts[name][way])
+            f"{counts[name][way]} by {way}" for way in choice.WAYS if counts[name][way])
         for name, text in zip(allowed, options.within, strict=True))],
         {"designs": box.size, "answered_by": {name: dict(count) for name, count in counts.items()}})  # fmt: skip
 
@@ -129,10 +129,10 @@ def answers_within(
     span: tuple[int, int]
 ) -> list[list[float]]:  # fmt: skip
     """The rows of a block within errors, for `Asking.each`."""
-    from stages.model_error import over
+    from stages.model_error import choice
 
     of_map = task(parameters, file, "none")
-    return over.block(parameters, of_map.box, of_map.base, errors(within), over.learnt_of(learnt), *span)
+    return choice.block(parameters, of_map.box, of_map.base, errors(within), choice.learnt_of(learnt), *span)
 
 
 def task(parameters: Parameters, file: Mapping[str, Any], search: str, known: Sequence[Any] = ()) -> Task:

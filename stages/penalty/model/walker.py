@@ -1,15 +1,23 @@
-"""The numbers of a penalty walker, in the type for which its equations are compiled: dimensionless in a walk."""
+"""The numbers of a penalty walker, in the type for which its equations are compiled, dimensionless in a walk; and the
+derived functions of a leg's numbers.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from stages.analytic.compiled import Numbers
+from stages.analytic.model.made import EQUATIONS, Made, OfSets, derived
 from stages.biped.accuracy.scales import SI, Scales
 from stages.biped.design import Biped
+from stages.biped.machine_code import Kept, sympy_version
 from stages.ground.contact_law import ContactLaw
 from stages.ground.laws import PointLaw
+from stages.penalty.compiled import FOLDER, compiled
 
 #: Columns of a state: x and y of the hip, angles of leg 0 and 1, their lengths, and the rates of all six.
 X, Y, ANGLE, LENGTH, RATES, SIZE = 0, 1, 2, 4, 6, 12
@@ -17,34 +25,8 @@ X, Y, ANGLE, LENGTH, RATES, SIZE = 0, 1, 2, 4, 6, 12
 UNITS = (*["m"] * 2, *["rad"] * 2, *["m"] * 2, *["m/s"] * 2, *["rad/s"] * 2, *["m/s"] * 2)
 
 
-class Penalty(NamedTuple):
-    """Table 1's walker: the paper's symbols; one over the mass that moves along a leg, 0 for rigid legs; the height of
-    the hip under which the walker has fallen [m]; heights of the blocks under leg 0 and 1, and how far ahead of the
-    foot that stands a block begins [m]; the contact law.
-
-    The law's own type is part of this one: another law is other machine code.
-    """
-
-    M: float
-    m: float
-    L_nat: float
-    r: float
-    l: float  # noqa: E741
-    k: float
-    b: float
-    I: float  # noqa: E741
-    g_x: float
-    g_y: float
-    slide: float
-    fallen: float
-    h_0: float
-    h_1: float
-    x_ahead: float
-    law: PointLaw
-
-
 class LegNumbers(NamedTuple):
-    """One leg of a detailed walker, by the symbols of `stages.biped.design`, and gravity, which its parts feel."""
+    """One leg, by the symbols of `stages.biped.design`, and gravity, which its parts feel."""
 
     m: float
     L_nat: float
@@ -62,10 +44,16 @@ class LegNumbers(NamedTuple):
     g_y: float
 
 
-class DetailedPenalty(NamedTuple):
-    """A detailed walker: the hip's mass, and for gravity, both legs, the hip's spring, damper, rest angle and friction.
+class PlainLeg(LegNumbers):
+    """A leg as Table 1 has it, without offset and frame: its equations are shorter."""
 
-    `slide` is 0 for rigid legs, else 1.
+
+class Penalty(NamedTuple):
+    """A walker: the hip's mass, and for gravity, both legs, the hip's spring, damper, rest angle and friction; 0 for
+    rigid legs, else 1; the height of the hip under which the walker has fallen [m]; heights of the blocks under leg 0
+    and 1, and how far ahead of the foot that stands a block begins [m]; the contact law.
+
+    The types of legs and law are part of this one: others are other machine code.
     """
 
     M: float
@@ -84,12 +72,9 @@ class DetailedPenalty(NamedTuple):
     law: PointLaw
 
 
-Walker = Penalty | DetailedPenalty
-
-
 def build_penalty(
     biped: Biped, gravity: tuple[Any, Any], contact: ContactLaw, fallen: float, scales: Scales = SI
-) -> Walker:
+) -> Penalty:
     """The walker of a design under gravity in the slope frame [m/s^2], in `scales`, on even ground; `fallen` in leg
     lengths.
 
@@ -97,39 +82,19 @@ def build_penalty(
     """
     biped, contact, pull = scales.measure(biped), scales.measure(contact), scales.size("m/s^2")
     gravity = gravity[0] / pull, gravity[1] / pull
-    rigid, height = biped.legs == "rigid", fallen * biped.leg_length
-    if biped.detailed:
-        return DetailedPenalty(
-            M=1.0 * biped.hip_mass, M_g=1.0 * biped.weighed_hip,
-            first=leg_numbers(biped, 0, gravity), other=leg_numbers(biped, 1, gravity),
-            k_h=1.0 * biped.hip_stiffness, b_h=1.0 * biped.hip_damping, phi_h=1.0 * biped.hip_rest_angle,
-            tau_h=1.0 * biped.hip_friction, slide=0.0 if rigid else 1.0, fallen=height, h_0=0.0, h_1=0.0, x_ahead=0.0,
-            law=contact.numbers,
-        )  # fmt: skip
     return Penalty(
-        M=1.0 * biped.hip_mass,
-        m=1.0 * biped.foot_mass,
-        L_nat=1.0 * biped.leg_length,
-        r=1.0 * biped.foot_radius,
-        l=1.0 * biped.foot_com,
-        k=0.0 if rigid else 1.0 * biped.stiffness,
-        b=0.0 if rigid else 1.0 * biped.damping,
-        I=1.0 * biped.leg_inertia,
-        g_x=gravity[0],
-        g_y=gravity[1],
-        slide=0.0 if rigid else 1.0 / biped.foot_mass,
-        fallen=height,
-        h_0=0.0,
-        h_1=0.0,
-        x_ahead=0.0,
-        law=contact.numbers,
-    )
+        M=1.0 * biped.hip_mass, M_g=1.0 * biped.weighed_hip,
+        first=leg_numbers(biped, 0, gravity), other=leg_numbers(biped, 1, gravity),
+        k_h=1.0 * biped.hip_stiffness, b_h=1.0 * biped.hip_damping, phi_h=1.0 * biped.hip_rest_angle,
+        tau_h=1.0 * biped.hip_friction, slide=0.0 if biped.legs == "rigid" else 1.0,
+        fallen=fallen * biped.leg_length, h_0=0.0, h_1=0.0, x_ahead=0.0, law=contact.numbers,
+    )  # fmt: skip
 
 
 def leg_numbers(biped: Biped, index: int, gravity: tuple[Any, Any]) -> LegNumbers:
-    """One leg of a detailed design."""
-    leg, rigid = biped.leg(index), biped.legs == "rigid"
-    return LegNumbers(
+    """One leg of a design."""
+    leg, rigid, kind = biped.leg(index), biped.legs == "rigid", LegNumbers if biped.detailed else PlainLeg
+    return kind(
         m=1.0 * leg.foot_mass, L_nat=1.0 * leg.leg_length, r=1.0 * leg.foot_radius, l=1.0 * leg.foot_com,
         k=0.0 if rigid else 1.0 * leg.stiffness, b=0.0 if rigid else 1.0 * leg.damping, I=1.0 * leg.leg_inertia,
         e=1.0 * leg.foot_offset, m_f=1.0 * leg.frame_mass, l_f=1.0 * leg.frame_com, e_f=1.0 * leg.frame_offset,
@@ -137,9 +102,34 @@ def leg_numbers(biped: Biped, index: int, gravity: tuple[Any, Any]) -> LegNumber
     )  # fmt: skip
 
 
-def natural_lengths(p: Walker) -> tuple[float, float]:
+def natural_lengths(p: Penalty) -> tuple[float, float]:
     """Natural lengths of both legs [m]."""
-    return (p.L_nat, p.L_nat) if isinstance(p, Penalty) else (p.first.L_nat, p.other.L_nat)
+    return p.first.L_nat, p.other.L_nat
+
+
+@compiled
+def leg_of(p: Penalty, leg: int) -> LegNumbers:
+    """The numbers of a leg."""
+    return p.first if leg == 0 else p.other
+
+
+LEGS = Kept(f"legs-{sympy_version()}", FOLDER / "model", by=EQUATIONS.stamp)
+
+
+def by_sympy(name: str) -> Callable[[], str]:
+    """What makes the text of the functions of a kind of leg."""
+    from stages.penalty.model.derivation import KINDS, module_source
+
+    return partial(module_source, KINDS[name])
+
+
+#: The derived functions of a leg's numbers, by the kind of leg.
+SETS = {kinds: Made(f"{__name__}.{name}", partial(derived, LEGS, name, by_sympy))
+        for kinds, name in ((PlainLeg, "plain"), (LegNumbers, "detailed"))}  # fmt: skip
+leg_terms: Callable[..., Numbers] = OfSets("leg_terms", SETS)
+leg_jacobian: Callable[..., Numbers] = OfSets("leg_jacobian", SETS)
+leg_by: Callable[..., Numbers] = OfSets("leg_by", SETS)
+leg_change: Callable[..., Numbers] = OfSets("leg_change", SETS)
 
 
 class Directions(NamedTuple):

@@ -20,11 +20,17 @@ from stages.analytic.integration import integrator, phase
 from stages.analytic.phases import guards, motion
 from stages.analytic.walk import recording
 from stages.penalty.compiled import again, compiled
-from stages.penalty.model.legs import leg_by, leg_change, leg_jacobian, leg_of
-from stages.penalty.model.walker import Directions, Walker
-from stages.penalty.motion.accelerations import Six, accelerations, solve
+from stages.penalty.model.walker import Directions, Penalty, leg_by, leg_change, leg_jacobian, leg_of
+from stages.penalty.motion.accelerations import (
+    FIRST,
+    OTHER,
+    Six,
+    accelerations,
+    hip_change,
+    solve,
+    torque_variation,
+)
 from stages.penalty.motion.feet import Slopes, acts_on, force_slopes, law_change, penalty_guard
-from stages.penalty.motion.hip import hip_change, leg_place, torque_variation
 
 Vector = np.ndarray
 
@@ -91,7 +97,7 @@ def sum_of(a: Four, b: Four) -> Four:
 
 
 @compiled
-def penalty_rates(phase: int, y: Vector, p: Walker, rates: Vector, directions: Directions | None = None) -> None:
+def penalty_rates(phase: int, y: Vector, p: Penalty, rates: Vector, directions: Directions | None = None) -> None:
     """`flow`: dy/dt of state and variations, and what the directions of the numbers add to the last of these."""
     qdd, force, factors, t, u = accelerations(phase, y, p)
     store(rates, y, 0, qdd)
@@ -115,13 +121,13 @@ def penalty_rates(phase: int, y: Vector, p: Walker, rates: Vector, directions: D
                 if directions.of_law[row]:
                     of_law0 = law_change(acts_on(phase, 0), t[9], t[10], t[11], p.law, directions.laws[row])
                     of_law1 = law_change(acts_on(phase, 1), u[9], u[10], u[11], p.law, directions.laws[row])
-                c0 = leg_change(by0, directions.rows, row, leg_place(0, p), leg_of(p, 0))
-                c1 = leg_change(by1, directions.rows, row, leg_place(1, p), leg_of(p, 1))
+                c0 = leg_change(by0, directions.rows, row, FIRST, leg_of(p, 0))
+                c1 = leg_change(by1, directions.rows, row, OTHER, leg_of(p, 1))
                 a, b = sum_of(a, leg_along(c0, t, first, of_law0)), sum_of(b, leg_along(c1, u, second, of_law1))
                 x, upward, torque = hip_change(y, directions.rows, row, qdd[0], qdd[1], p)
                 turned += torque
             store(rates, y, start, solve(
-                factors, a[0] + b[0] + x, a[1] + b[1] + upward, a[2] + turned, b[2] - turned, a[3], b[3], p))
+                factors, a[0] + b[0] + x, a[1] + b[1] + upward, a[2] + turned, b[2] - turned, a[3], b[3]))
 
 
 #: Length of a step, in the walker's scales, that need not be shorter to pass a corner of a contact law.
@@ -129,20 +135,20 @@ CORNER = 1e-12
 
 
 @compiled
-def penalty_shape(p: Walker) -> tuple[int, float]:
+def penalty_shape(p: Penalty) -> tuple[int, float]:
     """`shape`: guards end every phase."""
     return 12, np.inf
 
 
 @compiled
-def penalty_failure(now: int, y: np.ndarray, p: Walker) -> int:
+def penalty_failure(now: int, y: np.ndarray, p: Penalty) -> int:
     """`failure`: the hip is too low, or a leg is level."""
     return phase.EVENT if y[1] >= p.fallen and max(abs(y[2]), abs(y[3])) <= 0.5 * pi else phase.FALL
 
 
 @compiled
 def guard(
-    phase: int, y: Vector, p: Walker, dy: Vector, start: int, directions: Directions | None = None, which: int = 0
+    phase: int, y: Vector, p: Penalty, dy: Vector, start: int, directions: Directions | None = None, which: int = 0
 ) -> tuple[float, float, bool]:
     """`guard`: that of the state, whatever the directions.
 
@@ -159,7 +165,7 @@ error_norm = again(integrator.DOP853.error_norm)
 
 @compiled
 def penalty_error_norm(
-    y: np.ndarray, new: np.ndarray, h: float, p: Walker, stages: np.ndarray, tolerance: float
+    y: np.ndarray, new: np.ndarray, h: float, p: Penalty, stages: np.ndarray, tolerance: float
 ) -> float:
     """`error_norm`: with variations a step that could not be shorter is good enough.
 
@@ -175,7 +181,7 @@ for function, ours in (
     (phase.failure, penalty_failure), (integrator.take_step, again(integrator.DOP853.take_step)),
     (integrator.error_norm, penalty_error_norm),
 ):  # fmt: skip
-    extend(function, {Walker: ours})
+    extend(function, {Penalty: ours})
 
 #: `integrate` of the engine.
 integrate = again(phase.integrate)
@@ -184,7 +190,7 @@ states_at = again(recording.states_at)
 
 
 @compiled
-def readings(phases: np.ndarray, states: np.ndarray, p: Walker) -> np.ndarray:
+def readings(phases: np.ndarray, states: np.ndarray, p: Penalty) -> np.ndarray:
     """Of states (n, 12) in their phases (n,), (n, 10): accelerations, then normal force and friction of both feet."""
     rows = np.empty((states.shape[0], 10))
     for i in range(states.shape[0]):

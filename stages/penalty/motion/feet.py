@@ -20,8 +20,7 @@ import numpy as np
 from stages.ground.compiled import COMPILED, TANGENTS, compiled_coefficient
 from stages.ground.laws import PointLaw
 from stages.penalty.compiled import compiled
-from stages.penalty.model.legs import leg_of
-from stages.penalty.model.walker import Walker
+from stages.penalty.model.walker import Penalty, leg_of
 
 Vector = np.ndarray
 Change = tuple[float, float]
@@ -57,13 +56,13 @@ def acts_on(phase: int, leg: int) -> bool:
 
 
 @compiled
-def block_under(p: Walker, leg: int) -> float:
+def block_under(p: Penalty, leg: int) -> float:
     """Height of the block under a foot [m]."""
     return p.h_0 if leg == 0 else p.h_1
 
 
 @compiled
-def height(y: Vector, p: Walker, leg: int, dy: Vector, start: int) -> Change:
+def height(y: Vector, p: Penalty, leg: int, dy: Vector, start: int) -> Change:
     """Height of a foot's lowest point above its ground [m], and its change for that of the state in `dy` from `start`.
     """
     radius = leg_of(p, leg).r
@@ -73,14 +72,14 @@ def height(y: Vector, p: Walker, leg: int, dy: Vector, start: int) -> Change:
 
 
 @compiled
-def place(y: Vector, p: Walker, leg: int, dy: Vector, start: int) -> Change:
+def place(y: Vector, p: Penalty, leg: int, dy: Vector, start: int) -> Change:
     """How far a foot's centre is ahead of the hip [m], and its change."""
     reach, sine, cosine = y[4 + leg] - leg_of(p, leg).r, sin(y[2 + leg]), cos(y[2 + leg])
     return reach * sine, reach * cosine * dy[start + 2 + leg] + sine * dy[start + 4 + leg]
 
 
 @compiled
-def leg_guard(phase: int, y: Vector, p: Walker, leg: int, dy: Vector, start: int) -> Change:
+def leg_guard(phase: int, y: Vector, p: Penalty, leg: int, dy: Vector, start: int) -> Change:
     """A number that falls through zero when the leg's status changes, and its change."""
     status = status_of(phase, leg)
     above, rise = height(y, p, leg, dy, start)
@@ -107,7 +106,7 @@ def end_guard(phase: int, y: Vector, dy: Vector, start: int) -> Change:
 
 
 @compiled
-def penalty_guard(phase: int, y: Vector, p: Walker, dy: Vector, start: int) -> tuple[float, float, bool]:
+def penalty_guard(phase: int, y: Vector, p: Penalty, dy: Vector, start: int) -> tuple[float, float, bool]:
     """`guard` of the engine: what falls through zero next."""
     value, change = end_guard(phase, y, dy, start)
     for leg in range(2):
@@ -118,7 +117,7 @@ def penalty_guard(phase: int, y: Vector, p: Walker, dy: Vector, start: int) -> t
 
 
 @compiled
-def due(phase: int, y: Vector, p: Walker) -> tuple[int, float]:
+def due(phase: int, y: Vector, p: Penalty) -> tuple[int, float]:
     """Whose guard is lowest, leg 0, leg 1 or the end (2), and its value."""
     who, value = 2, end_guard(phase, y, y, 0)[0]
     for leg in range(2):
@@ -129,7 +128,7 @@ def due(phase: int, y: Vector, p: Walker) -> tuple[int, float]:
 
 
 @compiled
-def status_after(phase: int, y: Vector, p: Walker, leg: int) -> int:
+def status_after(phase: int, y: Vector, p: Penalty, leg: int) -> int:
     """The status of a leg whose guard has fallen through zero."""
     status = status_of(phase, leg)
     if status == OUT:

@@ -121,7 +121,6 @@ class Record(Recorded):
     reason: str
     heel_strikes: int
     evaluations: int
-    wall_time: float
 
     @property
     def completed(self) -> bool:

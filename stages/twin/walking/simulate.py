@@ -9,7 +9,6 @@ air, so the force never jumps; if it touches then, or comes down where no block 
 from __future__ import annotations
 
 import math
-import time as clock
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -198,11 +197,11 @@ def simulate_twin(
         blocks=blocks,
     )
     watch.lay_first()
-    began = clock.perf_counter()
     plan = explicit_plan(settings.tolerance, settings.largest_step, watch.limit)
     solved = solve(machine_tree, watch, plan, watch.limit)
     return Record(
-        **solved.rows, in_play_at_start=start.in_play, switches=tuple(watch.switches), blocks=tuple(watch.laid),
+        **solved.rows, exact_acceleration=machine_tree.exact_acceleration, in_play_at_start=start.in_play,
+        switches=tuple(watch.switches), blocks=tuple(watch.laid),
         machine=machine, slope=slope, contact=contact, outcome=watch.outcome,
         reason=WORDS.diverged if watch.outcome == DIVERGED else watch.message,
-        heel_strikes=watch.heel_strikes, evaluations=solved.evaluations, wall_time=clock.perf_counter() - began)
+        heel_strikes=watch.heel_strikes, evaluations=solved.evaluations)

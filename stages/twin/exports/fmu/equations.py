@@ -22,8 +22,8 @@ from stages.ground.friction import signed_coefficient, with_single_terms
 from stages.ground.slope import Slope
 from stages.penalty.model import derivation as d
 from stages.penalty.model.changes import names_of
-from stages.penalty.model.generate import KINDS, Kind
-from stages.penalty.model.walker import DetailedPenalty, Walker, build_penalty
+from stages.penalty.model.derivation import KINDS, Kind
+from stages.penalty.model.walker import Penalty, build_penalty
 from stages.penalty.motion.feet import AIR
 from stages.planar.run import FALLEN, HIP_CREEP
 
@@ -48,8 +48,7 @@ def equations(biped: Biped, slope: Slope, contact: ContactLaw) -> tuple[list[str
     angle, gravity = math.radians(1.0) * real("slope_deg"), real("gravity")
     p = build_penalty(machine, (gravity * sp.sin(angle), -gravity * sp.cos(angle)), law, FALLEN)
     kind, time = KINDS["detailed" if biped.detailed else "plain"], sp.sqrt(machine.leg_length / gravity)
-    numbers = (p.first, p.other) if isinstance(p, DetailedPenalty) else (p, p)
-    legs = [leg_in_c(kind, index, numbers[index], rigid) for index in (0, 1)]
+    legs = [leg_in_c(kind, index, numbers, rigid) for index, numbers in enumerate((p.first, p.other))]
     return names, {"ground": on_ground(p, kind, legs, machine.leg_length, time), "felt": sensed(kind, legs[0]),
                    "motion": system(p, d.derive(kind.leg), legs, time, 4 if rigid else 6)}  # fmt: skip
 
@@ -64,7 +63,7 @@ def leg_in_c(kind: Kind, index: int, numbers: Any, rigid: bool) -> Leg:
     return lambda term: sp.sympify(term).xreplace(own)
 
 
-def on_ground(p: Walker, kind: Kind, legs: list[Leg], length: sp.Expr, time: sp.Expr) -> str:
+def on_ground(p: Penalty, kind: Kind, legs: list[Leg], length: sp.Expr, time: sp.Expr) -> str:
     """Lines of contact, force, and of what events are told by, in scales of the walker."""
     touch, force, outputs = (dict[str, sp.Expr]() for _ in range(3))
     for i, leg in enumerate(legs):
@@ -80,16 +79,15 @@ def on_ground(p: Walker, kind: Kind, legs: list[Leg], length: sp.Expr, time: sp.
     return "\n".join(assigned(*each) for each in (("t", touch), ("s", force), ("g", outputs)))
 
 
-def system(p: Walker, part: d.LegPart, legs: list[Leg], time: sp.Expr, size: int) -> str:
+def system(p: Penalty, part: d.LegPart, legs: list[Leg], time: sp.Expr, size: int) -> str:
     """Lines of the lower half of the mass matrix, and of the forces of hip, pushes, both legs and the ground."""
-    mass, force, weight = sp.zeros(6, 6), sp.zeros(6, 1), p.M
-    if isinstance(p, DetailedPenalty):
-        weight, angle, rate = p.M_g, *(legs[0](symbol) - legs[1](symbol) for symbol in (d.phi, d.dphi))
-        rubbed = sp.Max(sp.Min(rate * time / HIP_CREEP, 1), -1)
-        force[2] = -p.k_h * (angle - p.phi_h) - p.b_h * rate - p.tau_h * rubbed
-        force[3] = -force[2]
+    mass, force = sp.zeros(6, 6), sp.zeros(6, 1)
+    angle, rate = (legs[0](symbol) - legs[1](symbol) for symbol in (d.phi, d.dphi))
+    rubbed = sp.Max(sp.Min(rate * time / HIP_CREEP, 1), -1)
+    force[2] = -p.k_h * (angle - p.phi_h) - p.b_h * rate - p.tau_h * rubbed
+    force[3] = -force[2]
     for row, (pull, push) in enumerate(((g_x, "push_x"), (g_y, "push_y"))):
-        mass[row, row], force[row] = p.M, weight * legs[0](pull) + real(push)
+        mass[row, row], force[row] = p.M, p.M_g * legs[0](pull) + real(push)
     for index, leg in enumerate(legs):
         rows = (0, 1, 2 + index, 4 + index)
         for row, place in enumerate(rows):
