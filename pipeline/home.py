@@ -16,7 +16,8 @@ anything, stands in the picture. The package itself may have
 `about`: the `ATTRIBUTES` of all files (title, license, references), which are part of no key.
 
 A stage is run once more at looser settings of its solvers (`pipeline.cache.differences`), which gives each of its
-numbers an error, unless its `run` says in `ONCE` why not.
+numbers an error, unless its `run` says in `ONCE` why not. Where beginning anew would be wasteful it has a function
+`again(parameters, inputs, result)`, which gives the looser result from the one that was found.
 """
 
 from __future__ import annotations

@@ -95,12 +95,14 @@ def sealed(content: bytes) -> bytes:
 
 
 def _errors(file: Any, looser: Any) -> dict[str, float]:
-    """Of each number what it differs by from the looser result; of rows that this lacks, the largest of the others.
+    """Of each number what it differs by from the looser result; of rows that this lacks, or has as they are, the
+    largest of the others.
 
     Numbers of one group and unit follow from one solution: one may agree by chance, and has `SHARED` of the largest.
     """
     with in_memory(looser, LOOSER) as other:
-        found = dict(differences(file, other))
+        apart = dict(differences(file, other))
+    found, round_off = ({path: both[place] for path, both in apart.items()} for place in (0, 1))
     groups = {path: (path.rpartition("/")[0], str(file[path].attrs.get("units", ""))) for path in found}
     beside = _largest(found, groups)
     found = {path: max(error, SHARED * beside[groups[path]]) for path, error in found.items()}
@@ -108,8 +110,8 @@ def _errors(file: Any, looser: Any) -> dict[str, float]:
     file.visititems(every.__setitem__)
     columns = {path: _ROW.sub("/*/", path) for path in every}
     alike = _largest(found, columns)
-    return found | {path: alike[columns[path]] for path, item in every.items()
-                    if path not in found and is_of_floats(item) and columns[path] in alike}  # fmt: skip
+    return {path: max(found.get(path, 0.0) or alike[columns[path]], round_off.get(path, 0.0))
+            for path, item in every.items() if is_of_floats(item) and columns[path] in alike}
 
 
 def _largest(found: Mapping[str, float], groups: Mapping[str, T]) -> dict[T, float]:

@@ -41,9 +41,9 @@ def _looser(value: Any, field: dataclasses.Field[Any]) -> Any:
     return min(value, by) if isinstance(by, int) else float(f"{value * by:.12g}")
 
 
-def differences(one: Any, other: Any, above: str = "") -> Iterator[tuple[str, float]]:
-    """Path of a number, an array or a table's column of the group `one` and its largest difference from `other`, in its
-    unit; no less than round-off.
+def differences(one: Any, other: Any, above: str = "") -> Iterator[tuple[str, tuple[float, float]]]:
+    """Path of a number, an array or a table's column of the group `one`, its largest difference from `other`, in its
+    unit, and what round-off may make of it.
 
     Arrays and columns are compared over the rows that both have. Those of a table are the same where their words are,
     those of an array that lies along a coordinate where the coordinate is, all others where the sizes are equal. What
@@ -63,8 +63,8 @@ def differences(one: Any, other: Any, above: str = "") -> Iterator[tuple[str, fl
                 yield path, found
 
 
-def _largest(here: Any, there: Any, same: Rows | None) -> float | None:
-    """The largest difference of finite numbers in rows that are the same, or of two single numbers."""
+def _largest(here: Any, there: Any, same: Rows | None) -> tuple[float, float] | None:
+    """The largest difference of finite numbers in rows that are the same, or of two single numbers; and round-off."""
     one, other = np.asarray(hdf5.read(here), dtype=float), np.asarray(hdf5.read(there), dtype=float)
     if one.shape[1:] != other.shape[1:] or one.ndim != other.ndim or (one.ndim and same is None):
         return None
@@ -75,7 +75,7 @@ def _largest(here: Any, there: Any, same: Rows | None) -> float | None:
     known = np.isfinite(apart)
     if not known.any():
         return None
-    return max(float(apart[known].max()), ROUND_OFF * float(np.spacing(np.abs(one[known]).max())))
+    return float(apart[known].max()), ROUND_OFF * float(np.spacing(np.abs(one[known]).max()))
 
 
 def _same_rows(one: Any, other: Any, names: list[str]) -> Rows | None:

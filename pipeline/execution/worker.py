@@ -217,6 +217,7 @@ class Computing:
         plain, chosen = point[stage.name]
         parameters = self._parameters(stage.name, plain)
         other, loose = getattr(module, "ONCE", None), looser(parameters)
+        again = getattr(module, "again", None)
         errors = errors and not other
         inputs, above, open_files = given(self.job.package, stage, parameters, chosen, files, errors)
         declared = [file for file, _ in open_files.values()]
@@ -226,7 +227,8 @@ class Computing:
         if errors and (loose != parameters or above is not None):
             self.messages.send(progress=[1.0, "once more, looser, for the errors of its numbers"])
             try:
-                other = module.run(loose, inputs if above is None else above)
+                read = inputs if above is None else above
+                other = again(loose, read, result) if again else module.run(loose, read)
             except Exception as error:  # whatever it is, the result itself stands
                 other = " ".join(f"at looser settings: {error}".split())
         check_unchanged(open_files)

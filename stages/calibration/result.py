@@ -105,6 +105,10 @@ class Misses:
     runs: tuple[str, ...] = quantity("-", "their names; none where the study has none to spare")
     shares: np.ndarray = quantity(
         "1", "found less truth, in shares of the values as drawn, (m, d)", dimensions=("other_run", "parameter"))
+    own: np.ndarray = quantity(
+        "SI", "parameters of each of them alone, shape (m, o)", dimensions=("other_run", "own"))
+    unknowns: np.ndarray = quantity(
+        "SI", "their starts, times and sensors' errors, shape (m, k)", dimensions=("other_run", "unknown"))
     pulls: np.ndarray = quantity(
         "1", "rate by which a fit moved the sensors' clocks, mean of both, shape (m,)", dimensions=("other_run",))
 

@@ -14,15 +14,18 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.model.walker import Vector
+from stages.biped.design import Biped
 from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import covariance_of, information_of
-from stages.calibration.estimation.run_fit import Model, design_sizes, fit_run
+from stages.calibration.estimation.run_fit import Model, design_sizes, fit_run, one_step
 from stages.calibration.following.beside_truth import followed
 from stages.calibration.information.identifiability import (
     SLOPE,
@@ -59,8 +62,27 @@ class Inputs:
     database: Path | None = None
 
 
-def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Say what runs can tell, fit some of them blind, and put the truth beside. Raises NoGait, SourceRefused."""
+#: What fits of runs found, by their names: shared parameters (d,), own (o,) and unknowns (k,).
+Near = Mapping[str, tuple[Vector, Vector, Vector]]
+
+
+def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
+    """The result at looser settings: each fit is where one more step leads from where it came to rest."""
+    missed, truths = result.misses, {one.name: one for one in inputs.campaign.runs}
+    near = {fit.name: (fit.design, fit.own, fit.unknowns) for fit in result.fits}
+    near |= {one.name: (np.zeros(0), one.own, one.unknowns) for one in result.held_out}
+    near |= {name: (_true(truths[name].robot, result.names) + share * result.drawn, own, unknowns)
+             for name, share, own, unknowns in zip(
+                 missed.runs, missed.shares, missed.own, missed.unknowns, strict=True)}  # fmt: skip
+    return run(parameters, inputs, near=near)
+
+
+def run(
+    parameters: Parameters, inputs: Inputs, progress: Progress = ignore, near: Near = MappingProxyType({})
+) -> Result:
+    """Say what runs can tell, fit some of them blind, and put the truth beside; fits `near` ones take one step from
+    there. Raises NoGait, SourceRefused.
+    """
     progress(0.1, "what the sensors can tell")
     parameters = as_mounted(parameters)
     settings = parameters.settings
@@ -76,16 +98,16 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
         drawn = drawn_design(parameters, kind)
         given = list(islice(runs, settings.fitted_runs))
-        mine = [fitted_run(drawn, kind, one, model) for one in given]
+        mine = [fitted_run(drawn, kind, one, model, near) for one in given]
         fits = [fit for fit in mine if isinstance(fit, FittedRun)]
         if number == 0 and isinstance(mine[0], FittedRun):
             shown = followed(drawn, given[0][0], mine[0], model, settings, truths.get(mine[0].name))
         found += mine
-        found += [held_out(drawn, kind, fits, one, model, settings.begun_s)
+        found += [held_out(drawn, kind, fits, one, model, settings.begun_s, near)
                   for one, _ in islice(runs, settings.held_out_runs if fits else 0)]  # fmt: skip
         if number == 0:  # the runs of the other robots are of the same machines
             more = [one for one in islice(runs, settings.discrepancy_runs) if one[0].name in truths]
-            others = sorted(each_in_a_process(partial(fitted_run, drawn, kind, model=model), more))
+            others = sorted(each_in_a_process(partial(fitted_run, drawn, kind, model=model, near=near), more))
             missed = _judged([fit for _, fit in others], truths, model.shared)
     return Result(
         settings.planned_runs, told, not_seen, model.shared, tuple(design.unit(name) for name in model.shared),
@@ -110,11 +132,14 @@ def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:
     return told, tuple(described(each, model.of_design, units, plain.values) for each in plain.unseen)
 
 
-def fitted_run(design: DesignPoint, kind: str, given: Recorded, model: Model) -> FittedRun | Failed:
-    """The own fit of a run of a kind of robot, without a look at any truth."""
+def fitted_run(
+    design: DesignPoint, kind: str, given: Recorded, model: Model, near: Near = MappingProxyType({})
+) -> FittedRun | Failed:
+    """The own fit of a run of a kind of robot, without a look at any truth, or one step from what is `near`."""
     run, known = given
     try:
-        fit = fit_run(design, run, model, known)
+        fit = (one_step(design, near[run.name], run, model, known) if run.name in near
+               else fit_run(design, run, model, known))
     except StepFailed as reason:
         return Failed(run.name, kind, str(reason))
     sigmas, wider = widening([fit.equations])
@@ -128,13 +153,13 @@ def fitted_run(design: DesignPoint, kind: str, given: Recorded, model: Model) ->
 
 
 def held_out(
-    design: DesignPoint, kind: str, fits: Sequence[FittedRun], run: MeasuredRun, model: Model, begun: float
+    design: DesignPoint, kind: str, fits: Sequence[FittedRun], run: MeasuredRun, model: Model, begun: float, near: Near
 ) -> HeldOut | Failed:
     """How well the robot of other runs' fits explains a run, and foretells it from its beginning."""
     shared, own = (np.mean(rows, axis=0) for rows in ([fit.design for fit in fits], [fit.own for fit in fits]))
     robot = model.robot(design, shared, own).with_value(SLOPE, design.value(SLOPE))
     try:
-        return explained(robot, run, model, begun, kind)
+        return explained(robot, run, model, begun, kind, near.get(run.name))
     except StepFailed as reason:
         return Failed(run.name, kind, str(reason))
 
@@ -145,7 +170,11 @@ def _misses_of(found: Sequence[FittedRun], design: DesignPoint, model: Model) ->
     drawn = np.array([design.value(name) for name in model.shared])
     shares = [(fit.design - fit.truth) / drawn for fit in fits]
     pulls = [model.layout.pull(fit.unknowns) for fit in fits]
-    return Misses(tuple(fit.name for fit in fits), np.array(shares).reshape(-1, len(drawn)), np.array(pulls))
+    own, unknowns = ([getattr(fit, key) for fit in fits] for key in ("own", "unknowns"))
+    return Misses(
+        tuple(fit.name for fit in fits), np.array(shares).reshape(-1, len(drawn)),
+        np.array(own).reshape(-1, len(model.own)), np.array(unknowns).reshape(-1, len(model.layout.names)),
+        np.array(pulls))
 
 
 def _judged(
@@ -156,8 +185,10 @@ def _judged(
     fits = [fit for fit in found if isinstance(fit, FittedRun)]
     for place, fit in enumerate(fits):
         if fit.name in truths:
-            robot = truths[fit.name].robot
-            own = {"biped.leg_length": robot.leg(0).leg_length, "biped.hip_mass": robot.hip_mass}
-            values = [own[name] if name in own else table_value(robot, name) for name in names]
-            fits[place] = dataclasses.replace(fit, truth=np.array(values))
+            fits[place] = dataclasses.replace(fit, truth=_true(truths[fit.name].robot, names))
     return tuple(fits)
+
+
+def _true(robot: Biped, names: Sequence[str]) -> Vector:
+    own = {"biped.leg_length": robot.leg(0).leg_length, "biped.hip_mass": robot.hip_mass}
+    return np.array([own[name] if name in own else table_value(robot, name) for name in names])

@@ -24,7 +24,7 @@ class RunSettings:
     FILE: ClassVar[str] = "campaign"
 
     seed: int = parameter("1", "seed of every random draw", bound=NOT_NEGATIVE)
-    runs: int = parameter("1", "number of runs", bound=Bound(minimum=1), looser=4)
+    runs: int = parameter("1", "number of runs", bound=Bound(minimum=1))
     steps: int = parameter("1", "heel strikes in a run", bound=Bound(minimum=4))
     rest_s: float = parameter("s", "time the robot stands still before the push", bound=Bound(minimum=0.5))
     push_s: float | None = parameter("s", "duration of the push; null: 0.4 s of Table 1's robot", bound=POSITIVE)

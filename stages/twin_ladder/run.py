@@ -200,16 +200,29 @@ class Inputs:
     twin: Twin
 
 
-def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Find the gait of every rung, from that of the planar model; `inputs.twin` holds the twin's own walk.
+def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
+    """The result at looser settings: of the rungs the first two and the last, the others as they were."""
+    first, *others = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
+    fewer = ladder(parameters, inputs, [first, *others[-1:]])
+    gaits, pairs = {row.name: row for row in fewer.rungs}, {row.name: row for row in fewer.same_machine}
+    return dataclasses.replace(
+        fewer, rungs=tuple(gaits.get(row.name, row) for row in result.rungs),
+        same_machine=tuple(pairs.get(row.name, row) for row in result.same_machine))
 
-    A machine without a gait is a row that says so. Raises ValueError if the parts do not add up to the design,
-    BeyondModel for a design with details.
-    """
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Find the gait of every rung. Raises ValueError if the parts do not add up to the design, BeyondModel for a design
+    with details."""
     require_plain(parameters.biped, "the ladder from the planar model to the twin")
-    analytic, settled = inputs.analytic, inputs.twin.settling
-    machines = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
-    settings = parameters.analytic
+    return ladder(parameters, inputs, rungs(parameters.biped, parameters.twin, parameters.settings.outsole), progress)
+
+
+def ladder(parameters: Parameters, inputs: Inputs, machines: list[Rung], progress: Progress = ignore) -> Result:
+    """Gaits of machines, from that of the planar model; `inputs.twin` holds the twin's own walk.
+
+    A machine without a gait is a row that says so.
+    """
+    analytic, settled, settings = inputs.analytic, inputs.twin.settling, parameters.analytic
     bipeds = [parameters.biped, *(project(rung.machine) for rung in machines)]  # the planar model's is the simple one
     constrained = [
         constraint_gait(biped, parameters.slope, settings.tolerance, settings.limited(parameters.friction))

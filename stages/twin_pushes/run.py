@@ -5,6 +5,7 @@ Inputs: the analytic gait to start from. Settings: params/twin_pushes.yaml. Outp
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from stages.analytic.result import Result as Analytic
@@ -28,27 +29,42 @@ class Inputs:
     analytic: Analytic
 
 
-def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Push and walk on. The analytic gait gives the mid-stance state and the normal force of its first sample.
+def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
+    """The result at looser settings: of each kind the largest push that is survived, and the others as they were."""
+    largest = {kind: size for kind, _, size, _ in result.limits()}
+    few = [(walk.kind, walk.size) for walk in result.walks if walk.size == largest[walk.kind]]
+    found = dict(zip(few, walks_after(few, parameters, inputs), strict=True))
+    return Result(tuple(found.get((walk.kind, walk.size), walk) for walk in result.walks))
 
-    A fall is a walk that ends early. Raises ValueError if the twin's parts do not add up to the design, BeyondModel for
-    feet that are put down at a time.
+
+def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
+    """Push and walk on. Raises ValueError if the twin's parts do not add up to the design, BeyondModel for feet that
+    are put down at a time."""
+    pushes = [(kind, size) for key, _, kind, _ in KINDS for size in getattr(parameters.settings, key)]
+    return Result(tuple(walks_after(pushes, parameters, inputs, progress)))
+
+
+def walks_after(
+    pushes: Sequence[tuple[str, float]], parameters: Parameters, inputs: Inputs, progress: Progress = ignore
+) -> Iterator[PushedWalk]:
+    """The walks after pushes of a kind and size. A fall is a walk that ends early.
+
+    The analytic gait gives the mid-stance state and the normal force of its first sample.
     """
     analytic, settings = inputs.analytic, parameters.settings
     machine = machine_of(parameters.biped, parameters.twin)
     tree = SpatialTree(machine, parameters.slope, parameters.contact)
     solver = parameters.twin.with_tolerance(settings.tolerance)
     force = analytic.walk.standing_force
-    pushes = [(keyword, kind, unit, size) for key, keyword, kind, unit in KINDS for size in getattr(settings, key)]
-    walks = []
-    for number, (keyword, kind, unit, size) in enumerate(pushes):
+    ways = {kind: (keyword, unit) for _, keyword, kind, unit in KINDS}
+    for number, (kind, size) in enumerate(pushes):
+        keyword, unit = ways[kind]
         progress(number / len(pushes), f"{kind} {size:g} {unit}")
         start = rolling_start(machine, parameters.contact, analytic.mid_stance, force, **{keyword: size})
         record = simulate_twin(
             machine, parameters.slope, parameters.contact, start, solver, steps=settings.steps, tree=tree
         )
-        walks.append(pushed_walk(record, machine, kind, unit, size, settings.rate_hz))
-    return Result(tuple(walks))
+        yield pushed_walk(record, machine, kind, unit, size, settings.rate_hz)
 
 
 def pushed_walk(record: Record, machine: Machine, kind: str, unit: str, size: float, rate_hz: float) -> PushedWalk:

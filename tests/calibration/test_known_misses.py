@@ -28,7 +28,7 @@ def study(count=8):
     pulls = 1e-3 * rng.normal(size=count)
     shares = 0.01 * np.arange(len(NAMES)) + np.outer(pulls, np.arange(len(NAMES))) + 1e-3 * rng.normal(
         size=(count, len(NAMES)))  # fmt: skip
-    misses = Misses(tuple(f"run {number:02d}" for number in range(count)), shares, pulls)
+    misses = Misses(tuple(f"run {number:02d}" for number in range(count)), shares, *np.zeros((2, count, 0)), pulls)
     return Result(30, (), (), NAMES, tuple(DRAWN.unit(name) for name in NAMES), VALUES, ("ground.slope_deg",),
                   ("hip_clock",), (), (), misses, ())
 

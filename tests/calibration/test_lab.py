@@ -100,7 +100,7 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     shares = np.outer(pulls, np.full(len(names), 1.0)) + 0.02 * np.array([1.0, -1.0, 1.0, -1.0, 0.0])[:, None]
     values = np.array([drawn.value(name) for name in names])
     study = Result(30, (), (), names, tuple(drawn.unit(name) for name in names), values, (), (), (), (),
-                   Misses(tuple(f"run {number}" for number in range(5)), shares, pulls), ())
+                   Misses(tuple(f"run {number}" for number in range(5)), shares, *np.zeros((2, 5, 0)), pulls), ())
     results = folder / "of_the_study"
     results.mkdir()
     (results / "calibration.h5").write_bytes(artefact.encode(study, {}))

@@ -71,6 +71,24 @@ def test_no_step_is_taken_that_brings_the_residuals_up():
     assert (ended.converged, ended.point.x[0]) == (False, 0.0) and "no step" in ended.why
 
 
+def test_one_step_from_beside_a_fit_leads_back_to_it():
+    """All but a fifth of the way: the step lacks the curvature of what the residuals leave."""
+    campaign, (design, model) = drawn(1054), fitted()
+    run = campaign.runs[0]
+    fit = run_fit.fit_run(design, run, model, campaign.known)
+    found = np.concatenate([fit.design, fit.own, fit.unknowns])
+    sizes = np.concatenate([run_fit.design_sizes(design, model.of_design), model.layout.sizes])
+    d, o = len(model.shared), len(model.of_design)
+
+    def after(x):
+        again = run_fit.one_step(design, (x[:d], x[d:o], x[o:]), run, model, campaign.known)
+        assert again.converged
+        return np.concatenate([again.design, again.own, again.unknowns])
+
+    rest, away = after(found), 1e-3 * sizes * np.random.default_rng(1).normal(size=len(found))
+    assert np.linalg.norm((after(found + away) - rest) / sizes) < 0.2 * np.linalg.norm(away / sizes)
+
+
 def test_on_the_way_the_design_is_held_by_the_first_guess_with_its_usual_change(monkeypatch):
     """Three hundredths of each parameter for a standard deviation, thirty of an inertia."""
     model = fitted()[1]
@@ -84,7 +102,8 @@ def test_on_the_way_the_design_is_held_by_the_first_guess_with_its_usual_change(
     campaign = drawn(1054)
     run, drawing = campaign.runs[0], campaign.design
     with pytest.raises(StepFailed):
-        run_fit._fit(drawing, campaign.unknowns[0], horizons(run), run, model, ())
+        start = run_fit._as_drawn(drawing, campaign.unknowns[0], run, model)
+        run_fit._fit(drawing, start, horizons(run), run, model, ())
     ((evaluate, begin),) = begun
     held, free = evaluate(begin, held=True), evaluate(begin, held=False)
     d = len(model.shared)

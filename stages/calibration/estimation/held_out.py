@@ -13,7 +13,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.least_squares import Known
-from stages.calibration.estimation.run_fit import Equations, Model, RunFit, fit_near, fit_run, run_equations
+from stages.calibration.estimation.run_fit import Equations, Model, RunFit, fit_near, fit_run, one_step, run_equations
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.result import FittedRun, HeldOut, Trace
@@ -46,19 +46,24 @@ def trace(run: MeasuredRun, equations: Equations, model: Model, side: str) -> Tr
 FORCE, RATE = slice(0, 2), slice(2, 3)
 
 
-def explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float, kind: str = "") -> HeldOut:
+def explained(
+    design: DesignPoint, run: MeasuredRun, model: Model, begun: float, kind: str = "",
+    near: tuple[Vector, Vector, Vector] | None = None,
+) -> HeldOut:
     """Errors on a run of that `kind` of robot; `design` is kept, also what other runs had for themselves, but for the
-    ramp. It is foretold with the start and the sensors of its first `begun` seconds.
+    ramp. It is foretold with the start and the sensors of its first `begun` seconds. A fit `near` the run's own takes
+    one step from there.
 
     Raises StepFailed where it does not walk the run at all.
     """
     alone = replace(model, shared=(), own=(SLOPE,))
-    begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
-    whole = fit_run(design, run, alone, (), begin)
+    begin = near[-1] if near else first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
+    whole = one_step(design, near, run, alone, ()) if near else fit_run(design, run, alone, (), begin)
     shown, forecast = whole.equations, (np.nan, np.nan)
     since = min(float(run.sampling.of(side)[0]) for side in SIDES) + begun
     with contextlib.suppress(StepFailed):
-        start = fit_run(design, run.upto(since), alone, (), begin)
+        first = run.upto(since)
+        start = fit_near(design, begin, first, alone, ()) if near else fit_run(design, first, alone, (), begin)
         shown = run_equations(design, start.own, start.unknowns, run, alone)
         forecast = rms_of(shown.residuals, run, model, since)
     hip, foot = (trace(run, shown, model, side) for side in SIDES)

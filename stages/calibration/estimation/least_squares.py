@@ -131,16 +131,18 @@ class Rule:
     """How a fit goes and when it ends.
 
     It rests where the cost is foreseen to fall by less than `enough`, or fell by less than `rests` with a whole step,
-    in the point's own unit; and where no step helps but less than `at_rest` is foreseen. No step is longer than
-    `longest` usual changes. Steps are damped, or `halved`: `caution` is the damping, or one over the share of a step,
-    at first, at least, and from where a step is hopeless; with its factors after steps that help and that do not.
-    `most` counts evaluations; of halved steps those that help, each of which begins as a whole one.
+    in the point's own unit; and where no step helps but less than `at_rest` is foreseen. A step helps that makes the
+    cost larger by no more than a share `larger`. No step is longer than `longest` usual changes. Steps are damped, or
+    `halved`: `caution` is the damping, or one over the share of a step, at first, at least, and from where a step is
+    hopeless; with its factors after steps that help and that do not. `most` counts evaluations; of halved steps those
+    that help, each of which begins as a whole one.
     """
 
     most: int = 60
     enough: float = 0.0
     rests: float = 0.0
     at_rest: float = 0.0
+    larger: float = 1e-9
     longest: float = np.inf
     halved: bool = False
     caution: tuple[float, float, float] = (1e-3, 1e-9, 1e8)
@@ -181,7 +183,7 @@ def least_squares(
         whole = max(1.0, float(np.abs(step / sizes).max(initial=0.0)) / rule.longest)
         tried = evaluate(np.maximum(at.x + share * step / whole, low), at, share)
         evaluations += 1
-        if tried is not None and tried.cost < at.cost + 1e-9 * abs(at.cost):
+        if tried is not None and tried.cost < at.cost + rule.larger * abs(at.cost):
             gain, at, helped = at.cost - tried.cost, tried, helped + 1
             if max(gain, 0.0 if caution <= first else newton[1]) < rule.rests * unit:
                 return Ended(at, evaluations, True, "")

@@ -174,6 +174,8 @@ OTHERS = 6
 QUIETER, MOST_AGAIN = 3.0, 5
 #: Of a horizon that is not the last.
 SHORTER = Rule(12, enough=1.0)
+#: One step, whole and undamped, wherever it leads.
+STEP = Rule(2, larger=np.inf, caution=(0.0, 0.0, np.inf))
 #: Friction at the hip that is none, as a share of the weight times a leg's length.
 LEAST_FRICTION = 1e-9
 
@@ -251,7 +253,20 @@ def fit_from(
 
     Raises StepFailed where the robot does not walk it.
     """
-    return _fit(design, begin, [(run.duration, one) for one in louder], run, model, known)
+    ends = [(run.duration, one) for one in louder]
+    return _fit(design, _as_drawn(design, begin, run, model), ends, run, model, known)
+
+
+def one_step(
+    design: DesignPoint, found: tuple[Vector, Vector, Vector], run: MeasuredRun, model: Model, known: Sequence[Known]
+) -> RunFit:
+    """One whole step of Gauss and Newton from what a fit of the run found: its shared parameters (d,), own (o,) and
+    unknowns (k,). For a fit at rest, how far that leads with a looser model is its error.
+
+    Raises StepFailed where the robot does not walk it.
+    """
+    fit = _fit(design, np.concatenate(found), [(run.duration, 1.0)], run, model, known, rule=STEP)
+    return replace(fit, converged=True, why="")
 
 
 def begun(design: DesignPoint, run: MeasuredRun, model: Model) -> Vector:
@@ -294,7 +309,8 @@ def _from_guess(
     for start, louder, least in (*((begin, one, 0.0) for one in ATTEMPTS), (begin, 1.0, LEAST),
                                  (model.layout.middle, 1.0, LEAST)):
         try:
-            fit = _fit(design, start, horizons(run, louder, least, quick), run, model, known, found)
+            fit = _fit(design, _as_drawn(design, start, run, model), horizons(run, louder, least, quick), run, model,
+                       known, found)  # fmt: skip
         except StepFailed as reason:
             failure = reason
             continue
@@ -310,19 +326,23 @@ def _from_guess(
     return replace(found, evaluations=spent)
 
 
+def _as_drawn(design: DesignPoint, unknowns: Vector, run: MeasuredRun, model: Model) -> Vector:
+    """All unknowns (n,) where a fit begins: those of the design, of its own what the run was read to have."""
+    own = [run.own[name][0] if name in run.own else design.value(name) for name in model.own]
+    return np.concatenate([[design.value(name) for name in model.shared], own, unknowns])
+
+
 def _fit(
-    design: DesignPoint, begin: Vector, ends: Sequence[tuple[float, float]], run: MeasuredRun, model: Model,
-    known: Sequence[Known], other: RunFit | None = None,
+    design: DesignPoint, x: Vector, ends: Sequence[tuple[float, float]], run: MeasuredRun, model: Model,
+    known: Sequence[Known], other: RunFit | None = None, rule: Rule = WHOLE_RUN,
 ) -> RunFit:
-    """One attempt of `fit_run`, the run's unknowns from `begin` (k,), on the horizons `ends`.
+    """One attempt of `fit_run`, the unknowns from `x` (n,), on the horizons `ends`, the last one by a `rule`.
 
     One that comes to where the last horizon of an `other` began, which came to rest, is that.
     """
     d, o = len(model.shared), len(model.of_design)
-    own = [run.own[name][0] if name in run.own else design.value(name) for name in model.own]
-    x = np.concatenate([[design.value(name) for name in model.shared], own, begin])
     sizes = np.concatenate([design_sizes(design, model.of_design), model.layout.sizes])
-    low = np.concatenate([lowest(design, model.of_design), np.full(len(begin), -np.inf)])
+    low = np.concatenate([lowest(design, model.of_design), np.full(len(model.layout.names), -np.inf)])
     first, evaluations, approach = x[:d].copy(), 0, np.nan
     waiting, reached, again = list(ends), 0.0, 0
     strike_sd = STRIKE_SD / quickness(design.biped, design.slope.gravity)
@@ -355,7 +375,7 @@ def _fit(
             return Point(at, found.cost + cost, more, other, found, found.chi2 / max(found.count, 1))
 
         try:
-            ended = least_squares(evaluate, x, sizes, low, WHOLE_RUN if is_last else SHORTER)
+            ended = least_squares(evaluate, x, sizes, low, rule if is_last else SHORTER)
         except ValueError:
             again += 1
             if again > MOST_AGAIN or reached == 0.0:
