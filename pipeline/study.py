@@ -166,7 +166,7 @@ class Study:
         for key, (section, name) in loading.files(values).items():
             path = (self.recordings or self.root) / name
             where = f"{shown(self.params)}/{section}.yaml: {key} = {json.dumps(name)}"
-            found[key] = str(path), disk.remembered_digest(path, where, self.store.folder / "digests.json")
+            found[key] = str(path), disk.checked_digest(path, where)
         return found
 
     def module(self, stage: str, name: str) -> ModuleType | None:

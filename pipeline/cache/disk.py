@@ -20,7 +20,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from pipeline.errors import StudyError
 
@@ -127,10 +127,6 @@ TEXT = 16_000_000
 #: Largest size of an artefact, which is read whole [bytes].
 ARTEFACT = 1_000_000_000
 _BLOCK = 1 << 20
-#: Smaller files are hashed faster than their digest is looked up.
-_WORTH_REMEMBERING = 32_000_000
-#: A file changed so short a time before it was hashed may change again without another time [s].
-_IN_DOUBT_S = 2.0
 
 
 @contextlib.contextmanager
@@ -212,29 +208,11 @@ def inside(folder: Path, path: Path, where: str) -> Path:
     return path
 
 
-def _mark(found: os.stat_result) -> list[int]:
-    """What tells that a file is the same: its time of change is the system's own, and no program can set it back."""
-    return [found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino]
-
-
-def remembered_digest(path: Path, where: str, memo: Path) -> str:
-    """SHA-256 of a file from outside; that of a large one is kept in `memo`, which vouches for itself.
-
-    Raises `StudyError` if it is no regular file or cannot be read.
-    """
-    found = check(path, where)
-    name, mark = str(path.resolve()), _mark(found)
-    stored = read_sealed(memo) if found.st_size >= _WORTH_REMEMBERING else None
-    known: dict[str, Any] = stored if isinstance(stored, dict) else {}
-    if known.get(name, [None])[0] == mark:
-        return str(known[name][1])
+def checked_digest(path: Path, where: str) -> str:
+    """SHA-256 of a file from outside. Raises `StudyError` if it is no regular file or cannot be read."""
+    check(path, where)
     with readable(where):
-        value = file_digest(path)
-    lasts = time.time() - max(found.st_mtime, found.st_ctime) > _IN_DOUBT_S
-    if found.st_size >= _WORTH_REMEMBERING and lasts and _mark(path.stat()) == mark:
-        with contextlib.suppress(OSError):
-            write_sealed(memo, {**known, name: [mark, value]})
-    return value
+        return file_digest(path)
 
 
 _FAR = 1 << 30  # Windows locks bytes: one far behind the text, so that the holder's name stays readable

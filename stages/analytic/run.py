@@ -38,7 +38,7 @@ from stages.analytic.result import (
     WithoutImpact,
 )
 from stages.analytic.walk.error_estimate import estimate_errors, not_given
-from stages.analytic.walk.recording import Segment, constraint_drift, is_last
+from stages.analytic.walk.recording import Segment, constraint_drift
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.estimate import to_accuracy, walk_differences
 from stages.biped.accuracy.tolerances import FINEST, scaled
@@ -52,7 +52,7 @@ STEPS = 100
 
 def without_impact(walker: Walker, segments: list[Segment]) -> WithoutImpact:
     """From the segments of a gait's steps, heel strike to heel strike: the last landing foot before and after."""
-    single, begun = segments[-1], max((n + 1 for n, one in enumerate(segments[:-1]) if is_last(one)), default=0)
+    single, begun = segments[-1], max((n + 1 for n, one in enumerate(segments[:-1]) if one.last), default=0)
     p = walker.on(single.stance_leg).p
     duration = sum(segment.duration for segment in segments[begun:] if in_contact(segment.phase))
     if isinstance(p, Rigid) or not duration > 0.0:

@@ -10,7 +10,6 @@ import io
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import chain
 from operator import itemgetter
 from typing import Any
 
@@ -125,38 +124,6 @@ def few_ticks(axis: Axis, values: Sequence[float], narrow: float = 20.0, most: i
 
 
 @contextmanager
-def ticks_once() -> Iterator[None]:
-    """Look for the ticks of an axis, and the boxes of their labels, once where it lies; nobody may change them inside.
-
-    Matplotlib looks anew for each edge, label and pass of the layout, which takes a quarter of the drawing.
-    """
-    names = ("_update_ticks", "_get_ticklabel_bboxes")
-    own: list[Any] = [getattr(Axis, name, None) for name in names]
-    known: dict[Axis, tuple[Any, Any, dict[type, Any]]] = {}
-
-    def ticks(axis: Any) -> Any:
-        place = *axis.get_view_interval(), *axis.axes.bbox.bounds, axis.figure.dpi
-        if axis not in known or known[axis][0] != place:
-            known[axis] = place, own[0](axis), {}
-        return known[axis][1]
-
-    def boxes(axis: Any, shown: Any, renderer: Any = None) -> Any:
-        found = known[axis][2] if ticks(axis) is shown else {}
-        if type(renderer) not in found:
-            found[type(renderer)] = own[1](axis, shown, renderer)
-        return found[type(renderer)]
-
-    known_methods = all(own)  # they are Matplotlib's own affair: where they are gone, all is looked for as it was
-    try:
-        for name, once in zip(names, (ticks, boxes), strict=True) if known_methods else ():
-            setattr(Axis, name, once)
-        yield
-    finally:
-        for name, method in zip(names, own, strict=True) if known_methods else ():
-            setattr(Axis, name, method)
-
-
-@contextmanager
 def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     """Lay a figure out once, for this resolution: as often as it is saved inside, it is only drawn.
 
@@ -164,7 +131,7 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     """
     figure.dpi = dpi
     engine = figure.get_layout_engine()
-    with plt.rc_context({"figure.constrained_layout.use": False}), ticks_once():
+    with plt.rc_context({"figure.constrained_layout.use": False}):
         if engine is not None:
             engine.execute(figure)
             for part in figure.subfigs:  # the solver's last digit is not the same twice
@@ -297,18 +264,14 @@ NUMBER = "%.6g"
 def as_csv(figure: Figure) -> str:
     """A row for each point that is shown of every curve, below lines with # that say what x and y are; "" if none."""
     panels = {name: axes for name, axes in _panels(figure) if axes.axison}
-    rows = "".join(text for name, axes in panels.items() for text in _rows(name, axes))
+    rows = [row for name, axes in panels.items() for row in _rows(name, axes)]
     if not rows:
         return ""
     text = ""
     for name, axes in panels.items():
         x, y = (" ".join(label.split()) for label in (axes.get_xlabel(), axes.get_ylabel()))
         text += f"# panel {name}: x: {x or 'as below'}; y: {y or 'as beside'}\n"
-    return text + _line(*COLUMNS) + rows
-
-
-def _line(*words: str) -> str:
-    return table([words])
+    return text + table([COLUMNS, *rows])
 
 
 def _panels(figure: Figure) -> Iterator[tuple[str, Axes]]:
@@ -317,18 +280,14 @@ def _panels(figure: Figure) -> Iterator[tuple[str, Axes]]:
         yield axes.get_title(loc="left").strip("()") or str(number), axes
 
 
-def _rows(panel: str, axes: Axes) -> Iterator[str]:
-    """The rows of each series: many thousand points may be, so that numbers are written at one go."""
+def _rows(panel: str, axes: Axes) -> Iterator[tuple[str, str, str, str]]:
+    """The rows of each series, in the order of `COLUMNS`."""
     low, high = sorted(axes.get_xlim())
     places = _words(axes)
     for count, (name, points) in enumerate(_series(axes), 1):
         series = str(count) if name.startswith("_") else name
         shown = points[(points[:, 0] >= low) & (points[:, 0] <= high)].tolist()
-        if places:
-            yield from (_line(panel, series, NUMBER % x, places.get(y, NUMBER % y)) for x, y in shown)
-        else:
-            begin = _line(panel, series)[:-1].replace("%", "%%")
-            yield f"{begin},{NUMBER},{NUMBER}\n" * len(shown) % tuple(chain.from_iterable(shown))
+        yield from ((panel, series, NUMBER % x, places.get(y, NUMBER % y)) for x, y in shown)
 
 
 def _words(axes: Axes) -> dict[float, str]:

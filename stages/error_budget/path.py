@@ -11,10 +11,9 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.walk.recording import crossing_state, is_last, walk_on
+from stages.analytic.walk.recording import crossing_state, walk_on
 from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped
-from stages.biped.walk import StanceState
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.result import (
     CONTACT,
@@ -69,11 +68,6 @@ class ConstraintWalk:
         self.segments = walk_on(walker, self.start, 1, tolerance)
 
     @property
-    def mid_stance(self) -> StanceState:
-        """State at the start."""
-        return self.walker.stance_state(self.start)
-
-    @property
     def period(self) -> float:
         """Step period of the gait [s]."""
         return float(self.point.steps[0].period * self.walker.time)
@@ -81,17 +75,13 @@ class ConstraintWalk:
     @property
     def heel_strikes(self) -> np.ndarray:
         """Times of both heel strikes [s]."""
-        ends = [segment.start + segment.duration for segment in self.segments if is_last(segment)]
+        ends = [segment.start + segment.duration for segment in self.segments if segment.last]
         return np.array(ends) * self.walker.time
 
     def upright(self, biped: Biped, slope: Slope) -> Upright:
-        """Where the penalty model of this biped begins."""
-        return Upright(biped, slope, self.mid_stance, self.standing_force)
-
-    @property
-    def standing_force(self) -> float:
-        """Normal force on the standing foot at the start [N]."""
-        return float(signals_at(self.walker, self.segments[:1], np.zeros(1))["ground_reaction"][0, 0, 1])
+        """Where the penalty model of this biped begins: this start, and the force on the standing foot there."""
+        force = float(signals_at(self.walker, self.segments[:1], np.zeros(1))["ground_reaction"][0, 0, 1])
+        return Upright(biped, slope, self.walker.stance_state(self.start), force)
 
     def hip(self, time: np.ndarray) -> np.ndarray:
         """Hip at times [s] from the start, (n, 4); at heel strike the velocity after it."""

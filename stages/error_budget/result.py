@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -136,9 +137,7 @@ class Convergence:
     @classmethod
     def of(cls, share: float, curves: Sequence[Shares], compared: np.ndarray) -> Convergence:
         """From curves (n, 4) of the hip, of which rates are compared where `compared` (n,) says so."""
-        def rms(curve: np.ndarray) -> np.ndarray:
-            return rms_of_columns(curve, compared)
-
+        rms = partial(rms_of_columns, compared=compared)
         order = np.log2([rms(far - middle) / rms(middle - near) for far, middle, near in curves])
         return cls(share, order, np.array([rms(shares.near - shares.predicted) for shares in curves]))
 

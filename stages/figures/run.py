@@ -6,8 +6,6 @@ captions.yaml.
 
 from __future__ import annotations
 
-import gc
-import importlib
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
@@ -34,8 +32,6 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """
     names = sorted(NAMES, key=lambda name: (figure(name).place, name))
     drawn = {}
-    if parameters.settings.pdf:
-        importlib.import_module("matplotlib.backends.backend_pdf")  # once for all processes
     for number, files_and_text in each_in_a_process(_draw, names, parameters, vars(inputs)):
         drawn[names[number]] = files_and_text
         progress(len(drawn) / len(names), f"drew {names[number]}")
@@ -48,7 +44,6 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def _draw(parameters: Parameters, results: Mapping[str, Any], name: str) -> tuple[dict[str, bytes], str]:
-    gc.disable()  # this process ends with the stage: to look for garbage between figures takes a twentieth of the time
     missing: Mapping[str, str] = results.get("missing", {})
     try:
         for reason in filter(None, map(missing.get, figure(name).inputs)):

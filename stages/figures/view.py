@@ -217,37 +217,10 @@ def paint(axes: Axes, camera: Camera, layers: Iterable[Faces], *, strength: floa
         order = np.argsort((corners @ eye).mean(axis=1), kind="stable")
         bright = 0.62 + 0.38 * np.clip(normals @ (camera.axes.T @ light), 0.0, 1.0)
         shaded = 1.0 - strength * (1.0 - colours * bright[:, None])
-        axes.add_collection(Triangles(camera.page(corners[order]), shaded[order]), autolim=True)
-
-
-class Triangles(PolyCollection):
-    """Triangles (n, 3, 2) painted one after another, each with its outline in its colour (n, 3).
-
-    Into a PDF they are written at one go, and to a thousandth of a point: Matplotlib writes one after another, which
-    takes two thirds of the time of a figure of the robot.
-    """
-
-    def __init__(self, corners: np.ndarray, colours: np.ndarray) -> None:
-        several: Any = corners  # an array at once takes a third of the time of a list
-        super().__init__(several, facecolors=colours, edgecolors=colours, linewidths=OUTLINE)
-        self.corners, self.colours = corners, colours
-
-    def draw(self, renderer: Any) -> None:
-        if not hasattr(renderer, "file"):
-            super().draw(renderer)
-            return
-        from matplotlib.backends import backend_pdf
-
-        pdf: Any = backend_pdf
-        state = renderer.new_gc()
-        self._set_gc_clip(state)  # type: ignore[attr-defined]
-        state.set_linewidth(OUTLINE)
-        renderer.check_gc(state, (0.0, 0.0, 0.0, 1.0))
-        places = self.get_transform().transform(self.corners.reshape(-1, 2)).reshape(-1, 6)
-        numbers = np.column_stack([self.colours, self.colours, places])
-        one = b"%.3f %.3f %.3f RG %.3f %.3f %.3f rg %.3f %.3f m %.3f %.3f l %.3f %.3f l b\n"
-        written = pdf.Verbatim(one * len(numbers) % tuple(numbers.ravel().tolist()))
-        renderer.file.output(pdf.Op.gsave, written, pdf.Op.grestore)
+        triangles: Any = camera.page(corners[order])
+        colours = shaded[order]
+        painted = PolyCollection(triangles, facecolors=colours, edgecolors=colours, linewidths=OUTLINE)
+        axes.add_collection(painted, autolim=True)
 
 
 def arrows(axes: Axes, camera: Camera, origin: np.ndarray, frame: np.ndarray, names: tuple[str, ...],

@@ -25,7 +25,7 @@ from stages.analytic.phases.guards import guard
 from stages.analytic.phases.motion import DOUBLE_STANCE, SINGLE_STANCE, flow
 from stages.analytic.phases.section import section_coordinates, section_state
 from stages.analytic.phases.succession import first_phase, succeed
-from stages.analytic.walk.recording import Segment, crossing_state, is_last, next_origin, record
+from stages.analytic.walk.recording import Segment, crossing_state, next_origin, record
 from stages.analytic.walk.sampling import sample_walk
 from stages.analytic.walk.validity import FEET, NORMAL, Phase
 from stages.biped.design import Biped
@@ -155,7 +155,7 @@ def measured(walker: Walker, segments: list[Segment], cost: float) -> Walked:
 def peak_force(walker: Walker, segments: list[Segment]) -> float:
     """Largest normal force on a foot [N]."""
     phases = [Phase(walker.on(segment.stance_leg), segment) for segment in segments
-              if not (is_last(segment) and segment is segments[0])]
+              if not (segment.last and segment is segments[0])]
 
     def normal(_: np.ndarray, f: np.ndarray, foot: slice) -> np.ndarray:
         return np.asarray(f[:, foot][:, NORMAL])
@@ -193,7 +193,7 @@ def walk_by_scipy(
         segments.append(segment)
         start += segment.duration
         y = end.copy()
-        if is_last(segment):
+        if segment.last:
             strikes += 1
             origin, leg = next_origin(walker, segment), 1 - leg
         phase, decided = succeed(phase, y, standing.p)

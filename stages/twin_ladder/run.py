@@ -20,7 +20,7 @@ from stages.analytic.gait.gait_search import find_gait, step_lengths
 from stages.analytic.gait.poincare import FixedPoint, poincare_derivative
 from stages.analytic.model.walker import Walker
 from stages.analytic.result import Result as Analytic
-from stages.analytic.walk.recording import crossing, is_last, up_to_mid_stance, vaulting, walk_on
+from stages.analytic.walk.recording import crossing, up_to_mid_stance, vaulting, walk_on
 from stages.analytic.walk.sampling import signals_at
 from stages.biped.design import Biped, require_plain
 from stages.biped.processes import Progress, ignore
@@ -159,7 +159,7 @@ def _described(walker: Walker, point: FixedPoint, tolerance: float) -> Constrain
     upright, elapsed = crossing(walker, point.z, tolerance)
     segments = walk_on(walker, upright, 2, tolerance, elapsed)
     found = signals_at(walker, segments, 2 * point.period * PHASES)
-    strikes = np.cumsum([is_last(segment) for segment in segments])
+    strikes = np.cumsum([segment.last for segment in segments])
     second = [segment for segment, before in zip(segments[1:], strikes, strict=False) if before == 1]
     other = up_to_mid_stance(walker.exchanged, second[vaulting(second)])
     period = point.period * walker.time

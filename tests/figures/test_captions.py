@@ -106,7 +106,6 @@ def test_a_figure_that_fails_leaves_its_reason_and_the_account_of_what_was_not_f
         raise ZeroDivisionError("by\nnought") if unforeseen else NoEvidence("it fell")
 
     monkeypatch.setattr(run, "draw", draw)
-    monkeypatch.setattr(run.gc, "disable", lambda: None)
     files, words = run._draw(parameters(), results(), "extremes")
     if unforeseen:
         assert words.startswith("Not drawn: unexpected ZeroDivisionError in test_captions.py:")

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.collections import PolyCollection
 from matplotlib.text import Text
 
 from pipeline.parameters.loading import load
@@ -87,9 +88,10 @@ def test_the_whole_robot_is_in_the_frame(name, shares):
         plt.close(picture)
     seen = 0
     for axes in picture.axes[: 1 if name == "figure_15_sensors" else None]:
-        painted = [one for one in axes.collections if isinstance(one, view.Triangles)]
+        painted = [one for one in axes.collections if isinstance(one, PolyCollection)]
         for robot_s in painted[1:] if name == "figure_10_twin" else painted[-1:]:
-            for low, high, limits in zip(robot_s.corners.min(axis=(0, 1)), robot_s.corners.max(axis=(0, 1)),
+            corners = np.concatenate([path.vertices for path in robot_s.get_paths()])
+            for low, high, limits in zip(corners.min(axis=0), corners.max(axis=0),
                                          (axes.get_xlim(), axes.get_ylim()), strict=True):  # fmt: skip
                 assert limits[0] <= low and high <= limits[1]
             seen += 1

@@ -1,17 +1,13 @@
 """Drawings of the robot: its parts are where the walk has them, gravity points down, nothing is lost in the cutting."""
 
 import dataclasses
-import io
 import math
-import re
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib.collections import PolyCollection
 
 from pipeline.parameters.loading import load
-from stages.drawing import style
 from stages.figures import view
 from stages.figures.drawn import figure_09_section
 from stages.ground.blocks import Blocks, BlocksDoNotFit
@@ -111,27 +107,3 @@ def test_there_are_blocks_for_steps_of_any_length(repository, step):
     assert ramp.lanes[0].length <= blocks.block_length
     with pytest.raises(BlocksDoNotFit):
         laid(dataclasses.replace(settings, scene="ramp"), blocks, 1.5)
-
-
-def test_triangles_in_a_pdf_are_those_that_matplotlib_writes(monkeypatch):
-    random = np.random.default_rng(3)
-    corners, colours = random.random((40, 3, 2)), random.uniform(0.1, 0.9, (40, 3))
-
-    def written():
-        with style.drawing():
-            figure, axes = plt.subplots()
-            axes.add_collection(view.Triangles(corners, colours))
-            axes.set_axis_off()
-            buffer = io.BytesIO()
-            plt.rcParams["pdf.compression"] = 0
-            figure.savefig(buffer, format="pdf")
-            plt.close(figure)
-        text = buffer.getvalue().decode("latin-1")
-        paints = re.findall(r"\b(\S+) (\S+) (\S+) (?:rg|RG)\b", text)
-        points = re.findall(r"\b(\S+) (\S+) [ml]\b", text)
-        return np.array(paints, dtype=float), np.array(points, dtype=float)
-
-    own = written()
-    monkeypatch.setattr(view.Triangles, "draw", PolyCollection.draw)
-    for ours, theirs in zip(own, written(), strict=True):
-        assert len(ours) >= 80 and ours == pytest.approx(theirs, abs=0.5e-3)

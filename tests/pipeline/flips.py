@@ -1,7 +1,7 @@
 """Bits flipped in the files of a study's results and cache, and what the study makes of them.
 
 A flip is *wrong* if anything that it changed is taken for right: a file called current, an entry of the store, a row
-of a journal, a remembered digest or syntax tree, the report. It is *lost* if the study cannot be brought up to date
+of a journal, a remembered syntax tree, the report. It is *lost* if the study cannot be brought up to date
 after it, and *without a sentence* if it meets an error that has none.
 """
 
@@ -30,7 +30,6 @@ from tests.pipeline.toy import Toy
 
 VARIANTS = (("ground.gravity=5",), ("picture.extra=true",), ())
 _GRID = "stage: bounce\nkind: grid\nvary: {fall.steps: [2, 5, 9]}\n"
-_DIGESTS = {"/a/large/file": [[5_000_000_000, 1, 2], disk.digest(b"")]}
 
 
 @dataclass
@@ -62,10 +61,9 @@ class Flipped:
         tally = study.module("side", "questions.tally")
         with Asked(study, "side", tally.QUESTION, parameters, 1) as asked:
             assert len(list(asked.each(tally.number_of, [1, 2, 3], 0, ""))) == 3
-        disk.write_sealed(study.store.folder / "digests.json", _DIGESTS)
         page.refresh(study)
         self.believed = dict(self.beliefs())
-        assert {kind for kind, *_ in self.believed} == {"entry", "row", "digests", "syntax"}
+        assert {kind for kind, *_ in self.believed} == {"entry", "row", "syntax"}
 
     def beliefs(self) -> Iterator[tuple[tuple[str, ...], Any]]:
         """All that is believed of what the cache holds; a belief that is gone is no harm, another one is wrong."""
@@ -77,8 +75,6 @@ class Flipped:
         for path in [*self.results.glob(".cache/questions/*.jsonl"), *self.results.glob("sweeps/.cache/*.jsonl")]:
             with contextlib.closing(Journal(path)) as journal:
                 yield from ((("row", path.stem, key), journal.row(key)) for key in list(journal._places))
-        if digests := disk.read_sealed(study.store.folder / "digests.json"):
-            yield ("digests",), digests
         for name in study.graph.stages:
             yield ("syntax", name), study.sources.closure([f"{self.toy.package}.{name}.run"])
 

@@ -7,7 +7,6 @@ import hashlib
 import os
 import shutil
 import stat
-import time
 from pathlib import Path
 
 import pytest
@@ -46,41 +45,15 @@ def test_a_pipe_or_a_device_is_refused_at_once(toy):
             toy.study(f"side.table={name}").named_files(toy.study(f"side.table={name}").parameters(["side"])["side"])
 
 
-def test_the_digest_of_a_large_file_is_remembered_until_it_changes(tmp_path, monkeypatch):
-    monkeypatch.setattr(disk, "_WORTH_REMEMBERING", 0)
-    monkeypatch.setattr(disk, "_IN_DOUBT_S", 0.0)
-    file, memo = tmp_path / "large", tmp_path / "memo.json"
-    file.write_bytes(b"one")
-    long_ago = file.stat().st_mtime - 100
-    os.utime(file, (long_ago, long_ago))
-    time.sleep(0.05)  # a tick of the clock that stamps files
-    found = disk.remembered_digest(file, "large", memo)
-    assert found == hashlib.sha256(b"one").hexdigest()
-    monkeypatch.setattr(disk, "file_digest", lambda path: "taken anew")
-    assert disk.remembered_digest(file, "large", memo) == found
-    os.utime(file, (long_ago + 1, long_ago + 1))
-    time.sleep(0.05)
-    assert disk.remembered_digest(file, "large", memo) == "taken anew"
-    memo.write_text(memo.read_text().replace("taken anew", "forged one"))
-    monkeypatch.setattr(disk, "file_digest", lambda path: "again")
-    assert disk.remembered_digest(file, "large", memo) == "again", "a damaged memo is never believed"
-
-
-@pytest.mark.skipif(os.name != "posix", reason="Windows does not tell when a file was last changed")
-def test_a_large_file_changed_in_place_with_its_time_kept_is_seen(tmp_path, monkeypatch):
-    monkeypatch.setattr(disk, "_WORTH_REMEMBERING", 0)
-    monkeypatch.setattr(disk, "_IN_DOUBT_S", 0.0)
-    file, memo = tmp_path / "large", tmp_path / "memo.json"
+def test_a_large_file_changed_in_place_with_its_time_kept_is_seen(tmp_path):
+    file = tmp_path / "large"
     file.write_bytes(b"one")
     before = file.stat()
-    time.sleep(0.05)  # a tick of the clock that stamps files
-    first = disk.remembered_digest(file, "large", memo)
+    first = disk.checked_digest(file, "large")
     with file.open("r+b") as opened:
         opened.write(b"two")
     os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
-    after = file.stat()
-    assert (after.st_size, after.st_mtime_ns, after.st_ino) == (before.st_size, before.st_mtime_ns, before.st_ino)
-    assert disk.remembered_digest(file, "large", memo) == hashlib.sha256(b"two").hexdigest() != first
+    assert disk.checked_digest(file, "large") == hashlib.sha256(b"two").hexdigest() != first
 
 
 @pytest.mark.skipif(not Path("/proc/self/mem").exists(), reason="needs a file that cannot be read at its beginning")
@@ -88,15 +61,6 @@ def test_a_large_file_changed_in_place_with_its_time_kept_is_seen(tmp_path, monk
 def test_an_error_of_reading_names_the_file(read):
     with pytest.raises(OSError, match="Input/output error: '/proc/self/mem'"):
         read(Path("/proc/self/mem"))
-
-
-def test_a_file_changed_just_now_is_not_remembered(tmp_path, monkeypatch):
-    monkeypatch.setattr(disk, "_WORTH_REMEMBERING", 0)
-    file = tmp_path / "large"
-    file.write_bytes(b"one")
-    memo = tmp_path / "memo.json"
-    disk.remembered_digest(file, "large", memo)
-    assert not memo.exists()
 
 
 @pytest.fixture

@@ -80,7 +80,7 @@ def test_weighed_walks_fall_as_often_as_counted_ones(rms):
     rough, counted = rough_of(TABLE_1_RIGID, rms), Counted(10)
     counted.add(some_walks(rough, 0, 0, 60_000))
     patterns, _ = learnt_patterns(rough, 1)
-    parts = [weighed(rough, Patterns.of(patterns.plain), generator_of(number), 1500) for number in range(2)]
+    parts = [weighed(rough, patterns, generator_of(number), 1500) for number in range(2)]
     found, count = from_weighed(parts, counted), counted.passage()
     assert count.falls > 40 and found.steps_high / found.steps_low < 1.6
     assert found.steps_low < count.steps_high and count.steps_low < found.steps_high

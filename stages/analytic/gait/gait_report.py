@@ -20,7 +20,7 @@ from stages.analytic.phases.motion import PHASES, RUB, SLIDE, in_contact
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import succeed
 from stages.analytic.result import EnergyAudit, Validity
-from stages.analytic.walk.recording import Segment, is_last, record, rise, states_at
+from stages.analytic.walk.recording import Segment, record, rise, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import assess
 from stages.biped.quantity import quantity
@@ -58,7 +58,7 @@ def put_down(walker: Walker, segments: list[Segment], advance: float) -> PutDown
     """Where the feet come to stand in steps that advance by `advance` leg lengths; None where they land themselves."""
     if not walker.timed:
         return None
-    rises = np.array([rise(walker, segment) for segment in segments if is_last(segment)])
+    rises = np.array([rise(walker, segment) for segment in segments if segment.last])
     slope = np.arctan2(walker.p.g_x, -walker.p.g_y) - np.arctan2(rises.sum(), advance)
     return PutDown(rises * walker.length, float(np.degrees(slope)))
 
@@ -150,7 +150,7 @@ def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudi
     """Audit of the segments of all steps of a gait that advances by `advance` leg lengths in them, the mean step's."""
     work = walker.p.g_x * advance * weight_of(walker.p)  # all moves down the slope by so much; heights above it repeat
     if walker.timed:  # but for feet that are put down above it or below
-        work += walker.p.g_y * weight_of(walker.p) * sum(rise(walker, each) for each in segments if is_last(each))
+        work += walker.p.g_y * weight_of(walker.p) * sum(rise(walker, each) for each in segments if each.last)
     dampers = sum(damper_loss(walker.on(segment.stance_leg), segment) for segment in segments)
     sliding = sum(friction_loss(walker.on(segment.stance_leg), segment) for segment in segments)
     impact = 0.0
@@ -159,8 +159,8 @@ def audit(walker: Walker, segments: list[Segment], advance: float) -> EnergyAudi
             continue
         after, standing = segment.end.copy(), walker.on(segment.stance_leg)
         succeed(segment.phase, after, standing.p, None)
-        landed = standing.exchanged if is_last(segment) else standing
+        landed = standing.exchanged if segment.last else standing
         impact += energy(standing, segment.end)[0] - energy(landed, after)[0]
-    unit = walker.energy / sum(map(is_last, segments))
+    unit = walker.energy / sum(each.last for each in segments)
     rest = work - dampers - impact - sliding
     return EnergyAudit(work * unit, dampers * unit, impact * unit, sliding * unit, rest / work if work else 0.0)

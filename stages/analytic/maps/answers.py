@@ -29,7 +29,7 @@ from stages.analytic.maps.box import Box
 from stages.analytic.model.kinds import Plain, present
 from stages.analytic.model.stiffness import attainable_tolerance, judged
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.walk.recording import Segment, is_last, states_at
+from stages.analytic.walk.recording import Segment, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import friction_used
 from stages.biped.question import Column
@@ -123,7 +123,7 @@ def friction_needed(walker: Walker, point: FixedPoint, tolerance: float) -> floa
         segments = record_steps(walker, point, tolerance)
     except StepFailed:
         return float("nan")
-    return max(needed_in(walker.on(each.stance_leg), each) for each in segments if is_last(each))
+    return max(needed_in(walker.on(each.stance_leg), each) for each in segments if each.last)
 
 
 def needed_in(walker: Walker, single: Segment) -> float:

@@ -43,7 +43,6 @@ from stages.analytic.result import NumericalError
 from stages.analytic.walk.recording import (
     Segment,
     integrate_segment,
-    is_last,
     record,
     up_to_mid_stance,
     vaulting,
@@ -123,7 +122,7 @@ def carried_error(walker: Walker, segments: Sequence[Segment], error: Vector) ->
         carried.append(CarriedError(errors, delay, origin))
         shifted, later = at_event(standing, segment, errors[-1])
         delay += later
-        if is_last(segment):
+        if segment.last:
             # the change of x_0, `recording.next_origin`, has the terms of the step length with the other sign: it is
             # read before the legs change names
             origin -= longer(standing, segment.end, shifted)
@@ -266,7 +265,7 @@ def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -
     moved = np.linalg.solve(np.eye(own.size) - point.monodromy_matrix, own)
     begun = moved @ section_tangent(point.z, start, walker.p).reshape(-1, walker.size)
     carried = carried_error(walker, cycle, begun)
-    first = [0, *(index + 1 for index, segment in enumerate(cycle[:-1]) if is_last(segment))]
+    first = [0, *(index + 1 for index, segment in enumerate(cycle[:-1]) if segment.last)]
     lengths = [longer(walker.on(cycle[index].stance_leg), cycle[index].states[0], carried[index].states[0])
                for index in first]  # fmt: skip
 
@@ -278,7 +277,7 @@ def estimated(walker: Walker, point: FixedPoint, steps: int, tolerance: float) -
     rates = np.empty(walker.size)
     flow(begin.phase, begin.end, walker.p, rates)
     path = carried_error(walker, walk, there - rates * there[0] / rates[0])
-    ends = [index for index, segment in enumerate(walk) if is_last(segment)]
+    ends = [index for index, segment in enumerate(walk) if segment.last]
     return Estimated(
         np.array([*point.z, point.period, step_length(walker, point)]),
         np.array([*moved, carried[-1].delay / count, sum(lengths) / count]),
@@ -306,7 +305,7 @@ def record_step(walker: Walker, z: Vector, tolerance: float) -> tuple[list[Segme
     y = np.concatenate([state, section_tangent(z, state, walker.p)])
     h, start, segments = FIRST_LENGTH, 0.0, list[Segment]()
     phase, decided = first_phase(y, walker.p)
-    while decided and not (segments and is_last(segments[-1])):
+    while decided and not (segments and segments[-1].last):
         if len(segments) > MOST_PHASES:
             raise StepFailed(step_failure(CHATTER, phase))
         segment, y, h = integrate_segment(walker, phase, y, start, 0, 0.0, tolerance, h)

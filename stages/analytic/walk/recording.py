@@ -34,8 +34,8 @@ class Segment:
     """One phase of a walk (dimensionless): its nodes, when and where it starts, who stands, and its end state.
 
     `times` (n,) and `states` (n, size) are the accepted step starts; `origin` is x_0 of eq. (7). `last` tells whether
-    it ends with heel strike. `height` is that of the standing foot's ground, zero but for feet put down at a given
-    time.
+    it is the last one of its step, single stance, which ends with heel strike. `height` is that of the standing foot's
+    ground, zero but for feet put down at a given time.
     """
 
     phase: int
@@ -115,12 +115,12 @@ def record(
         segment, y, _ = integrate_segment(begun, phase, y, start, leg, origin, tolerance)
         segments.append(replace(segment, height=height))
         start += segment.duration
-        if is_last(segment):
+        if segment.last:
             strikes += 1
             if strikes == heel_strikes:
                 return segments
             origin, height, leg = next_origin(walker, segment), height + rise(walker, segment), 1 - leg
-        elif len(segments) > MOST_PHASES and not any(map(is_last, segments[-MOST_PHASES:])):
+        elif len(segments) > MOST_PHASES and not any(each.last for each in segments[-MOST_PHASES:]):
             raise StepFailed(step_failure(CHATTER, phase))
         phase, decided = succeed(phase, y, standing.p, None)
 
@@ -140,11 +140,6 @@ def walk_on(
     StepFailed if the walker does not get there.
     """
     return record(walker, upright, steps + 1, tolerance, single_stance(upright, walker.p), elapsed)
-
-
-def is_last(segment: Segment) -> bool:
-    """Whether a segment is the last one of its step: single stance, which ends with heel strike."""
-    return segment.last
 
 
 def in_single_stance(segment: Segment) -> bool:

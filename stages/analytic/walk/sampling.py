@@ -11,7 +11,7 @@ from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import Compliant, Kind, Rigid, heights_of_mass, natural_lengths
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.motion import accelerations, in_contact
-from stages.analytic.walk.recording import Segment, crossing, in_single_stance, is_last, states_at, walk_on
+from stages.analytic.walk.recording import Segment, crossing, in_single_stance, states_at, walk_on
 from stages.biped.between_steps import uniform_times
 from stages.biped.kinematics import (
     Coordinate,
@@ -135,7 +135,7 @@ def sample_walk(walker: Walker, segments: list[Segment], sampling_rate: float) -
     end = segments[-1].start + segments[-1].duration
     times = uniform_times(end * walker.time, sampling_rate) / walker.time
     signals = signals_at(walker, segments, times)
-    strikes = [s for s in segments if is_last(s)]
+    strikes = [s for s in segments if s.last]
     lifts = lift_offs(segments) if not walker.rigid else [(s.start + s.duration, s.stance_leg) for s in strikes]
     return Walk(
         time=times * walker.time,
@@ -170,7 +170,7 @@ def lift_offs(segments: list[Segment]) -> list[tuple[float, int]]:
     for segment in segments:
         if in_contact(segment.phase):
             latest = segment.start + segment.duration
-        elif is_last(segment):
+        elif segment.last:
             if latest is not None:
                 lifts.append((latest, 1 - segment.stance_leg))
             latest = segment.start + segment.duration

@@ -21,7 +21,7 @@ from stages.analytic.model.walker import Walker
 from stages.analytic.phases.impact import heel_strike_reset, land, strike, trailing_impulse
 from stages.analytic.phases.motion import in_contact
 from stages.analytic.result import ROUND_OFF, Validity
-from stages.analytic.walk.recording import Segment, in_single_stance, is_last, states_at
+from stages.analytic.walk.recording import Segment, in_single_stance, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.biped.between_steps import largest, quadrature, spans_above
 
@@ -199,7 +199,7 @@ def assess(walker: Walker, segments: list[Segment], friction: float) -> Validity
 
     Of several steps, the worst of each.
     """
-    ends = [index + 1 for index, segment in enumerate(segments) if is_last(segment)]
+    ends = [index + 1 for index, segment in enumerate(segments) if segment.last]
     steps = [segments[start:end] for start, end in zip([0, *ends], ends, strict=False)]
     return worst([assess_step(walker.on(step[0].stance_leg), step, friction) for step in steps])
 

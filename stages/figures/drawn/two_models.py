@@ -170,8 +170,8 @@ def draw_hip_motion(given: Given) -> Figure:
     """Both models over two steps; grey bands are the paper's largest differences, for its own biped, bars the ones
     measured here, drawn over the span that they are measured over: the first step."""
     analytic, multibody = given.analytic.walk, given.multibody.walk
-    limits = stated(given)
-    laid = overlay(analytic, multibody, 2 * given.analytic.gait.period_s)
+    limits, period, same = stated(given), given.analytic.gait.period_s, there(given.comparison.models).same_start
+    laid = overlay(analytic, multibody, 2 * period)
     count = len(laid.time)
     figure, axes = plt.subplots(4, 2, figsize=(style.TWO_COLUMNS, 5.6), sharex=True, height_ratios=(2, 1, 2, 1))
     for index, (name, column, label, scale, unit) in enumerate(PANELS):
@@ -188,7 +188,9 @@ def draw_hip_motion(given: Given) -> Figure:
         # impact instants differ by a fraction of a millisecond: those spikes would hide the rest
         extent = np.percentile(np.abs(scale * values[:, column]), 98)
         difference.set_ylim(*(np.array([-1.3, 1.3]) * max(extent, 1.2 * scale * limit)))
-        mark_one_step(difference, given.analytic.gait.period_s, largest_of(given, name)[column] * scale)
+        largest = scale * (same.position if name == "hip_position" else same.velocity)[column]
+        difference.hlines([-largest, largest], 0.0, period, color=style.TWIN, linestyle=":", linewidth=0.9)
+        difference.axvline(period, color="#888888", linewidth=0.6)  # the first step's end
         style.mark_beyond(difference)
         curve.set_ylabel(label)
         difference.set_ylabel(f"difference\n{unit}")
@@ -209,18 +211,6 @@ def stated(given: Given) -> dict[str, float]:
     settings = given.parameters.settings
     its_own = (CLAIMS[0], DOES_NOT_APPLY) not in {(claim.id, claim.verdict) for claim in given.comparison.claims}
     return {"hip_position": its_own * settings.position_limit, "hip_velocity": its_own * settings.velocity_limit}
-
-
-def largest_of(given: Given, name: str) -> np.ndarray:
-    """The largest differences over one step that the comparison found, x and y."""
-    same = there(given.comparison.models).same_start
-    return same.position if name == "hip_position" else same.velocity
-
-
-def mark_one_step(axes: Axes, period: float, size: float) -> None:
-    """Dotted lines at the largest difference over the first step, as long as that step, which ends at the tick."""
-    axes.hlines([-size, size], 0.0, period, color=style.TWIN, linestyle=":", linewidth=0.9)
-    axes.axvline(period, color="#888888", linewidth=0.6)
 
 
 def caption_hip_motion(given: Given) -> str:

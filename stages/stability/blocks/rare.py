@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -50,16 +49,6 @@ class Patterns:
 
     shares: np.ndarray
     heights: np.ndarray
-
-    @classmethod
-    def of(cls, plain: Sequence[Any]) -> Patterns:
-        """What `plain` tells of."""
-        return cls(np.array(plain[0]), np.array(plain[1]))
-
-    @property
-    def plain(self) -> list[Any]:
-        """As JSON knows it."""
-        return [self.shares.tolist(), self.heights.tolist()]
 
     def likelihoods(self, heights: np.ndarray) -> np.ndarray:
         """Densities (n, PLACES, k) of heights (n, KEPT) about each pattern at each place, over that asked for, times

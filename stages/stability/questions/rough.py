@@ -123,17 +123,19 @@ def learnt(parameters: Parameters, z: Sequence[float], number: int) -> tuple[lis
     from stages.stability.blocks.rare import learnt_patterns
 
     found, steps = learnt_patterns(rough_of(parameters, z), parameters.blocks.block_seed + OF_PATTERNS + number)
-    return found.plain, steps
+    return [found.shares.tolist(), found.heights.tolist()], steps
 
 
 def weighed_part(
     parameters: Parameters, z: Sequence[float], known: Sequence[Any], walks: int, number: int
 ) -> tuple[int, list[tuple[int, float, list[float]]]]:
     """Steps and falls of one part of the weighed walks, for `Asking.each`."""
+    import numpy as np
+
     from stages.stability.blocks.rare import Patterns, generator_of, weighed
 
     generator = generator_of(parameters.blocks.block_seed + OF_WEIGHED + number)
-    found = weighed(rough_of(parameters, z), Patterns.of(known), generator, walks)
+    found = weighed(rough_of(parameters, z), Patterns(*map(np.array, known)), generator, walks)
     return found.steps, [(ending, weight, heights.tolist()) for ending, weight, heights in found.falls]
 
 
