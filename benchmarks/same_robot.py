@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr, ndtri, stdtrit
 
 from pipeline.study import Study
 from stages.analytic.errors import NoGait, StepFailed
@@ -86,9 +86,9 @@ def twin_runs(parameters: Parameters, campaign: Campaign, seed: int, count: int)
         yield from read_runs(source, design, model, parameters)
 
 
-def most_by_chance(comparison: Comparison) -> float:
-    """Standard errors from which on a part says that it is another robot."""
-    return -float(ndtri(0.5 * LEVEL * PARTS / len(comparison.parts)))
+def most_by_chance(comparison: Comparison, freedom: float = np.inf) -> float:
+    """Standard errors, which have a `freedom`, from which on a part says that it is another robot."""
+    return -float(stdtrit(freedom, 0.5 * LEVEL * PARTS / len(comparison.parts)))
 
 
 def change_of(part: Part, comparison: Comparison) -> float:
@@ -146,8 +146,9 @@ def row_of(comparison: Comparison, part: Part | None, run: MeasuredRun, change: 
     best, row = verdict.changes[0], dict[str, Any]()
     if part is not None:
         informed = float(comparison.shifts(found)[comparison.parts.index(part), 1])
-        usual = next(one.sd for one in verdict.changes if one.part == part)
-        power, less = (float(ndtr(abs(change) / sd - most_by_chance(comparison))) for sd in (informed, usual))
+        usual = next(one for one in verdict.changes if one.part == part)
+        power, less = (float(ndtr(abs(change) / sd - most_by_chance(comparison, freedom)))
+                       for sd, freedom in ((informed, np.inf), (usual.sd, usual.freedom)))  # fmt: skip
         row = {"change": change, "share": change / part.value if part.value > 0.0 else None, "power": power,
                "less": less, "off": (best.change - change) / best.sd}
     return row | {"same": verdict.same, "probability": verdict.probability,
