@@ -11,7 +11,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.run_fit import design_sizes
-from stages.calibration.following import robot_file
+from stages.calibration.following import robot_file, track
 from stages.calibration.following.beside_truth import followed
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Present
@@ -118,9 +118,9 @@ def test_no_answer_waits_for_what_the_next_ones_need(monkeypatch):
     work, nearer, falls = [], Follower.nearer, Step.falls
     monkeypatch.setattr(Follower, "nearer", lambda self, *of: work.append("nearer") or nearer(self, *of))
     monkeypatch.setattr(Step, "falls", lambda self: work.append("falls") or falls(self))
-    track, answered, told = Track(follower(), run), 0, 0
+    followed_run, answered, told = Track(follower(), run), 0, 0
     for sample in samples_of(run):
-        before, answers = len(work), track.take(sample)
+        before, answers = len(work), followed_run.take(sample)
         for instant in answers:
             assert len(work) == before
             answered, told = answered + 1, told + bool(instant.falls)
@@ -190,6 +190,17 @@ def test_strikes_are_late_as_those_of_the_robots_own_runs_were_after_their_forec
         learned.append(Learned(dataclasses.replace(run, strikes=found_late), np.zeros(1), unknowns))
     found = with_forecasts(dataclasses.replace(robot, learned=tuple(learned)), fitted, SETTINGS)
     assert found.late == pytest.approx(2e-3, abs=4e-4) and found.late_sd < 1e-3
+
+
+@pytest.mark.parametrize("runs", [2, 9, 12])
+def test_strikes_are_late_as_those_of_all_of_nine_runs(runs, monkeypatch):
+    robot, fitted = model()
+    run, _, unknowns = made(1, 5)
+    learned = (Learned(run, np.zeros(1), unknowns),) * runs
+    followed_runs = []
+    monkeypatch.setattr(track, "follow", lambda _, one: iter(followed_runs.append(one) or ()))
+    with_forecasts(dataclasses.replace(robot, learned=learned), fitted, SETTINGS)
+    assert len(followed_runs) == min(runs, 9)
 
 
 @pytest.mark.parametrize("runs", [3, 9])

@@ -53,9 +53,9 @@ def forecasts(instants: Sequence[Instant], strikes: Vector) -> np.ndarray:
 
 
 def with_forecasts(robot: FittedRobot, model: Model, settings: Settings) -> FittedRobot:
-    """A robot whose heel strikes are as late as its own runs' came after forecasts of them; of nine runs at most."""
+    """A robot whose heel strikes are as late as its own runs' came after forecasts of them; of the last nine runs."""
     follower, found = Follower.of(robot.design, robot.model(model), robot.of_design(), robot.wider, settings), []
-    for one in robot.learned[:: 1 + len(robot.learned) // ENOUGH]:
+    for one in robot.learned[-ENOUGH:]:
         instants = list[Instant]()
         with contextlib.suppress(StepFailed):  # as far as it goes
             instants.extend(follow(follower, one.run))
