@@ -11,6 +11,8 @@ from stages.biped.quantity import quantity
 
 #: What the name of a run without the outsole has more than that of the same machine's with it.
 BARE = "bare "
+#: Why some numbers have no error.
+DRAWN = "it is drawn"
 
 
 @dataclass(frozen=True)
@@ -18,25 +20,27 @@ class SensorTruth:
     """One synthetic sensor in one run."""
 
     place: str = quantity("-", "hip or foot")
-    rotation: np.ndarray = quantity("1", "rotation from body to sensor axes, shape (3, 3)", symbol="R")
+    rotation: np.ndarray = quantity(
+        "1", "rotation from body to sensor axes, shape (3, 3)", symbol="R", without_error=DRAWN)
     acceleration_gain: np.ndarray = quantity(
-        "1", "gain of each accelerometer axis, shape (3,)", dimensions=("sensor_axis",)
+        "1", "gain of each accelerometer axis, shape (3,)", dimensions=("sensor_axis",), without_error=DRAWN
     )
     angular_rate_gain: np.ndarray = quantity(
-        "1", "gain of each gyroscope axis, shape (3,)", dimensions=("sensor_axis",)
+        "1", "gain of each gyroscope axis, shape (3,)", dimensions=("sensor_axis",), without_error=DRAWN
     )
     acceleration_bias: np.ndarray = quantity(
-        "m/s^2", "bias of each accelerometer axis, shape (3,)", dimensions=("sensor_axis",)
+        "m/s^2", "bias of each accelerometer axis, shape (3,)", dimensions=("sensor_axis",), without_error=DRAWN
     )
     angular_rate_bias: np.ndarray = quantity(
-        "rad/s", "bias of each gyroscope axis, shape (3,)", dimensions=("sensor_axis",)
+        "rad/s", "bias of each gyroscope axis, shape (3,)", dimensions=("sensor_axis",), without_error=DRAWN
     )
-    period: float = quantity("s", "true sampling period")
-    low_pass_delay: float = quantity("s", "delay of the sensor's low pass far below its cut-off")
+    period: float = quantity("s", "true sampling period", without_error=DRAWN)
+    low_pass_delay: float = quantity(
+        "s", "delay of the sensor's low pass far below its cut-off", without_error="it follows from the cut-off alone")
     packet: np.ndarray = quantity("1", "packet number of each row that arrived, shape (n,)", dimensions=("sample",))
     position: np.ndarray = quantity("1", "its position in the packet, shape (n,)", dimensions=("sample",))
     sample_time: np.ndarray = quantity(
-        "s", "true time at which it was sampled, shape (n,)", symbol="t", dimensions=("sample",)
+        "s", "true time at which it was sampled, shape (n,)", symbol="t", dimensions=("sample",), without_error=DRAWN
     )
     lost_packets: int = quantity("1", "packets that did not arrive")
     peak: float = quantity("m/s^2", "median over the strikes of the greatest specific force, as simulated")
