@@ -68,7 +68,7 @@ class Settings:
     )
     checked: int = parameter(
         "1", "steps with random sets that Exudyn walks too; with more than one, a cycle as well",
-        bound=Bound(minimum=1, maximum=1000), looser=1)
+        bound=Bound(minimum=1, maximum=1000), looser=0)
     checked_tolerance: float | None = parameter(
         "1", "tolerance of Exudyn's solver in what it walks too; null: a hundredth of tolerance",
         bound=Bound(minimum=1e-11, maximum=1e-6), looser=LOOSER)

@@ -106,7 +106,7 @@ SEED = 17
 def checked(
     scene: Scene, laws: Sequence[tuple[ContactLaw, int]], cycles: Sequence[ContactLaw], count: int, tolerance: float
 ) -> EngineAgreement:
-    """So many steps with sets, each given with its cost, and one cycle unless there is one step only.
+    """So many steps with sets, each given with its cost, and one cycle if there is more than one step.
 
     The dearest set is the first, the others and the cycle are drawn. `tolerance` is Exudyn's. Raises EnginesDisagree.
     """
@@ -119,7 +119,7 @@ def checked(
         scene.upright.step_apart(f"a step with {named(law)}", law, tolerance, scene.period)
         for law, _ in (laws[number] for number in drawn(count, len(laws), SEED, (hardest,)))
     ]
-    for law in (cycles[number] for number in drawn(min(1, count - 1), len(cycles), SEED)):
+    for law in (cycles[number] for number in drawn(int(count > 1), len(cycles), SEED)):
         with suppress(NoLimitCycle):  # a set without a gait has none to compare
             distances.append(scene.upright.cycle_apart(f"the cycle with {named(law)}", law, tolerance))
     return EngineAgreement(SEED, tuple(distances))
