@@ -23,7 +23,7 @@ from stages.biped.walk import StanceState
 from stages.contact_study.parameters import Parameters
 from stages.ground.laws import NORMAL_FORCES
 from stages.multibody.parameters import Settings as ExudynSettings
-from stages.multibody.walking.cycle import SectionWalker, limit_cycle
+from stages.multibody.walking.cycle import SectionWalker
 from stages.multibody.walking.walk import build
 from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.model.changes import changes_of, names_of
@@ -87,7 +87,7 @@ def times(given: Parameters) -> None:
          lambda: exudyn_walk(*model, start, other, steps=1, assembly=built)),
         ("derivative of the step map", lambda: stepper.derivative(numbers), lambda: walker.derivative(numbers)),
         ("cycle and multipliers", lambda: gait_near(stepper, start),
-         lambda: limit_cycle(*model, start, other, 5e-4)),
+         lambda: gait_near(SectionWalker(*model, start, other, 5e-4), start)),
     ]  # fmt: skip
     print(f"\nhip error over a step: compiled at {OURS:g} {errors[0]:.1e} m, Exudyn at {EXUDYN:g} {errors[1]:.1e} m")
     print(f"{'':30}{'compiled [ms]':>15}{'Exudyn [ms]':>15}{'ratio':>9}")

@@ -16,7 +16,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Motion:
-    """Position [m], velocity [m/s] and acceleration [m/s^2] of a point in the slope frame, each of shape (n, 2)."""
+    """Position [m], velocity [m/s] and acceleration [m/s^2] of a point in the slope frame, each (n, 2), or (n, 3)."""
 
     position: np.ndarray
     velocity: np.ndarray

@@ -103,6 +103,10 @@ class Parameters:
     blocks: Blocks = Blocks()
     level: Level = Level()
 
+    def at(self, tolerance: float) -> Parameters:
+        """The same at another tolerance of the solver."""
+        return dataclasses.replace(self, settings=dataclasses.replace(self.settings, tolerance=tolerance))
+
     def broken_rules(self) -> Iterator[Broken]:
         """Bodies and joints have no frames on rigid legs."""
         frames = [key for key in self.biped.details if "frame_" in key]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from stages.multibody.assembly.planar import Planar
 from stages.multibody.assembly.system import VERSION
 from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.result import Facts, Result
-from stages.multibody.walking.cycle import Model, solve
+from stages.multibody.walking.cycle import solve
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.energy import EnergyBalance, energy_balance
 from stages.planar.run import PlanarState, Run, foot_kinematics, rolling_state
@@ -44,7 +44,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """
     require_own_strikes(parameters.biped, "Exudyn's planar model")
     analytic = inputs.analytic
-    biped, slope, contact = parameters.biped, parameters.slope, parameters.contact
+    biped, contact = parameters.biped, parameters.contact
     progress(0.0, f"walking {parameters.settings.steps} steps in Exudyn ({parameters.settings.assembly})")
     state = rolling_state(biped, contact, analytic.mid_stance, analytic.walk.standing_force)
     laid = parameters.blocks.under(0, analytic.gait.fixed_point.feet_apart(biped.foot_radii))
@@ -54,8 +54,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     penetration, slip = contact_signals(walked, walk, biped.foot_radii, settings.signals)
     inventory = take_inventory(assembly.mbs, sampled_bytes=bytes_of(walk, penetration, slip))
     progress(0.4, "solving for the gait")
-    model = Model(biped, slope, contact, settings)
-    cycle, found, reason = solve(model, state, walked, walk)
+    cycle, found, reason = solve(replace(parameters, settings=settings), state, walked, walk)
     return Result(
         outcome=walked.outcome,
         message=walked.message,

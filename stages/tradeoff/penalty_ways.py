@@ -15,7 +15,7 @@ from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.cycle import limit_cycle
+from stages.multibody.walking.cycle import SectionWalker
 from stages.multibody.walking.walk import build, simulate
 from stages.penalty.walk import Settings as CompiledSettings
 from stages.planar.limit_cycle import gait_near
@@ -68,7 +68,7 @@ class Scene:
         """The gait at mid-stance, and its leading right and left eigenvectors with w v = 1."""
         solver = dataclasses.replace(
             self.planar, scene="ideal", assembly="tree", tolerance=GAIT_TOLERANCE, largest_step=2e-3)
-        cycle = limit_cycle(*self.ground, self.state, solver, ALONG)
+        cycle = gait_near(SectionWalker(*self.ground, self.state, solver, ALONG), self.state)
         right, left = leading_pair(cycle.monodromy_matrix)
         return cycle, right, left
 

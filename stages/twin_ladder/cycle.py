@@ -147,23 +147,12 @@ class Stride:
 
 
 @dataclass(frozen=True)
-class Near:
-    """What is known near a machine's gait.
-
-    plane (10,): its mid-stance; derivative of its stride (10, 10); the change of a mid-stance out of the plane that
-    grows most or fades last, in scales (9, 1).
-    """
+class Gait:
+    """A gait: its mid-stance in the plane (10,); the change of one out of it that grows most or fades last, in scales
+    (9, 1); its leading multipliers of a step, largest first, complex; strides walked, solver steps of one stride."""
 
     plane: np.ndarray
-    derivative: np.ndarray
     sideways: np.ndarray
-
-
-@dataclass(frozen=True)
-class Gait:
-    """A gait: its leading multipliers of a step, largest first, complex; strides walked, solver steps of one stride."""
-
-    near: Near
     stride: Stride
     plane_multipliers: np.ndarray
     side_multipliers: np.ndarray
@@ -210,18 +199,20 @@ class Search:
         """Of a stride in the plane, by differences, (10, 10)."""
         return by_differences(self.step, numbers, self.difference * self.scales, after)
 
-    def find(self, near: Near) -> Gait:
-        """The gait near that of a machine like this one. Raises NoLimitCycle if it falls or the search fails."""
-        found = fixed_point(self, near.plane, near.derivative)
+    def find(self, near: np.ndarray, derivative: np.ndarray, sideways: np.ndarray) -> Gait:
+        """The gait near the mid-stance (10,) of a machine like this one, from the derivative of that one's stride (10,
+        10) and its `sideways`. Raises NoLimitCycle if it falls or the search fails."""
+        found = fixed_point(self, near, derivative)
         first, second = found.step.first, found.step.second
-        plane = self.multipliers(found.numbers, near.derivative, IN_PLANE)[:IN_PLANE]
-        side, sideways = np.zeros(0), near.sideways
+        plane = self.multipliers(found.numbers, derivative, IN_PLANE)[:IN_PLANE]
+        side = np.zeros(0)
         if self.sideways:
-            side, sideways = leading(self._changes(found.numbers), near.sideways, self.settled)
+            side, sideways = leading(self._changes(found.numbers), sideways, self.settled)
         period = 0.5 * (first.duration + second.duration)
         return Gait(
             stride=found.step,
-            near=Near(found.numbers, found.derivative, sideways),
+            plane=found.numbers,
+            sideways=sideways,
             plane_multipliers=plane,
             side_multipliers=side,
             period=period,

@@ -38,7 +38,7 @@ from stages.twin.machine.machine import FRAME_BODY, Machine, build
 from stages.twin.machine.projection import project
 from stages.twin.parameters import Settings
 from stages.twin.result import Result as Twin
-from stages.twin_ladder.cycle import IN_PLANE, SIDE_UNITS, SIDEWAYS, Gait, Near, Search, step_map, step_multipliers
+from stages.twin_ladder.cycle import IN_PLANE, SIDE_UNITS, SIDEWAYS, Gait, Search, step_map, step_multipliers
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.result import Result, RungGait, SameMachine
 
@@ -304,11 +304,11 @@ def climb(
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
         search = Search(take, (in_plane, sideways), settings.tolerance, settings.difference, settings.sideways)
         try:
-            gait = search.find(Near(*in_the_plane(parameters, rung.machine, section_state(plane, STANDING)), side))
+            gait = search.find(*in_the_plane(parameters, rung.machine, section_state(plane, STANDING)), side)
         except NoLimitCycle as error:
             rows.append((without_gait(rung.name, rung.added, str(error), rung.is_twin), NO_HIP))
             continue
-        plane, side = gait.near.plane, gait.near.sideways
+        plane, side = gait.plane, gait.sideways
         found = rung.machine, gait, gait.hip(PHASES)
         rows.append((spatial_row(rung, gait), found[2]))
     return rows

@@ -4,8 +4,8 @@ import dataclasses
 
 import pytest
 
-from stages.multibody.parameters import Settings
-from stages.multibody.walking.cycle import Model
+from stages.multibody.parameters import Parameters, Settings
+from stages.multibody.walking.cycle import CENTRAL, SectionWalker
 from stages.multibody.walking.walk import build, simulate
 from tests.changed import changed
 from tests.planar_start import biped, contact, rough, slope, start
@@ -14,7 +14,7 @@ __all__ = ["biped", "contact", "rough", "slope", "start"]  # fixtures
 
 
 @dataclasses.dataclass(frozen=True)
-class Scene(Model):
+class Scene(Parameters):
     """A model that can be changed, built and walked."""
 
     def but(self, **changes):
@@ -24,6 +24,10 @@ class Scene(Model):
     def build(self, lanes=None, **how):
         """Its assembly."""
         return build(self.biped, self.slope, self.contact, self.settings, lanes, **how)
+
+    def walker(self, state, difference=CENTRAL):
+        """Its step map on the section, around a mid-stance."""
+        return SectionWalker(self.biped, self.slope, self.contact, state, self.settings, difference)
 
     def walk(self, state, **how):
         """Its walk from a state."""

@@ -10,7 +10,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw
 from stages.multibody.result import Result
-from stages.multibody.walking.cycle import limit_cycle, search, solve, solved_cycle, unsettled
+from stages.multibody.walking.cycle import search, solve, solved_cycle, unsettled
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import Settings as PenaltySettings
 from stages.planar.limit_cycle import by_differences, fixed_point, gait_near, nearer
@@ -251,7 +251,7 @@ def test_a_rough_search_begins_where_a_walk_ends(from_gait):
 def test_multipliers_agree_with_fine_central_differences(from_gait):
     model, state, _, _ = from_gait(1)
     found, fine = search(model, state), model.at(1e-10)
-    full = limit_cycle(model.biped, model.slope, model.contact, state, fine.settings)
+    full = gait_near(fine.walker(state, 1e-4), state)
     assert found.floquet_multipliers[:3, 0] == pytest.approx(full.floquet_multipliers[:3, 0], abs=5e-4)
     assert found.period_s == pytest.approx(full.period_s, abs=1e-6)
     walk = sample(fine.walk(state, steps=1).trajectory, model.biped, model.slope, 500.0)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stages.multibody.walking.cycle import limit_cycle
+from stages.planar.limit_cycle import gait_near
 from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle
 
@@ -38,5 +38,5 @@ def test_a_long_walk_runs_into_the_fixed_point(scene, start):
     assert (approach[20] / approach[8]) ** (1 / 12) == pytest.approx(largest, abs=0.05)
 
 
-def cycle_of(scene, start, **how):
-    return limit_cycle(scene.biped, scene.slope, scene.contact, start, scene.settings, **how)
+def cycle_of(scene, start, difference=1e-4, **how):
+    return gait_near(scene.walker(start, difference), start, **how)

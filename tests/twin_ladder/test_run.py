@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 from stages.biped.walk import StanceState
-from stages.multibody.walking.cycle import limit_cycle
+from stages.multibody.walking.cycle import SectionWalker
+from stages.planar.limit_cycle import gait_near
 from stages.planar.run import rolling_state
 from stages.planar.section import section_scales
 from stages.studies.result import COMPLETED
 from stages.twin.machine.machine import build
 from stages.twin.walking.record import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
-from stages.twin_ladder.cycle import SIDE_UNITS, Near, Search, SectionState, Step
+from stages.twin_ladder.cycle import SIDE_UNITS, Search, SectionState, Step
 from stages.twin_ladder.result import Result, RungGait, SameMachine
 from stages.twin_ladder.run import Inputs, run, without_gait
 from tests.planar_start import SCALES, SLOPE, TABLE_1
@@ -89,17 +90,17 @@ def test_newton_finds_the_fixed_point_of_a_known_step():
 
     stride = steps[1] @ steps[0]
     like = (stride + 1e-5 * rng.normal(size=(10, 10))) * SCALES[:, None] / SCALES
-    near = Near(fixed[0] + 0.1 * SCALES, like, np.ones((9, 1)))
     search = Search(take, (SCALES, section_scales(TABLE_1, SLOPE, SIDE_UNITS)), 1e-10, 1e-3)
-    gait = search.find(near)
-    assert gait.near.plane == pytest.approx(fixed[0], abs=1e-9)
+    gait = search.find(fixed[0] + 0.1 * SCALES, like, np.ones((9, 1)))
+    assert gait.plane == pytest.approx(fixed[0], abs=1e-9)
     wanted = np.linalg.eigvals(stride)
     wanted = wanted[np.argsort(-np.abs(wanted))][:2]
     assert np.sort_complex(gait.plane_multipliers**2) == pytest.approx(np.sort_complex(wanted), abs=1e-6)
     assert gait.period == pytest.approx(0.505) and gait.limp == pytest.approx(-0.01 / 0.505)
     assert gait.side_multipliers == pytest.approx([0.5]) and gait.strides == search.steps // 2
     again = Search(take, (SCALES, section_scales(TABLE_1, SLOPE, SIDE_UNITS)), 1e-10, 1e-3)
-    assert again.find(gait.near).plane_multipliers == pytest.approx(gait.plane_multipliers, abs=1e-6)
+    found = again.find(gait.plane, like, gait.sideways)
+    assert found.plane_multipliers == pytest.approx(gait.plane_multipliers, abs=1e-6)
     assert again.steps < search.steps, "from its own gait a search takes fewer steps"
 
 
@@ -131,7 +132,8 @@ def test_the_twins_walk_settles_to_the_last_rung_at_the_rates_of_its_multipliers
     """
     quick = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, sideways=False))
     start = rolling_state(parameters.biped, parameters.contact, ROUGH, 9.4)
-    gait = limit_cycle(parameters.biped, parameters.slope, parameters.contact, start, parameters.planar, 5e-4)
+    where = parameters.biped, parameters.slope, parameters.contact
+    gait = gait_near(SectionWalker(*where, start, parameters.planar, 5e-4), start)
     result = run(quick, inputs(gait))
     twin = result.twin
     assert all(rung.found for rung in result.rungs)

@@ -20,7 +20,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import poincare_map
 from stages.analytic.model.kinds import natural_lengths
 from stages.analytic.model.walker import Vector, Walker
-from stages.calibration.observation.measured_run import STRETCHES, Layout, mid_stance, start_scales
+from stages.calibration.observation.measured_run import STRETCHES, Layout, mid_stance
 
 #: Steps that are looked at, and tolerance of a walk whose strikes are compared with times known to milliseconds.
 STEPS, COARSE = 5, 1e-6
@@ -64,7 +64,7 @@ def first_guess(design: DesignPoint, strikes: Vector, first_leg: int, layout: La
         state, since = mid_stance(walker, best.z, COARSE)
     except StepFailed:
         return unknowns
-    state = state * start_scales(walker)
+    state = state * walker.scales()[1:]
     for place, name in enumerate(layout.names[: layout.free]):
         if name in STRETCHES:
             state[place] -= walker.length * natural_lengths(walker.p)[STRETCHES.index(name)]

@@ -139,7 +139,7 @@ def layout_of(walker: Walker, z: Vector, tolerance: float, priors: Mapping[str, 
     Raises StepFailed like `mid_stance`.
     """
     begin, since = mid_stance(walker, z, tolerance)
-    scales, free = start_scales(walker), walker.size - 1
+    scales, free = walker.scales()[1:], walker.size - 1
     start = [name for name in START if free == len(START) or "stretch" not in name]
     of_legs = ["stretch_rate" if name.endswith("rate") else "stretch" for name in start]
     rows = [(name, priors[of_leg] if "stretch" in name else np.inf, 0.01 * scale)
@@ -153,8 +153,3 @@ def layout_of(walker: Walker, z: Vector, tolerance: float, priors: Mapping[str, 
         middle[names.index(name)] -= walker.length * walker.p.L_nat
     middle[free] = since * walker.time
     return Layout(names, middle, np.array(prior), np.array(sizes), free, np.asarray(z, dtype=float))
-
-
-def start_scales(walker: Walker) -> Vector:
-    """SI value of one dimensionless unit of each entry of the state at mid-stance but theta, (size - 1,)."""
-    return walker.scales()[1:]

@@ -7,7 +7,7 @@ between the coordinates that are the legs' angles, and a load. What a design doe
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
@@ -59,7 +59,7 @@ def joined(one: PlanarBody, other: PlanarBody | None) -> PlanarBody:
     return PlanarBody(mass, forward, upward, one.inertia + other.inertia + one.mass * other.mass / mass * apart)
 
 
-class Planar(System, ABC):
+class Planar(System):
     """A system of the planar biped, with sensors for `signals`.
 
     A subclass adds its bodies with `discs`, the markers of both feet's disc centres, `angles`, node and coordinate of
@@ -98,14 +98,6 @@ class Planar(System, ABC):
     @abstractmethod
     def pose(self) -> Pose:
         """Hip x, hip y, leg angles, leg lengths at the current step."""
-
-    @abstractmethod
-    def leg_rate(self, leg: int) -> float:
-        """Rate of a leg's angle at the current step [rad/s]."""
-
-    @abstractmethod
-    def recording(self) -> dict[str, np.ndarray]:
-        """Signals of the last solver call, named as in `Trajectory`."""
 
     def _add_hip(self, slope: Slope) -> None:
         """Connectors that act on angle 0 minus angle 1; the weight by which the hip's for gravity exceeds its mass."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from stages.multibody.assembly.system import SOLVER_ERRORS, exudyn
+from stages.multibody.assembly.system import SOLVER_ERRORS, System, exudyn
 from stages.multibody.parameters import Settings
-from stages.multibody.walking.watch import Walker, Watch
+from stages.multibody.walking.watch import Watch
 from stages.planar.run import DIVERGED, RUNNING, SOLVER_FAILED, STALLED
 
 SOLVER = exudyn.DynamicSolverType
@@ -25,17 +25,6 @@ EVALUATIONS = 7
 #: Evaluations of the contact's force, by whose differences Exudyn finds its part of a Jacobian.
 JACOBIAN = 7
 DESCENT = 1.0  # m/s, an upper bound for how fast a foot comes down, to refine the step in time
-
-
-class Assembly(Walker, Protocol):
-    """A system that walks."""
-
-    mbs: Any
-    exact_acceleration: bool
-    drift: float
-
-    def recording(self) -> dict[str, np.ndarray]:
-        """Signals of the last solver call by name: `time` and what the motion is known by."""
 
 
 #: Settings of the solver that goes on from a time [s], and its kind.
@@ -52,7 +41,7 @@ class Solved:
     drift: float
 
 
-def solve(assembly: Assembly, watch: Watch, plan: Plan, end: float, at_end: str = STALLED) -> Solved:
+def solve(assembly: System, watch: Watch, plan: Plan, end: float, at_end: str = STALLED) -> Solved:
     """Integrate from t = 0 until the watch ends the run, the solver fails or the `end` [s] is reached."""
     assembly.mbs.SetPreStepUserFunction(watch)
     segments: list[dict[str, np.ndarray]] = []

@@ -13,12 +13,14 @@ import contextlib
 import io
 import os
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from stages.ground.slope import Slope
+from stages.multibody.walking.watch import Look
 
 os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")  # such settings would make runs differ between machines
 if not hasattr(sys, "exudynFast"):
@@ -50,8 +52,8 @@ COORDINATES = (
 )
 
 
-class System:
-    """A system to be filled; `drift` is the largest violation of a joint in the last solver call [m]."""
+class System(ABC):
+    """A system to be filled, that walks; `drift` is the largest violation of a joint in the last solver call [m]."""
 
     exact_acceleration = True
     drift = 0.0
@@ -60,6 +62,26 @@ class System:
         self.container = exudyn.SystemContainer()
         self.mbs = self.container.AddSystem()
         self.sensors: dict[str, Any] = {}
+
+    @abstractmethod
+    def look(self) -> Look:
+        """Where it is at the current step."""
+
+    @abstractmethod
+    def leg_rate(self, leg: int) -> float:
+        """Rate of a leg's angle at the current step [rad/s]."""
+
+    @abstractmethod
+    def set_in_play(self, leg: int, acts: bool) -> None:
+        """Let the ground act on a leg's foot, or not."""
+
+    @abstractmethod
+    def set_height(self, leg: int, height: float) -> None:
+        """Put a block of this height [m] under a leg's foot."""
+
+    @abstractmethod
+    def recording(self) -> dict[str, np.ndarray]:
+        """Signals of the last solver call by name: `time` and what the motion is known by."""
 
     def keep(self, name: str, sensor: Any, **of: Any) -> None:
         """Keep a signal at every step under a name."""

@@ -4,8 +4,6 @@ settled on it.
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
 from math import nan
 
 import numpy as np
@@ -16,7 +14,7 @@ from stages.biped.walk import Walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import static_penetration
 from stages.ground.slope import Slope
-from stages.multibody.parameters import Settings
+from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.result import Cycle
 from stages.multibody.walking.walk import build, simulate
 from stages.planar.limit_cycle import by_differences, fixed_point, gait_near, nearer
@@ -28,24 +26,6 @@ from stages.planar.signals import GROUND_REACTION
 DIFFERENCE = 1e-4
 #: Numbers that lift the standing foot, hip y and its leg's length, and the share of its depth that they may change by.
 LIFTING, SHARE_OF_DEPTH = [0, 2], 0.4
-
-
-def limit_cycle(
-    biped: Biped,
-    slope: Slope,
-    contact: ContactLaw,
-    state: PlanarState,
-    settings: Settings,
-    difference: float = DIFFERENCE,
-    *,
-    central: bool = True,
-) -> LimitCycle:
-    """The gait near `state`, see `gait_near`; `difference` is the step of the finite differences, in `section_scales`.
-
-    Raises NoLimitCycle. For the defaults the integration's own tolerance should be 1e-10 or less.
-    """
-    walker = SectionWalker(biped, slope, contact, state, settings, difference)
-    return gait_near(walker, state, central=central)
 
 
 class SectionWalker:
@@ -100,26 +80,8 @@ NEARLY_SETTLED = 2.7e-3
 FORWARD, CENTRAL = 5e-4, 2e-3
 
 
-@dataclass(frozen=True)
-class Model:
-    """A biped on its ground, and how it is integrated."""
-
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
-    settings: Settings
-
-    def at(self, tolerance: float) -> Model:
-        """The same at another tolerance of the solver."""
-        return dataclasses.replace(self, settings=dataclasses.replace(self.settings, tolerance=tolerance))
-
-    def walker(self, state: PlanarState, difference: float = CENTRAL) -> SectionWalker:
-        """The step map on the section, around a mid-stance."""
-        return SectionWalker(self.biped, self.slope, self.contact, state, self.settings, difference)
-
-
 def solve(
-    model: Model, state: PlanarState, walked: Run, walk: Walk
+    model: Parameters, state: PlanarState, walked: Run, walk: Walk
 ) -> tuple[Cycle, LimitCycle | None, str]:
     """The cycle near a mid-stance, its fixed point, and why the walk from there has not settled on it ("" if it has).
 
@@ -136,7 +98,7 @@ def solve(
     return cycle, found, unsettled(walked, walk, cycle, failure, 1 if model.biped.alike else 2)
 
 
-def search(model: Model, state: PlanarState, walked: Run | None = None) -> LimitCycle:
+def search(model: Parameters, state: PlanarState, walked: Run | None = None) -> LimitCycle:
     """The gait near a mid-stance, at the coarse tolerance, with its multipliers: by central differences, unless what
     is asked for is coarser still. Then the end of a walk from there that has nearly settled is where it is looked for.
 
@@ -145,16 +107,17 @@ def search(model: Model, state: PlanarState, walked: Run | None = None) -> Limit
     coarse, central = model.at(model.settings.coarse), model.settings.tolerance <= model.settings.coarse
     if not central and walked is not None and walked.completed and model.biped.alike:
         state = mid_stance_after(walked).state
-    return gait_near(coarse.walker(state, CENTRAL if central else FORWARD), state, central=central)
+    difference = CENTRAL if central else FORWARD
+    walker = SectionWalker(model.biped, model.slope, model.contact, state, coarse.settings, difference)
+    return gait_near(walker, state, central=central)
 
 
-def solved_cycle(model: Model, state: PlanarState, found: LimitCycle, walk: Walk) -> Cycle:
+def solved_cycle(model: Parameters, state: PlanarState, found: LimitCycle, walk: Walk) -> Cycle:
     """Measures of the gait that was `found`, at the model's tolerance where that is finer. Raises NoLimitCycle."""
-    fine = model.at(min(model.settings.tolerance, model.settings.coarse))
-    walker = fine.walker(state)
+    settings = model.at(min(model.settings.tolerance, model.settings.coarse)).settings
+    walker = SectionWalker(model.biped, model.slope, model.contact, state, settings, CENTRAL)
     point = fixed_point(walker, found.section_state, found.monodromy_matrix)
     point = nearer(walker, point, found.monodromy_matrix)
-    settings = fine.settings
     machine = build(model.biped, model.slope, model.contact, settings,
                     signals=[name for name in settings.signals if name == GROUND_REACTION])
     start = section_state(point.numbers, state)

@@ -12,11 +12,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 from stages.ground.blocks import Laid
 from stages.ground.friction import SCALARS, Lane
 from stages.planar.run import COMPLETED, DIVERGED, FELL, RUNNING, STALLED, STEP_FLOOR
+
+if TYPE_CHECKING:
+    from stages.multibody.assembly.system import System
 
 #: Calls at one and the same time after which the solver is stuck (an explicit solver at its smallest step never ends).
 STUCK = 60
@@ -34,22 +37,6 @@ class Look(NamedTuple):
     place: tuple[float, float]
     total: float
     fell: str = ""
-
-
-class Walker(Protocol):
-    """What the watch needs from an assembly."""
-
-    def look(self) -> Look:
-        """Where it is at the current step."""
-
-    def leg_rate(self, leg: int) -> float:
-        """Rate of a leg's angle at the current step [rad/s]."""
-
-    def set_in_play(self, leg: int, acts: bool) -> None:
-        """Let the ground act on a leg's foot, or not."""
-
-    def set_height(self, leg: int, height: float) -> None:
-        """Put a block of this height [m] under a leg's foot."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +61,7 @@ class Watch:
     foot that comes down. A foot that leaves its place has the next of the `blocks` under it; `laid` lists them.
     """
 
-    walker: Walker
+    walker: System
     fallen: float
     longest_step: float
     steps_wanted: int

@@ -116,20 +116,6 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Block:
-    """A stepping block: its set, counted from 0, and its shape."""
-
-    number: int
-    pair: int
-    shape: Shape
-
-    @property
-    def name(self) -> str:
-        """Its set, counted from 1, and its side."""
-        return f"block {self.number + 1} {'left' if self.shape.place[2] > 0.0 else 'right'}"
-
-
-@dataclass(frozen=True)
 class Exported:
     """Everything that a format may carry; `seen` are the parts to draw."""
 
@@ -196,14 +182,14 @@ class Exported:
         place = (0.0, radius - float(machine.length[leg]), float(machine.lane[leg]))
         return Shape(f"{LEGS[leg]} foot", "cylinder", {"radius": radius, "length": 2.0 * machine.half_width}, place)
 
-    def blocks(self) -> Iterator[Block]:
-        """All stepping blocks, set by set."""
+    def blocks(self) -> Iterator[tuple[int, Shape]]:
+        """All stepping blocks, set by set, each with the pair of feet it is for."""
         size = self.ramp.lanes[0].length, BLOCK_HEIGHT, self.ramp.width
         for number in range(self.ramp.sets):
-            for side in (1.0, -1.0):
+            for side, name in ((1.0, "left"), (-1.0, "right")):
                 pair, x = number % 2, number * self.ramp.step
                 place = (x, -size[1] / 2, side * self.ramp.tracks[pair])
-                yield Block(number, pair, Shape("block", "box", {"size": size}, place, colour="block"))
+                yield pair, Shape(f"block {number + 1} {name}", "box", {"size": size}, place, colour="block")
 
     def board(self) -> Shape:
         """The board under the blocks."""

@@ -201,7 +201,7 @@ def _pieces(made: Document, link: Link) -> dict[int, list[Surface]]:
 
 
 def _ramp(made: Document, exported: Exported) -> int:
-    blocks, deck = [block.shape for block in exported.blocks()], exported.board()
+    blocks, deck = [block for _, block in exported.blocks()], exported.board()
     shapes = {made.material("wood", *WOOD): blocks, made.material("deck", *DECK): [deck]}
     return made.mesh("ramp", {number: [box(shape.sizes["size"]).moved(shape.place) for shape in of_one]
                               for number, of_one in shapes.items()})  # fmt: skip

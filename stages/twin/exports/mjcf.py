@@ -78,9 +78,9 @@ def write(exported: Exported, ground: Ground = Ground()) -> bytes:
 
 def _blocks(exported: Exported, ground: Ground) -> list[Element]:
     """The blocks and the board under them."""
-    blocks = [tag("geom", name=block.name, type="box", size=[0.5 * side for side in block.shape.sizes["size"]],
-                  pos=block.shape.place, rgba=COLOURS["block"], **_touch("conaffinity", block.pair, exported, ground))
-              for block in exported.blocks()]  # fmt: skip
+    blocks = [tag("geom", name=block.name, type="box", size=[0.5 * side for side in block.sizes["size"]],
+                  pos=block.place, rgba=COLOURS["block"], **_touch("conaffinity", pair, exported, ground))
+              for pair, block in exported.blocks()]  # fmt: skip
     deck = exported.board()
     half = [0.5 * side for side in deck.sizes["size"]]
     return [*blocks, tag("geom", name="deck", type="box", size=half, pos=deck.place, rgba="0.79 0.74 0.66 1", **SEEN)]

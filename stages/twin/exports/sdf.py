@@ -45,8 +45,8 @@ CARRIES = {
 def write(exported: Exported) -> bytes:
     """The file as bytes."""
     tilted = f"0 0 0 {QUARTER} {exported.slope.angle!r} 0"
-    blocks = tag("link", *(_shape(kind, block.name, block.shape, more) for block in exported.blocks() for kind, more in
-                           (("visual", _colour("block")), ("collision", _surface(block.pair, exported)))),
+    blocks = tag("link", *(_shape(kind, block.name, block, more) for pair, block in exported.blocks() for kind, more in
+                           (("visual", _colour("block")), ("collision", _surface(pair, exported)))),
                  name="blocks")  # fmt: skip
     ramp = tag("model", tag("static", "true"), tag("pose", tilted), blocks, name="ramp")
     model = tag("model", tag("pose", tilted), name="twin")

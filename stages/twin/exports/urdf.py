@@ -30,8 +30,8 @@ WIDE = {"lower": "-1000", "upper": "1000", "effort": "1e9", "velocity": "1e6"}
 def write(exported: Exported) -> bytes:
     """The file as bytes."""
     colours = [tag("material", tag("color", rgba=colour), name=name) for name, colour in COLOURS.items()]
-    blocks = [_shape(kind, block.shape, "block" * (kind == "visual"))
-              for block in exported.blocks() for kind in ("visual", "collision")]  # fmt: skip
+    blocks = [_shape(kind, block, "block" * (kind == "visual"))
+              for _, block in exported.blocks() for kind in ("visual", "collision")]  # fmt: skip
     tilted = tag("origin", rpy=(QUARTER, exported.slope.angle, 0.0))
     root = tag("robot", *colours, tag("link", name="world"), tag("link", *blocks, name="slope"),
                _joint("slope", "fixed", "world", "slope", before=[tilted]), name="bipedstudy_twin")  # fmt: skip

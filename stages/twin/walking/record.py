@@ -18,6 +18,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from stages.biped.between_steps import largest
+from stages.biped.kinematics import Motion
 from stages.biped.walk import Walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -79,19 +80,10 @@ def pair_axes(q: np.ndarray, v: np.ndarray, a: np.ndarray, pair: int) -> Axes:
     return Axes(cosine * level + sine * upright, cosine * upright - sine * level, lateral, spin, spin_rate)
 
 
-@dataclass(frozen=True)
-class PointMotion:
-    """Position [m], velocity [m/s] and acceleration [m/s^2] of a point in the slope frame, each (n, 3)."""
-
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-
-
 def point_motion(
     q: np.ndarray, v: np.ndarray, a: np.ndarray, axes: Axes, place: np.ndarray, slide: int | None = None
-) -> PointMotion:
-    """Motion of a point given by its place (3,) in the drawing, on a frame or on the foot with this slide."""
+) -> Motion:
+    """Motion (n, 3) of a point given by its place (3,) in the drawing, on a frame or on the foot with this slide."""
     zero = np.zeros(len(q))
     moved, speed, pull = (zero, zero, zero) if slide is None else (q[:, slide], v[:, slide], a[:, slide])
     arm = place[0] * axes.forward + (place[1] + moved)[:, None] * axes.upward + place[2] * axes.lateral
@@ -104,7 +96,7 @@ def point_motion(
         + 2.0 * np.cross(axes.spin, sliding)
         + pull[:, None] * axes.upward
     )
-    return PointMotion(q[:, :3] + arm, v[:, :3] + turning + sliding, acceleration)
+    return Motion(q[:, :3] + arm, v[:, :3] + turning + sliding, acceleration)
 
 
 @dataclass(frozen=True)
