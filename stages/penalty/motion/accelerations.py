@@ -7,11 +7,13 @@ acceleration and its equation is not asked. At the hip act its weight, and sprin
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from stages.analytic.compiled import Numbers
+from stages.analytic.compiled import ByKind, Numbers
 from stages.penalty.compiled import compiled
-from stages.penalty.model.walker import LegNumbers, Penalty, leg_of, leg_terms
+from stages.penalty.model.walker import LegNumbers, Penalty, PlainLeg, leg_of, leg_terms
 from stages.penalty.motion.feet import acts_on, block_under, foot_force
 from stages.planar.run import HIP_CREEP
 
@@ -73,21 +75,33 @@ def terms_of(y: Vector, leg: int, p: Penalty) -> Numbers:
 
 
 @compiled
-def eliminated(t: Numbers, p: LegNumbers, slide: float) -> Numbers:
-    """From a leg's terms the inverse of the mass matrix of its angle and length, and what that makes of the hip's x and
-    y: angle; angle and length for x, for y; length; both. Of rigid legs (`slide` 0) there is none for the length."""
-    i, j, k = 1.0 / t[4], 0.0, slide / p.m
-    if slide * t[16] != 0.0:  # they push each other
+def plain_eliminated(t: Numbers, slide: float, p: PlainLeg) -> Numbers:
+    """`eliminated` of Table 1's leg, whose angle and length do not push each other."""
+    i, k = 1.0 / t[4], slide / p.m
+    return i, t[0] * i, t[1] * k, t[2] * i, t[3] * k, k, 0.0
+
+
+@compiled
+def detailed_eliminated(t: Numbers, slide: float, p: LegNumbers) -> Numbers:
+    """`eliminated` of any other leg."""
+    i, j, k = 1.0 / t[4], 0.0, 0.0
+    if slide != 0.0:
         inverse = 1.0 / (t[4] * p.m - t[16] * t[16])
         i, j, k = inverse * p.m, -inverse * t[16], inverse * t[4]
     return i, t[0] * i + t[1] * j, t[0] * j + t[1] * k, t[2] * i + t[3] * j, t[2] * j + t[3] * k, k, j
 
 
+#: From a leg's terms the inverse of the mass matrix of its angle and length, and what that makes of the hip's x and y:
+#: angle; angle and length for x, for y; length; both. With `slide` 0 there is none for the length: eliminated(t, slide,
+#: p).
+eliminated: Callable[..., Numbers] = ByKind({PlainLeg: plain_eliminated, LegNumbers: detailed_eliminated})
+
+
 @compiled
 def factor(t: Numbers, u: Numbers, p: Penalty) -> Numbers:
     """Factors of the mass matrix from the terms of leg 0 and of leg 1, for `solve`."""
-    i0, a0, b0, c0, d0, k0, j0 = eliminated(t, p.first, p.slide)
-    i1, a1, b1, c1, d1, k1, j1 = eliminated(u, p.other, p.slide)
+    i0, a0, b0, c0, d0, k0, j0 = eliminated(t, p.slide, p.first)
+    i1, a1, b1, c1, d1, k1, j1 = eliminated(u, p.slide, p.other)
     total = p.M + (p.first.m + p.first.m_f + (p.other.m + p.other.m_f))
     s11 = total - t[0] * a0 - t[1] * b0 - u[0] * a1 - u[1] * b1
     s12 = -t[0] * c0 - t[1] * d0 - u[0] * c1 - u[1] * d1
