@@ -24,26 +24,28 @@ from stages.planar.section import NoLimitCycle, SectionStep, mid_stance_after, s
 from stages.planar.signals import GROUND_REACTION
 
 DIFFERENCE = 1e-4
-#: Numbers that lift the standing foot, hip y and its leg's length, and the share of its depth that they may change by.
-LIFTING, SHARE_OF_DEPTH = [0, 2], 0.4
+#: Numbers that lift the standing foot, hip y and its leg's length, and the share of its depth that they may change by,
+#: usually and at most.
+LIFTING, SHARE_OF_DEPTH, MOST_OF_DEPTH = [0, 2], 0.4, 0.8
 
 
 class SectionWalker:
     """A built model that takes steps from mid-stance to mid-stance, and counts them.
 
-    `difference` is the step of its finite differences, in `section_scales`; none lifts the standing foot. A cycle is
-    one step, or two where the legs differ: leg 0 stands at its start and its end.
+    `difference` is the step of its finite differences, in `section_scales`; none lifts the standing foot by more than a
+    `share_of_depth`. A cycle is one step, or two where the legs differ: leg 0 stands at its start and its end.
     """
 
     def __init__(
-        self, biped: Biped, slope: Slope, contact: ContactLaw, state: PlanarState, settings: Settings, difference: float
+        self, biped: Biped, slope: Slope, contact: ContactLaw, state: PlanarState, settings: Settings,
+        difference: float, share_of_depth: float = SHARE_OF_DEPTH,
     ) -> None:
         self.model = biped, slope, contact
         self.start, self.settings = state, settings
         sunk = static_penetration(contact, biped.weighed_mass * slope.gravity)
         self.scales = section_scales(biped, slope)
         self.differences = difference * self.scales
-        self.differences[LIFTING] = np.minimum(self.differences[LIFTING], SHARE_OF_DEPTH * sunk)
+        self.differences[LIFTING] = np.minimum(self.differences[LIFTING], share_of_depth * sunk)
         self.machine = build(biped, slope, contact, settings, signals=())
         self.steps_a_cycle = 1 if biped.alike else 2
         self.steps_walked = 0
@@ -75,9 +77,11 @@ LAST_STEPS = 4
 SETTLED_WITHIN = 0.01
 #: One whose last periods differ by less than this, in pendulum times, ends near it.
 NEARLY_SETTLED = 2.7e-3
-#: Forward and central differences, in the section's scales. Multipliers are then within .003 and .0003: smaller ones
-#: leave more of the steps' noise, larger ones more of the map's bend, which central ones feel only in second order.
-FORWARD, CENTRAL = 5e-4, 2e-3
+#: Forward and central differences, in the section's scales, of steps at a tolerance of `USUAL`. Multipliers are then
+#: within .003 and .0003: smaller ones leave more of the steps' noise, larger ones more of the map's bend, which central
+#: ones have only in second order. At another tolerance they are larger by a root of it, where both errors grow alike;
+#: so looser steps tell the bend's too.
+USUAL, FORWARD, CENTRAL = 1e-7, 5e-4, 2e-3
 
 
 def solve(
@@ -107,8 +111,9 @@ def search(model: Parameters, state: PlanarState, walked: Run | None = None) -> 
     coarse, central = model.at(model.settings.coarse), model.settings.tolerance <= model.settings.coarse
     if not central and walked is not None and walked.completed and model.biped.alike:
         state = mid_stance_after(walked).state
-    difference = CENTRAL if central else FORWARD
-    walker = SectionWalker(model.biped, model.slope, model.contact, state, coarse.settings, difference)
+    larger = (coarse.settings.tolerance / USUAL) ** (1 / 3 if central else 1 / 2)
+    difference, share = larger * (CENTRAL if central else FORWARD), min(larger * SHARE_OF_DEPTH, MOST_OF_DEPTH)
+    walker = SectionWalker(model.biped, model.slope, model.contact, state, coarse.settings, difference, share)
     return gait_near(walker, state, central=central)
 
 
