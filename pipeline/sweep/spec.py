@@ -192,8 +192,7 @@ class Spec:
             return random.random((self.size, len(self.axes)))
         from scipy.stats import qmc
 
-        drawn: np.ndarray = qmc.LatinHypercube(d=len(self.axes), seed=random).random(self.size)
-        return drawn
+        return np.asarray(qmc.LatinHypercube(d=len(self.axes), seed=random).random(self.size))
 
     def point(self, index: int) -> Point:
         """The point of this number, made when it is asked for, so that a million of them need little memory."""

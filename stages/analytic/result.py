@@ -256,5 +256,4 @@ class RecordedFamily:
     def stable(self) -> np.ndarray:
         """Whether every multiplier lies inside the unit circle, (n,); at a turn one is on it."""
         magnitude = np.hypot(self.floquet_multipliers[..., 0], self.floquet_multipliers[..., 1])
-        inside: np.ndarray = magnitude.max(axis=1) < 1.0 - ON_CIRCLE
-        return inside
+        return np.asarray(magnitude.max(axis=1) < 1.0 - ON_CIRCLE)

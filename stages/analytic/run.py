@@ -194,7 +194,9 @@ def differences(one: Solved, other: Solved) -> dict[str, float]:
     return found
 
 
+#: Parameters that are changed alone, and by what share.
 DESIGN = ("hip_mass", "foot_mass", "leg_length", "foot_radius", "foot_com", "stiffness", "damping")
+CHANGE = 0.05
 
 
 def neighbour(design: DesignPoint, z: Vector, tolerance: float, biped: Biped) -> tuple[float, float]:
@@ -209,13 +211,13 @@ def neighbour(design: DesignPoint, z: Vector, tolerance: float, biped: Biped) ->
 Near = Callable[[Biped], tuple[float, float]]
 
 
-def vary_design(near: Near, biped: Biped, change: float = 0.05) -> tuple[Variation, ...]:
-    """The gait with each parameter of the design's biped lowered and raised by `change`, the others fixed."""
+def vary_design(near: Near, biped: Biped) -> tuple[Variation, ...]:
+    """The gait with each parameter of the design's biped lowered and raised by `CHANGE`, the others fixed."""
     variations = []
     for name in DESIGN if biped.legs == "compliant" else DESIGN[:-2]:  # rigid legs have no stiffness and damping
-        beside = (replace(biped, **{name: getattr(biped, name) * factor}) for factor in (1 - change, 1 + change))
+        beside = (replace(biped, **{name: getattr(biped, name) * factor}) for factor in (1 - CHANGE, 1 + CHANGE))
         (below, slower), (above, faster) = map(near, beside)
-        variations.append(Variation(name, change, below, above, slower, faster))
+        variations.append(Variation(name, CHANGE, below, above, slower, faster))
     return tuple(variations)
 
 

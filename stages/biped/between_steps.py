@@ -242,5 +242,4 @@ def refined_times(end: float, rate_hz: float, heel_strikes: np.ndarray, pendulum
     inside = around[(around > 0.0) & (around < end)]
     times = np.sort(np.concatenate([uniform_times(end, rate_hz), inside]))
     # points closer than a tenth of the densest spacing say nothing new
-    kept: np.ndarray = times[np.concatenate([[True], np.diff(times) > 0.1 * pendulum_time / SPIKE_RATE])]
-    return kept
+    return np.asarray(times[np.concatenate([[True], np.diff(times) > 0.1 * pendulum_time / SPIKE_RATE])])

@@ -42,13 +42,6 @@ class Stride:
     peaks: np.ndarray
 
 
-def sensor_signals(walk: Walk) -> np.ndarray:
-    """Both sensors' planar signals of a walk, (n, 6), in the order of `SENSOR_SIGNALS`."""
-    return np.column_stack(
-        [walk.hip_specific_force, walk.hip_angular_velocity, walk.foot_specific_force, walk.foot_angular_velocity]
-    )
-
-
 def stride_bounds(walk: Walk) -> list[tuple[float, float]]:
     """Start and end [s] of every whole stride of the inner leg."""
     strikes = walk.heel_strike_time[walk.heel_strike_leg == 0]
@@ -73,7 +66,8 @@ def last_stride(walk: Walk, points: int) -> Stride:
         return np.column_stack([np.interp(times, walk.time, column) for column in columns.T])
 
     half = 0.5 * (end - start) / (points - 1)
-    sensed = sensor_signals(walk)
+    sensed = np.column_stack(  # in the order of `SENSOR_SIGNALS`
+        [walk.hip_specific_force, walk.hip_angular_velocity, walk.foot_specific_force, walk.foot_angular_velocity])
     position = at(walk.hip_position)
     position[:, 0] -= position[0, 0]
     inside = sensed[(walk.time >= start) & (walk.time <= end)]
@@ -115,5 +109,4 @@ def normalised_rms(curve: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Rms difference of two sets of curves (p, k) over the range of the reference, (k,); NaN for a constant one."""
     extent = np.ptp(reference, axis=0)
     rms = np.sqrt(np.mean((curve - reference) ** 2, axis=0))
-    share: np.ndarray = np.divide(rms, extent, out=np.full_like(rms, np.nan), where=extent > 0)
-    return share
+    return np.asarray(np.divide(rms, extent, out=np.full_like(rms, np.nan), where=extent > 0))

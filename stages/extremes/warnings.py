@@ -33,7 +33,8 @@ def warnings(values: Mapping[str, Any]) -> Iterator[str]:
         engine = engine_of(stage, own)
         if engine is None:
             continue
-        here = place_of(engine, own.biped, own.slope, ground_of(own), own.settings)
+        ground = own.contact if hasattr(own, "contact") else own.friction
+        here = place_of(engine, own.biped, own.slope, ground, own.settings)
         sentence = warning(engine, here, tried(engine), own.settings.accuracy != CUSTOM)
         if sentence is not None:
             yield f"stage {stage}: {sentence}"
@@ -46,11 +47,6 @@ def engine_of(stage: str, parameters: Any) -> str | None:
     if stage == "multibody":
         return JOINTS if parameters.settings.assembly == "joints" else TREE
     return TWIN if stage == "twin" else None
-
-
-def ground_of(parameters: Any) -> Any:
-    """The contact law of a stage's parameters, or the friction where there is no more."""
-    return parameters.contact if hasattr(parameters, "contact") else parameters.friction
 
 
 @cache

@@ -123,8 +123,7 @@ class Pose:
     def point(self, place: tuple[float, ...], group: str) -> np.ndarray:
         """A point fixed to a group, given in the axes of the bill, in the slope frame (3,) [m]."""
         alone = Faces(np.array([[place]], dtype=float), np.zeros((1, 3)), np.zeros((1, 3)))
-        found: np.ndarray = self.placed(alone, group).corners[0, 0]
-        return found
+        return np.asarray(self.placed(alone, group).corners[0, 0])
 
     def axes(self, pair: int) -> np.ndarray:
         """Axes of a pair of legs as columns (3, 3): forward, up the leg, lateral."""
@@ -175,13 +174,11 @@ class Camera:
         turned = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
         sine, cosine = np.sin(self.elevation), np.cos(self.elevation)
         raised = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
-        found: np.ndarray = raised @ turned @ level
-        return found
+        return np.asarray(raised @ turned @ level)
 
     def page(self, points: np.ndarray) -> np.ndarray:
         """Points (..., 3) of the slope frame on the page (..., 2) [m]."""
-        on_page: np.ndarray = points @ self.axes[:2].T
-        return on_page
+        return np.asarray(points @ self.axes[:2].T)
 
     def spot(self, point: np.ndarray, aside: tuple[float, float] = (0.0, 0.0)) -> tuple[float, float]:
         """One point on the page, moved `aside` there."""

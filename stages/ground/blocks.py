@@ -84,5 +84,4 @@ def drawn_heights(seed: int, walk: int, first: int, count: int) -> np.ndarray:
     whole = np.random.Philox(key=np.array([seed, walk], dtype=np.uint64), counter=start).random_raw(
         OF_A_COUNT * (-(-(first + count) // OF_A_COUNT) - start))
     raw = whole[first - OF_A_COUNT * start :][:count]
-    heights: np.ndarray = ndtri(((raw >> np.uint64(64 - BITS)) + 0.5) * 2.0**-BITS)
-    return heights
+    return np.asarray(ndtri(((raw >> np.uint64(64 - BITS)) + 0.5) * 2.0**-BITS))

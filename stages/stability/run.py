@@ -51,8 +51,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 def section_of(walker: Walker, state: StanceState) -> Vector:
     """Section coordinates (j,) of a state just after heel strike in SI units."""
-    z: Vector = section_coordinates(walker.from_stance(state), walker.p)
-    return z
+    return np.asarray(section_coordinates(walker.from_stance(state), walker.p))
 
 
 def over_slope(

@@ -55,8 +55,7 @@ class MultiplierDerivatives:
 
     def elasticities(self) -> np.ndarray:
         """Shares by which the magnitudes change for a share of each parameter, (m, n)."""
-        shares: np.ndarray = np.real(self.derivatives / self.values[:, None])
-        return shares
+        return np.asarray(np.real(self.derivatives / self.values[:, None]))
 
 
 def multiplier_derivatives(gait: GaitTangents) -> MultiplierDerivatives:
@@ -130,8 +129,7 @@ def matrix_slope(gait: GaitTangents, row: int, share: float) -> np.ndarray:
             gait.point.z + side * share * gait.z[:, row], len(gait.point.steps), tolerance)[1]
         for side in (1.0, -1.0)
     ]
-    slope: np.ndarray = (sides[0] - sides[1]) / (2 * share)
-    return slope
+    return np.asarray((sides[0] - sides[1]) / (2 * share))
 
 
 def shown(value: complex) -> str:

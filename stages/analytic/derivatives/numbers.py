@@ -128,5 +128,4 @@ def left_by_dimensions(elasticities: Vector, units: Sequence[str], unit: str) ->
     `units` (n,) are those of the parameters, which must be all that have a unit. Raises KeyError for another unit.
     """
     of_each = np.array([powers(each) for each in units], dtype=float).reshape(-1, 3)
-    left: Vector = of_each.T @ np.asarray(elasticities) - np.array(powers(unit), dtype=float)
-    return left
+    return np.asarray(of_each.T @ np.asarray(elasticities) - np.array(powers(unit), dtype=float))

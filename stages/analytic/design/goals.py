@@ -50,8 +50,7 @@ def friction_ratio(phase: int, states: np.ndarray, p: Kind) -> Vector:
     forces = accelerations_and_forces(phase, states, p)[:, 4:6]
     if not (forces[:, 1] > 0.0).all():
         raise StepFailed("the ground would pull the stance foot")
-    ratio: Vector = np.abs(forces[:, 0]) / forces[:, 1]
-    return ratio
+    return np.asarray(np.abs(forces[:, 0]) / forces[:, 1])
 
 
 def scuff_depth(phase: int, states: np.ndarray, p: Kind) -> Vector:
@@ -208,8 +207,7 @@ class Goal:
 
 def magnitudes(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
     """Magnitudes of the multipliers in the order of their real parts, in which they stay as they pass each other's."""
-    sizes: Vector = np.abs(np.sort_complex(point.floquet_multipliers))
-    return sizes
+    return np.asarray(np.abs(np.sort_complex(point.floquet_multipliers)))
 
 
 def magnitude_slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
@@ -235,8 +233,7 @@ def speed(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
 
 def speed_slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
     """Derivatives of `speed`."""
-    slopes: np.ndarray = speed(gait.walker, gait.point, tolerance)[:, None] * gait.elasticities()["speed_m_s"]
-    return slopes
+    return np.asarray(speed(gait.walker, gait.point, tolerance)[:, None] * gait.elasticities()["speed_m_s"])
 
 
 def norm(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:

@@ -160,14 +160,12 @@ class FixedPoint:
 def multipliers_of(monodromy_matrix: np.ndarray) -> np.ndarray:
     """Eigenvalues of a monodromy matrix (j, j), largest first, shape (j,); conjugates stay together."""
     values: np.ndarray = np.linalg.eigvals(monodromy_matrix).astype(complex)
-    ordered: np.ndarray = values[largest_first(values)]
-    return ordered
+    return np.asarray(values[largest_first(values)])
 
 
 def largest_first(multipliers: np.ndarray) -> np.ndarray:
     """Places (j,) of multipliers (j,) by falling magnitude; conjugates stay together."""
-    order: np.ndarray = np.lexsort((-multipliers.imag, -np.round(np.abs(multipliers), 12)))
-    return order
+    return np.asarray(np.lexsort((-multipliers.imag, -np.round(np.abs(multipliers), 12))))
 
 
 def round_off(walker: Walker) -> float:

@@ -95,8 +95,7 @@ def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
     if isinstance(p, Rigid):
         y = np.array([angle, angle, rate, 0.0])
         heel_strike_reset(y, walker.exchanged.p)
-        landing: Vector = y[[0, 2, 3]]
-        return landing
+        return np.asarray(y[[0, 2, 3]])
     across = -rate * np.sin(2 * angle) * p.M / (p.M + p.m)  # what little frames add is Newton's to find
     return np.array([-angle, *lengths_after_heel_strike(p), rate, across, *at_rest(p)])
 

@@ -323,8 +323,7 @@ class Anchor:
 
     def towards(self, numbers: Vector) -> Vector:
         """Coordinates of the gait of a walker with other numbers, along the tangent."""
-        predicted: Vector = self.z + self.slopes @ (numbers - self.numbers)
-        return predicted
+        return np.asarray(self.z + self.slopes @ (numbers - self.numbers))
 
 
 def anchor(walker: Walker, point: FixedPoint, tolerance: float) -> Anchor | None:
@@ -371,8 +370,7 @@ class Anchors:
     def distances(self, numbers: np.ndarray, other: Vector) -> Vector:
         """How far walkers with these numbers (n, f) are from another, `other` (f,)."""
         weights = self._weights if self._weights.size in (1, other.size) else np.ones(1)
-        far: Vector = np.linalg.norm((numbers - other) * weights, axis=1)
-        return far
+        return np.asarray(np.linalg.norm((numbers - other) * weights, axis=1))
 
     def nearest(self, numbers: Vector, count: int) -> list[Anchor]:
         """Up to `count` anchors, the nearest first."""

@@ -64,8 +64,7 @@ class Box:
         """Where these designs lie, as shares of the ranges, (n, axes)."""
         if self.seed is None:
             places = np.array(np.unravel_index(np.arange(first, end), self.shape)).reshape(len(self.axes), -1).T
-            shares: np.ndarray = places / (np.array(self.shape) - 1)
-            return shares
+            return np.asarray(places / (np.array(self.shape) - 1))
         return evenly(len(self.axes), self.seed, first, end)
 
     def at(self, shares: np.ndarray) -> np.ndarray:

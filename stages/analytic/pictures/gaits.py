@@ -19,10 +19,10 @@ from stages.analytic.walk.recording import record
 from stages.analytic.walk.sampling import sample_walk
 from stages.drawing import style
 
-COLOURS = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD)
+COLOURS, RATE_HZ = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD), 2000.0
 
 
-def draw_gaits(walker: Walker, points: Sequence[FixedPoint], tolerance: float, rate_hz: float = 2000.0) -> Figure:
+def draw_gaits(walker: Walker, points: Sequence[FixedPoint], tolerance: float) -> Figure:
     """Phase portrait of a leg, and the ground reaction, over one stride each.
 
     Full lines are stable gaits, dashed ones unstable; the ground carries one foot at a time but in double stance.
@@ -32,7 +32,7 @@ def draw_gaits(walker: Walker, points: Sequence[FixedPoint], tolerance: float, r
         largest = float(np.abs(point.floquet_multipliers).max())
         line = "-" if largest < 1 else (0, (3, 2))
         start = section_state(point.z, walker.p)
-        walk = sample_walk(walker, record(walker, start, 2, tolerance), rate_hz)
+        walk = sample_walk(walker, record(walker, start, 2, tolerance), RATE_HZ)
         label = f"gait {number}: |multiplier| {largest:.3g}"
         portrait.plot(np.degrees(walk.leg_angle[:, 0]), walk.leg_rate[:, 0], color=colour, linestyle=line, label=label)
         force.plot(walk.time, walk.ground_reaction[:, 0, 1], color=colour, linestyle=line)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from stages.biped.accuracy.tolerances import Accuracy, errors_requested, scaled
+from stages.biped.accuracy.tolerances import Accuracy, scaled
 from stages.biped.quantity import quantity
 
 if TYPE_CHECKING:
@@ -60,10 +60,9 @@ def to_accuracy(
 
     `finer` gives settings at so many times the tolerance, within what there is; None at its end. Raises NotMet.
     """
-    asked = errors_requested(accuracy)
-    if not asked:
+    if isinstance(accuracy, str):
         return settings, walked(settings), ()
-    given, settings = settings, finer(settings, math.inf) or settings
+    asked, given, settings = accuracy.errors, settings, finer(settings, math.inf) or settings
     last = walked(settings)
     found: Mapping[str, float] = {}
     for _ in range(MOST_REFINEMENTS):

@@ -105,11 +105,6 @@ class Accuracy:
             yield Broken("hip_position_m", "at least one of " + ", ".join(vars(self)))
 
 
-def errors_requested(requested: str | Accuracy) -> dict[str, float]:
-    """The errors that an accuracy stands for, by the keys of `Accuracy`; none for `custom`."""
-    return {} if isinstance(requested, str) else requested.errors
-
-
 def accuracy(chosen: str) -> Any:
     """The field `accuracy: str | Accuracy` of a stage's settings; `chosen` names the settings that it decides."""
     return parameter(

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stages.calibrated_twin.result import Check, Result, Robot
+from stages.calibrated_twin.result import Result, Robot
 from stages.calibration.reports.sensor_picture import by_phase, fit_picture, rms_by_part
 from stages.calibration.result import HALF_WIDTH, FittedRun, Followed, HeldOut
 from stages.calibration.result import Result as Calibration
@@ -107,7 +107,11 @@ def caption_robots(given: Given) -> str:
             f"mm longer (truly {1e3 * one.true_longer:.2f}), step frequency {100 * one.slower:+.2f} ± "
             f"{100 * HALF_WIDTH * one.slower_sd:.2f} % (truly {100 * one.true_slower:+.2f})."
         )
-    words += [check_words(one) for one in result.checks]
+    words += [
+        f"{one.name}, held out, walked by the twin with the numbers {one.numbers}: heel strikes are off by up to "
+        f"{1e3 * one.late:.1f} ms."
+        for one in result.checks
+    ]
     return " ".join(words)
 
 
@@ -121,14 +125,6 @@ def robot_words(robot: Robot) -> str:
         f"The robot {robot.kind}, from {runs}, {robot.corrected_runs} of them corrected by the Exudyn twin{truth}. "
         f"Intervals follow from {robot.by_what}. "
         f"It walks at {robot.frequency:.4f} ± {HALF_WIDTH * robot.frequency_sd:.4f} Hz on the nominal ramp."
-    )
-
-
-def check_words(one: Check) -> str:
-    """How the twin walks a run that was not fitted."""
-    return (
-        f"{one.name}, held out, walked by the twin with the numbers {one.numbers}: heel strikes are off by up to "
-        f"{1e3 * one.late:.1f} ms."
     )
 
 

@@ -97,8 +97,7 @@ FOOT_ARC_DEG = 40  # drawn part of the round foot on either side of the leg
 def rotated(points: np.ndarray, slope: float) -> np.ndarray:
     """Points (n, 2) of the slope frame turned so that gravity points down the page."""
     cos, sin = np.cos(slope), np.sin(slope)
-    turned: np.ndarray = points @ np.array([[cos, -sin], [sin, cos]])
-    return turned
+    return np.asarray(points @ np.array([[cos, -sin], [sin, cos]]))
 
 
 def draw_biped(

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import minimum_filter1d
 
-HUBER_WIDTH = 1.345  # 95 % efficiency for normal errors (Huber 1981)
+HUBER_WIDTH, REWEIGHTED = 1.345, 30  # 95 % efficiency for normal errors (Huber 1981); rounds
 A_WINDOW = 40  # moments of arrival, of which the least late is late by a fortieth of the mean, if exponential
 SHORT_WINDOW = 20
 FEWEST_MOMENTS = 20  # below this two windows say nothing
@@ -86,10 +86,10 @@ def least_squares_line(index: np.ndarray, stamp: np.ndarray, weight: np.ndarray 
     return Line(float(y0 - period * x0), period)
 
 
-def robust_line(index: np.ndarray, stamp: np.ndarray, rounds: int = 30) -> Line:
+def robust_line(index: np.ndarray, stamp: np.ndarray) -> Line:
     """Huber's M-estimate of the line by iteratively reweighted least squares, scale from the median deviation."""
     line = least_squares_line(index, stamp)
-    for _ in range(rounds):
+    for _ in range(REWEIGHTED):
         residual = stamp - line.at(index)
         size = np.abs(residual - np.median(residual))
         scale = max(1.4826 * float(np.median(size)), 1e-9)
