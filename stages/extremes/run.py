@@ -30,7 +30,7 @@ from stages.extremes.parameters import (
     UNCONFIRMED,
     Parameters,
 )
-from stages.extremes.points import BLOCK, KINDS, Changes, Point, detailed_draw, points
+from stages.extremes.points import BLOCK, KINDS, Point, detailed_draw, points
 from stages.extremes.result import Finding, Result
 from stages.extremes.watchdog import compute
 from stages.studies.result import as_columns
@@ -66,25 +66,27 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         progress(count / len(tried), f"{count} of {len(tried)} points")
 
     progress(0.0, "compiling")
-    for point in to_compile(parameters, {point.engine for point in tried}):
-        evaluate(parameters, point)
-    found = compute(
-        evaluate, parameters, tried, processes=settings.processes, longest_s=settings.longest_s, done=done)
-    return as_result(settings.resolution, tried, found)
+    usual = compile_once(parameters, {point.engine for point in tried})
+    known = {i: usual[point.engine] for i, point in enumerate(tried) if point.engine in usual and not point.changes}
+    others = [point for i, point in enumerate(tried) if i not in known]
+    rest = iter(compute(
+        evaluate, parameters, others, processes=settings.processes, longest_s=settings.longest_s, done=done))
+    return as_result(settings.resolution, tried, [known[i] if i in known else next(rest) for i in range(len(tried))])
 
 
-def to_compile(parameters: Parameters, engines: Collection[str]) -> list[Point]:
-    """Points that leave compiled code on the disk before the clock of a point runs: that takes longer than any point.
+def compile_once(parameters: Parameters, engines: Collection[str]) -> dict[str, Finding]:
+    """Leave compiled code on the disk before the clock of a point runs: compiling takes longer than any point.
 
-    Of `engines` the usual parameters; in the full map also each kind of details, and the other law of impacts.
+    What was found meanwhile: the verdicts on the usual parameters, by engine.
     """
     full = parameters.settings.resolution == "full"
     first = (GAIT, COULOMB, STEP, *(OF_A_GAIT if full else ()), COMPILED, TWIN)
-    changes: list[tuple[str, Changes]] = [(engine, ()) for engine in first if engine in engines]
-    if full:
-        changes += [(DETAILED, detailed_draw(parameters.biped, kind * BLOCK)) for kind in range(len(KINDS))]
-        changes += [(COMPILED, (("ground.normal_force", "restitution"),))] if COMPILED in engines else []
-    return [Point(engine, "none", 0.0, change) for engine, change in changes]
+    found = {one: evaluate(parameters, Point(one, "none", 0.0, ())) for one in first if one in engines}
+    for kind in range(len(KINDS)) if full else ():
+        evaluate(parameters, Point(DETAILED, "none", 0.0, detailed_draw(parameters.biped, kind * BLOCK)))
+    if full and COMPILED in engines:
+        evaluate(parameters, Point(COMPILED, "none", 0.0, (("ground.normal_force", "restitution"),)))
+    return found
 
 
 def evaluate(parameters: Parameters, point: Point) -> Finding:
