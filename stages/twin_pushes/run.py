@@ -30,9 +30,9 @@ class Inputs:
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
-    """The result at looser settings: of each kind the largest push that is survived, and the others as they were."""
-    largest = {kind: size for kind, _, size, _ in result.limits()}
-    few = [(walk.kind, walk.size) for walk in result.walks if walk.size == largest[walk.kind]]
+    """The result at looser settings: of each kind the largest push that is survived, or the smallest, and the others as
+    they were."""
+    few = [(kind, size or fatal) for kind, _, size, fatal in result.limits()]
     found = dict(zip(few, walks_after(few, parameters, inputs), strict=True))
     return Result(tuple(found.get((walk.kind, walk.size), walk) for walk in result.walks))
 

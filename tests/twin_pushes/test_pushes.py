@@ -11,7 +11,7 @@ from pipeline.parameters.loading import load
 from stages.biped.walk import StanceState
 from stages.stability.parameters import Parameters as Stability
 from stages.twin_pushes.parameters import Parameters
-from stages.twin_pushes.run import Inputs, run
+from stages.twin_pushes.run import Inputs, again, run
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def parameters(repository):
 
 
 @pytest.fixture(scope="module")
-def result(parameters):
+def given(parameters):
     """Four steps after one soft and one deadly push to the side and a soft one of each other kind."""
     stance = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
     analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(standing_force=9.4))
@@ -28,7 +28,19 @@ def result(parameters):
         parameters.settings, steps=4, tolerance=1e-4, sideways_speeds=(0.05, 1.0), roll_rates=(0.2,), yaw_rates=(0.5,),
         yaw_angles=(0.05,),
     )  # fmt: skip
-    return run(dataclasses.replace(parameters, settings=settings), Inputs(analytic))
+    return dataclasses.replace(parameters, settings=settings), Inputs(analytic)
+
+
+@pytest.fixture(scope="module")
+def result(given):
+    return run(*given)
+
+
+def test_for_errors_the_largest_push_of_each_kind_that_is_survived_is_walked_again(given, result):
+    looser = again(*given, result)
+    assert [one is other for one, other in zip(looser.walks, result.walks, strict=True)] == [
+        False, True, False, False, False]
+    np.testing.assert_array_equal(looser.walks[0].roll, result.walks[0].roll)  # at the same settings
 
 
 def test_a_soft_push_is_walked_off_and_a_hard_one_is_not(result):
