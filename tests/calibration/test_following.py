@@ -72,6 +72,11 @@ def made(seed, steps, **given):
     return run, design, unknowns
 
 
+def clock(names):
+    """That of the hip, which is right."""
+    return len(names) + model()[1].layout.place("hip_clock"), 0.0, 0.0
+
+
 def true_times(unknowns, times):
     """When the hip's clock shows times (m,) [s]; states and strikes are told by that."""
     return np.array(times) * (1.0 + unknowns[model()[1].layout.place("hip_clock")])
@@ -275,7 +280,7 @@ def test_a_state_near_a_heel_strike_has_the_moments_of_walks_of_drawn_unknowns(l
     sizes[len(names) + layout.place("mid_stance")] = 6e-4
     covariance = np.diag(sizes**2)
     time = float(walked.strikes()[0, 0]) + late
-    told = Present(walked, 1e-8).at(time, np.zeros(len(sizes)), covariance, 0.0)
+    told = Present(walked, 1e-8, clock(names)).at(time, np.zeros(len(sizes)), covariance, 0.0)
     assert 6e-4 < told.strike_sd < 8e-4 or late > 0.0
     rng, states = np.random.default_rng(4), []
     values = np.array([design.value(name) for name in names])
@@ -305,7 +310,8 @@ def test_a_step_is_told_as_long_as_the_gaits_and_as_well_as_walks_of_drawn_start
 
     def told(unknowns, covariance):
         walked = walk(design, (), unknowns, layout, sampling, 0.01 * walker.time, 1e-9)
-        return Present(walked, 1e-8).at(float(unknowns[layout.place("mid_stance")]), none, covariance, 0.0).step
+        return Present(walked, 1e-8, (layout.place("hip_clock"), 0.0, 0.0)).at(
+            float(unknowns[layout.place("mid_stance")]), none, covariance, 0.0).step
 
     length, sd = told(layout.middle, np.diag(sizes**2))
     drawn = [told(layout.middle + sizes * rng.normal(size=len(sizes)), 1e-12 * np.diag(sizes**2))[0]

@@ -55,7 +55,8 @@ class Step:
 
     @cached_property
     def _present(self) -> Present:
-        return Present(self.walked, self._wrong)
+        place = self._model.names.index(f"{SIDES[0]}_clock")
+        return Present(self.walked, self._wrong, (place, float(self.at[place]), self.sampling.since))
 
     @property
     def ends(self) -> float:
