@@ -77,8 +77,7 @@ class Present:
     """The states of a walk at any time, which are `wrong` by so much beside what is known of it, dimensionless.
 
     Times are those of a `clock`: the place of its rate among the unknowns, the rate the walk has, and since when [s] it
-    runs apart. Its error counts as one of its own: with what it shares with the start's, forecasts of heel strikes were
-    off by 1.5 of their standard errors.
+    runs apart. In a state its error counts as one of its own.
     """
 
     def __init__(self, walked: Walked, wrong: float, clock: tuple[int, float, float]) -> None:
@@ -151,10 +150,10 @@ class Present:
         if not (coming > time).any():
             return math.nan, math.nan
         following = int(np.argmax(coming > time))
-        row, (place, _, since) = self._strikes[following, 1:], self._clock
+        row, (place, _, since) = self._strikes[following, 1:].copy(), self._clock
         apart = float(coming[following]) - since
-        own = math.sqrt(covariance[place, place]) * apart
-        return float(coming[following]) - moved[place] * apart, math.hypot(math.sqrt(row @ covariance @ row), own)
+        row[place] -= apart
+        return float(coming[following]) - moved[place] * apart, math.sqrt(row @ covariance @ row)
 
     def is_near_a_strike(
         self, time: float, moved: Vector, covariance: np.ndarray, before: float, after: float
