@@ -180,8 +180,7 @@ def _misses_of(found: Sequence[FittedRun], design: DesignPoint, model: Model) ->
 def _judged(
     found: Iterable[object], truths: Mapping[str, RunTruth], names: Sequence[str]
 ) -> tuple[FittedRun, ...]:
-    """The fits among what was `found`, with the robots' true numbers beside them, where they are known: those of both
-    legs on average, the length of the first."""
+    """The fits among what was `found`, with the robots' true numbers beside them, where they are known."""
     fits = [fit for fit in found if isinstance(fit, FittedRun)]
     for place, fit in enumerate(fits):
         if fit.name in truths:
@@ -190,5 +189,6 @@ def _judged(
 
 
 def _true(robot: Biped, names: Sequence[str]) -> Vector:
+    """The true numbers of a robot, (d,): those of both legs on average, the length of the first."""
     own = {"biped.leg_length": robot.leg(0).leg_length, "biped.hip_mass": robot.hip_mass}
     return np.array([own[name] if name in own else table_value(robot, name) for name in names])

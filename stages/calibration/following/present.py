@@ -87,7 +87,10 @@ class Present:
         self._legs = np.array([one.stance_leg for one in walked.stretches])
         self._floor, self._scales = wrong**2 * np.eye(walked.walker.size), walked.walker.scales()
         self._late, self._clock = LATE * wrong, clock
-        self._strikes[:, 0] -= clock[1] * (self._strikes[:, 0] - clock[2])
+        place, rate, since = clock
+        apart = self._strikes[:, 0] - since
+        self._strikes[:, 0] -= rate * apart
+        self._strikes[:, 1 + place] -= apart
         self.ends = float(self._begins[-1] + walked.stretches[-1].duration[0]) * self._unit
 
     def at(self, time: float, moved: Vector, covariance: np.ndarray, surprise: float) -> Instant:
@@ -150,10 +153,8 @@ class Present:
         if not (coming > time).any():
             return math.nan, math.nan
         following = int(np.argmax(coming > time))
-        row, (place, _, since) = self._strikes[following, 1:].copy(), self._clock
-        apart = float(coming[following]) - since
-        row[place] -= apart
-        return float(coming[following]) - moved[place] * apart, math.sqrt(row @ covariance @ row)
+        row = self._strikes[following, 1:]
+        return float(coming[following]), math.sqrt(row @ covariance @ row)
 
     def is_near_a_strike(
         self, time: float, moved: Vector, covariance: np.ndarray, before: float, after: float
