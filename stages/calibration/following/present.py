@@ -38,8 +38,8 @@ FACTORIALS = np.array([math.factorial(order) for order in ORDERS], dtype=float)
 #: A sample near a heel strike may be so many standard errors of its time nearer than it is thought to be; no strike is
 #: known worse than to this [s].
 WIDE, SOON = 2.0, 0.05
-#: Step of the differences of energy and step length by the state.
-SMALL = 1e-5
+#: Step of the differences of energy and step length by the state: stiff legs bend them.
+SMALL = 1e-8
 #: Points in standard deviations, and weights: far from all events, and near one.
 FEW, MANY = ((np.sqrt(2.0) * points, weights / weights.sum())
              for points, weights in map(np.polynomial.hermite.hermgauss, (3, 15)))  # fmt: skip
@@ -112,8 +112,10 @@ class Present:
             on = np.array([self._number(events + point * later, now) for point in points])
             kept = self._legs[on] == self._legs[number]
             points, weights, on = points[kept], weights[kept], on[kept]
-            found = np.array([self._walked.stretches[one].at(now - events[one] - point * later[one])[:2]
-                              for one, point in zip(on, points, strict=True)])  # fmt: skip
+            found = np.empty((len(points), 2, *self._floor.shape[:1], len(change)))
+            for one in set(on.tolist()):
+                here = on == one
+                found[here] = self._walked.stretches[one].at(now - events[one] - points[here] * later[one], 2)
         else:
             (points, weights), on = FEW, np.full(len(FEW[0]), number)
             series = self._walked.stretches[number].at(now - events[number], len(ORDERS))
@@ -182,8 +184,9 @@ def landing(walked: Walked, number: int, moved: Vector, covariance: np.ndarray) 
 
 def _with_error(what: Callable[[Vector], float], state: Vector, covariance: np.ndarray) -> tuple[float, float]:
     """What follows from a dimensionless state, and its standard error."""
-    by = np.array([what(state + step) - what(state - step) for step in SMALL * np.eye(len(state))])
-    return what(state), math.sqrt(by @ covariance @ by) / (2.0 * SMALL)
+    value = what(state)
+    by = np.array([what(state + step) - value for step in SMALL * np.eye(len(state))])
+    return value, math.sqrt(by @ covariance @ by) / SMALL
 
 
 def _energy(walker: Walker, state: Vector) -> float:

@@ -50,8 +50,11 @@ class Step:
     ) -> None:
         self._model, self._wrong, self.sampling = model, wrong, before.sampling
         self._before, self.at, self.walked, self._taken = before, at, walked, list(taken)
-        self._shown = {side: Shown(walked, self.sampling, side) for side in SIDES}
         self._surprise, self._count = 0.0, 0
+
+    @cached_property
+    def _shown(self) -> dict[str, Shown]:
+        return {side: Shown(self.walked, self.sampling, side) for side in SIDES}
 
     @cached_property
     def _present(self) -> Present:

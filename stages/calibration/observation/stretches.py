@@ -139,17 +139,20 @@ class Stretch:
     ends_step: bool
     double: bool
 
-    def at(self, since: float, orders: int = 3) -> np.ndarray:
-        """State, rate and further derivatives, (orders, size, 1 + c), derived at a fixed time since the stretch began.
+    def at(self, since: float | Vector, orders: int = 3) -> np.ndarray:
+        """State, rate and further derivatives, (..., orders, size, 1 + c), derived at fixed times (...) since the
+        stretch began.
         """
-        panel = min(max(int(np.searchsorted(self.edges, since, "right")) - 1, 0), len(self.edges) - 2)
+        since = np.asarray(since)
+        panel = np.clip(np.searchsorted(self.edges, since, "right") - 1, 0, len(self.edges) - 2)
         begin, half = self.edges[panel], 0.5 * (self.edges[panel + 1] - self.edges[panel])
-        powers = ((since - begin) / half - 1.0) ** EXPONENTS[:orders] * FACTORS[:orders]
-        weights = powers @ HERMITE * half ** -ORDERS[:orders, None]
-        nodes = slice(panel * NODES, (panel + 1) * NODES)
-        values, rates = (each[nodes].reshape(NODES, -1) for each in (self.states, self.rates))
-        found = weights[:, :NODES] @ values + half * weights[:, NODES:] @ rates
-        return np.asarray(found.reshape(orders, *self.states.shape[1:]))
+        powers = ((since - begin) / half - 1.0)[..., None, None] ** EXPONENTS[:orders] * FACTORS[:orders]
+        weights = powers @ HERMITE * half[..., None, None] ** -ORDERS[:orders, None]
+        weights[..., NODES:] *= half[..., None, None]
+        nodes = panel[..., None] * NODES + np.arange(NODES)
+        known = np.concatenate([self.states[nodes], self.rates[nodes]], axis=-3)
+        found = weights @ known.reshape(*known.shape[:-2], -1)
+        return np.asarray(found.reshape(*found.shape[:-1], *self.states.shape[1:]))
 
     def upright(self) -> float | None:
         """When its stance leg passes through the normal of the slope, forwards, since it began; None if it does not."""
