@@ -60,7 +60,7 @@ def guess(parameters: Parameters) -> DesignPoint:
     A tenth of a millimetre makes the steps of either leg differ by hundredths of a second.
     """
     biped = parameters.biped
-    if biped.legs == "compliant" and biped.other_leg_length is None:
+    if biped.other_leg_length is None:
         biped = dataclasses.replace(biped, other_leg_length=biped.leg_length)
     return DesignPoint(biped, parameters.slope)
 
@@ -83,7 +83,7 @@ def drawn_design(parameters: Parameters, kind: str = "") -> DesignPoint:
 def looked_for(design: DesignPoint) -> tuple[str, ...]:
     """What the fit looks for: masses, lengths and springs that are there, and of each run its `EACH_RUNS`."""
     there = [name for name in free_names(design) if name not in KEPT and design.value(name) != 0.0]
-    own = [name for name in EACH_RUNS if name != SLOPE and design.biped.legs == "compliant"]
+    own = [name for name in EACH_RUNS if name != SLOPE]
     return tuple(dict.fromkeys([*there, *own]))
 
 

@@ -10,7 +10,7 @@ from pipeline.questions.command import Described
 from stages.analytic.errors import StepFailed
 from stages.biped.question import WrongOption
 from stages.calibration.blind_score import draw, scored, summary
-from stages.calibration.estimation.campaign import Joint, as_plain, fit_campaign, from_plain
+from stages.calibration.estimation.campaign import JOINT, Joint, as_plain, fit_campaign, from_plain
 from stages.calibration.estimation.request import request_of
 from stages.calibration.estimation.run_fit import fit_near, horizons, run_equations
 from stages.calibration.information.identifiability import free_names
@@ -102,6 +102,31 @@ def test_together_the_runs_begin_where_their_own_unknowns_go_along(campaign, own
         scale = np.sqrt(np.diag(fit.equations.matrix))
         assert np.abs(left / scale)[len(design) :].max() < 1e-3
         np.testing.assert_allclose(begun[1 + number][2][number], fit.unknowns, atol=1e-3)
+
+
+def test_what_no_run_shows_stays_where_it_is_known_in_what_the_runs_agree_on(campaign, own_fits, monkeypatch):
+    """No sensor shows the scale of mass; that designs differ by it a little looks as if each run told something."""
+    drawing, model = fitted()
+    begun = []
+    monkeypatch.setattr(Joint, "from_point", lambda self, *start: begun.append(start[0]))
+    lighter = dataclasses.replace(own_fits[2], design=own_fits[2].design * (1.0 + 0.1 * np.array(
+        [name.endswith("_radius") for name in model.shared])))  # fmt: skip
+    joint = Joint(drawing, [campaign.runs[0], campaign.runs[2]], model, campaign.known)
+    joint.fitted([own_fits[0], lighter], {}, 0)
+    (weighed,) = campaign.known
+    assert model.robot(drawing, begun[0]).biped.total_mass == pytest.approx(weighed.value, abs=3.0 * weighed.sd)
+
+
+@pytest.mark.parametrize("off", [-0.6, 0.6])
+def test_a_runs_own_unknowns_settle_at_a_design_where_a_whole_step_leads_past(campaign, own_fits, off):
+    """A bandwidth off by a factor of 1.8, as a whole step of Gauss and Newton had it and took it back by turns."""
+    drawing, model = fitted()
+    fit, run = own_fits[0], campaign.runs[0]
+    moved = fit.unknowns.copy()
+    moved[model.layout.place("bandwidth")] += off
+    begun = Joint(drawing, [run], model, campaign.known).from_point(
+        fit.design, fit.own[None], moved[None], {}, 0, dataclasses.replace(JOINT, most=0))
+    assert begun.equations[0].cost < fit.equations.cost + 1.0 and begun.evaluations > 1
 
 
 def test_a_run_that_is_not_at_rest_begins_where_its_own_fit_ended(campaign, own_fits, monkeypatch):

@@ -29,10 +29,12 @@ from stages.calibration.estimation.least_squares import (
     Point,
     Rule,
     covariance_of,
+    information_of,
     known_equations,
     least_squares,
 )
 from stages.calibration.estimation.run_fit import (
+    SHORTER,
     Equations,
     Model,
     RunFit,
@@ -139,6 +141,7 @@ class Joint:
     ) -> None:
         self.design, self.runs, self.model, self.known = design, tuple(runs), model, known
         self.sizes, self.low = design_sizes(design, model.shared), lowest(design, model.shared)
+        self._walks = 0
 
     def fitted(self, fits: Sequence[RunFit], left_out: dict[str, str], walks: int) -> CampaignFit:
         """`from_point` of the design that the runs' own fits agree on, or of the first of them that walks all runs."""
@@ -156,7 +159,7 @@ class Joint:
     ) -> CampaignFit:
         """Gauss-Newton from a design (d,), own parameters (r, o) and unknowns (r, k); a step that does not help is
         halved. Raises StepFailed where the robot does not walk the runs there."""
-        begin = np.concatenate([own, unknowns], axis=1)
+        begin, self._walks = np.concatenate([own, unknowns], axis=1), walks
 
         def evaluate(x: Vector, before: Point[Runs] | None, share: float) -> Point[Runs] | None:
             others = begin if before is None else self._along(x - before.x, before.state, share)
@@ -172,39 +175,62 @@ class Joint:
             names=self.model.shared, design=at.x, covariance=covariance_of(at.matrix, self.sizes),
             runs=self.runs, own=others[:, :o], unknowns=others[:, o:],
             equations=tuple(equations), left_out=left_out, chi2=sum(one.chi2 for one in equations),
-            count=sum(one.count for one in equations), evaluations=walks + ended.evaluations * len(self.runs),
+            count=sum(one.count for one in equations), evaluations=self._walks,
             converged=ended.converged, why=ended.why)  # fmt: skip
 
     def _together(self, fits: Sequence[RunFit]) -> Vector:
-        """The design that the runs' own fits agree on, each weighed by what it tells; combinations that nothing is told
-        of stay at their mean."""
+        """The design that the runs' own fits agree on, each weighed by what it tells, about their mean, beside what is
+        known: of a combination that no run shows, as the scale of mass, each tells something else by its curvature."""
         d, unit = len(self.sizes), self.sizes
-        total, right = np.zeros((d, d)), np.zeros(d)
+        middle = np.mean([fit.design for fit in fits], axis=0)
+        there = self.model.robot(self.design, middle)
+        total, right = information_of(self.known, self.model.shared, there), np.zeros(d)
         for fit in fits:
             matrix, _ = fit.equations.eliminated(d)
-            total += matrix
-            right += matrix @ fit.design
-        middle = np.mean([fit.design for fit in fits], axis=0)
-        left = (right - total @ middle) * unit
-        return np.asarray(np.maximum(
-            middle + np.linalg.lstsq(total * unit * unit[:, None], left, rcond=1e-13)[0] * unit, self.low))
+            total += matrix + np.diag(unit**-2)
+            right += matrix @ (fit.design - middle)
+        move = np.linalg.solve(total * unit * unit[:, None], right * unit) * unit
+        return np.asarray(np.maximum(middle + move, self.low))
 
     def _along(self, step: Vector, runs: Runs, share: float) -> np.ndarray:
         """The runs' own unknowns (r, o + k) after a step (d,) of the design, which is a `share` of a whole one."""
         equations, others = runs
         return np.asarray(others + share * np.array([one.own_step(step / share) for one in equations]))
 
+    def _settled(self, there: DesignPoint, begin: Vector, run: MeasuredRun) -> tuple[Equations, Vector, int]:
+        """A run's equations at a design, its own unknowns (o + k,) there, and after how many walks.
+
+        Where their part of a step led past what fits, as a filter's bandwidth and a delay may, they are moved on by
+        damped steps. Raises StepFailed where the robot does not walk it.
+        """
+        o, d = len(self.model.own), len(self.model.shared)
+
+        def evaluate(x: Vector, _: Point[Equations] | None, __: float) -> Point[Equations] | None:
+            try:
+                found = run_equations(there, x[:o], x[o:], run, self.model)
+            except StepFailed:
+                return None
+            return Point(x, found.cost, found.matrix[d:, d:], found.right[d:], found)
+
+        sizes = np.concatenate([design_sizes(there, self.model.own), self.model.layout.sizes])
+        low = np.concatenate([lowest(there, self.model.own), np.full(len(self.model.layout.names), -np.inf)])
+        try:
+            ended = least_squares(evaluate, begin, sizes, low, SHORTER)
+        except ValueError:
+            raise StepFailed("the robot does not walk the run") from None
+        return ended.point.state, ended.point.x, ended.evaluations
+
     def _at(self, x: Vector, others: np.ndarray) -> Point[Runs] | None:
         """The equations for the design alone, with the runs' side by side; None where the robot does not walk one."""
-        there, o = self.model.robot(self.design, x), len(self.model.own)
+        there = self.model.robot(self.design, x)
         if not there.is_legal():
             return None
         try:
             with ThreadPoolExecutor() as pool:
-                found = list(pool.map(
-                    run_equations, repeat(there), others[:, :o], others[:, o:], self.runs, repeat(self.model)))
+                found, moved, walks = zip(*pool.map(self._settled, repeat(there), others, self.runs))
         except StepFailed:
             return None
+        self._walks += sum(walks)
         matrix, right, cost = known_equations(
             self.known, [one.of(there) for one in self.known], self.model.shared, there)
         eliminated = 0.0
@@ -212,7 +238,7 @@ class Joint:
             more, other = one.eliminated(len(x))
             matrix, right, cost = matrix + more, right + other, cost + one.cost
             eliminated += 0.5 * float(one.own_step(np.zeros(len(x))) @ one.right[len(x) :])
-        return Point(x, cost, matrix, right, (found, others), len(self.runs), eliminated)
+        return Point(x, cost, matrix, right, (list(found), np.array(moved)), len(self.runs), eliminated)
 
 
 def _along(fit: RunFit, step: Vector) -> Vector:
