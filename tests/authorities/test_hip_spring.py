@@ -6,8 +6,6 @@ before heel strike. Its published transition stands here; the swing between two 
 variations and the shift to heel strike. The spring per foot mass, length and gravity is Kuo's number.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

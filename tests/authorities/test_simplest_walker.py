@@ -6,8 +6,6 @@ simplestwalker.m of 25 August 2013, P. A. Bhounsule (repository pab47/pab47.gith
 to some 1e-10. A stance angle of .200310900544287, which is remembered, could not be looked up; this walker has it.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,17 +1,18 @@
-"""A detailed design: what it adds, its two legs, and what is refused."""
-
-from __future__ import annotations
+"""A detailed design: what it adds, its two legs, rubber under its feet, and what is refused."""
 
 import dataclasses
+import math
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
 from pipeline.study import Study
 from stages.biped.design import BeyondModel, Biped, require_plain
 from stages.biped.quantity import faults
+from stages.biped.rubber import Rubber, ring_sector, soled
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
@@ -86,30 +87,23 @@ def given(stage, *settings):
     return Study(ROOT, ROOT / "params", ROOT / "results", settings).parameters((stage,))[stage]
 
 
-@pytest.mark.parametrize("stage", ["twin_ladder", "campaign"])
-def test_stages_refuse_details_they_do_not_know_when_they_run(stage):
+LAME, TIMED = "biped.other_leg_length=0.34", "biped.strike_time=0.5"
+RETRACTING = ("biped.legs=rigid", "biped.feet_retract=true")
+UNKNOWN = "does not know frame_mass, other_leg_length; only the planar models and stage twin do"
+ONE_STEP = "repeat after one step, and with other_leg_length they"
+
+
+@pytest.mark.parametrize(("stages", "settings", "words"), [
+    (("twin_ladder", "campaign"), ("biped.frame_mass=0.05", LAME), UNKNOWN),
+    (("contact_study", "error_budget"), ("biped.frame_mass=0.05", LAME, *RETRACTING), ONE_STEP),
+    (("contact_study", "error_budget"), ("biped.frame_mass=0.05", TIMED, *RETRACTING), "does not know strike_time"),
+    (("twin", "twin_pushes"), (*RETRACTING, TIMED), "the twin does not know strike_time"),
+])
+def test_stages_refuse_details_they_do_not_know_when_they_run(stages, settings, words):
     """In one sentence, which is an answer: the study's other stages run."""
-    parameters = given(stage, "biped.frame_mass=0.05", "biped.other_leg_length=0.34")
-    said = "does not know frame_mass, other_leg_length; only the planar models and stage twin do"
-    with pytest.raises(BeyondModel, match=said):
-        import_module(f"stages.{stage}.run").run(parameters, Anything())
-
-
-@pytest.mark.parametrize("stage", ["contact_study", "error_budget"])
-@pytest.mark.parametrize(("setting", "words"), [
-    ("biped.other_leg_length=0.34", "repeat after one step, and with other_leg_length they"),
-    ("biped.strike_time=0.5", "does not know strike_time")])
-def test_stages_of_one_step_refuse_legs_that_differ_and_timed_strikes(stage, setting, words):
-    parameters = given(stage, "biped.frame_mass=0.05", setting, "biped.legs=rigid", "biped.feet_retract=true")
-    with pytest.raises(BeyondModel, match=words):
-        import_module(f"stages.{stage}.run").run(parameters, Anything())
-
-
-@pytest.mark.parametrize("stage", ["twin", "twin_pushes"])
-def test_the_twin_refuses_timed_strikes(stage):
-    timed = given(stage, "biped.legs=rigid", "biped.feet_retract=true", "biped.strike_time=0.5")
-    with pytest.raises(BeyondModel, match="the twin does not know strike_time"):
-        import_module(f"stages.{stage}.run").run(timed, Anything())
+    for stage in stages:
+        with pytest.raises(BeyondModel, match=words):
+            import_module(f"stages.{stage}.run").run(given(stage, *settings), Anything())
 
 
 @pytest.mark.parametrize("stage", ["analytic", "multibody", "twin", "twin_pushes", "tradeoff", "extremes"])
@@ -122,3 +116,58 @@ def test_what_no_design_can_have_is_said_where_it_is_tried():
     with pytest.raises(StudyError) as error:
         given("analytic", "biped.knee_height=0.1")
     assert "without knees" in " ".join(error.value.sentences)
+
+
+# --- Rubber under the feet: its mass, and one leg made of a leg and its sole.
+
+
+RUBBER = Rubber(foot_width=0.02, outsole_arc=0.112, outsole_density=1100.0)
+
+
+def grains(outer, thickness, half_angle, count=400):
+    """Place (n, 2) and area (n,) of the small pieces of a sector, by the midpoint rule."""
+    radius = outer - thickness + thickness * (np.arange(count) + 0.5) / count
+    angle = half_angle * (2.0 * (np.arange(count) + 0.5) / count - 1.0)
+    radius, angle = (values.ravel() for values in np.meshgrid(radius, angle))
+    area = radius * (thickness / count) * (2.0 * half_angle / count)
+    return np.column_stack([radius * np.sin(angle), -radius * np.cos(angle)]), area
+
+
+SECTORS = [(0.085, 0.002, 0.67), (1.0, 1.0, math.pi / 2), (2.0, 0.5, 3.0)]
+
+
+@pytest.mark.parametrize(("outer", "thickness", "half"), SECTORS)
+def test_a_sectors_moments_are_those_of_its_pieces(outer, thickness, half):
+    place, area = grains(outer, thickness, half)
+    found = ring_sector(outer, thickness, half)
+    centre = area @ place / area.sum()
+    assert found.area == pytest.approx(area.sum(), rel=1e-9)
+    assert found.depth == pytest.approx(-centre[1], rel=1e-5)
+    squares = area @ (place - centre) ** 2 / area.sum()
+    assert (found.across, found.along) == pytest.approx(tuple(squares), rel=1e-4)
+
+
+def test_two_millimetres_under_a_foot_weigh_five_grams():
+    assert RUBBER.mass(0.083, 0.002) == pytest.approx(0.002 * 0.020 * 0.112 * 1100.0)
+    assert RUBBER.mass(0.083, 0.0) == 0.0
+
+
+def test_leg_and_sole_keep_mass_moment_and_inertia_about_the_hip():
+    mass, thickness = 0.0099, 0.002
+    whole = soled(TABLE_1, RUBBER, thickness, mass)
+    place, area = grains(TABLE_1.foot_radius + thickness, thickness, 0.112 / (2 * 0.083 + 0.002))
+    from_hip = place[:, 1] - (TABLE_1.leg_length - TABLE_1.foot_radius)  # the disc's centre stays where it was
+    share = area / area.sum()
+    moment = TABLE_1.foot_mass * (TABLE_1.leg_length - TABLE_1.foot_com) - mass * share @ from_hip
+    second = TABLE_1.foot_mass * (TABLE_1.leg_length - TABLE_1.foot_com) ** 2
+    second += mass * share @ (from_hip**2 + place[:, 0] ** 2)
+    arm = whole.leg_length - whole.foot_com
+    assert whole.foot_mass == TABLE_1.foot_mass + mass
+    assert whole.foot_mass * arm == pytest.approx(moment, rel=1e-6)
+    assert whole.foot_mass * arm**2 + whole.leg_inertia == pytest.approx(second, rel=1e-6)
+
+
+def test_without_mass_it_only_lengthens_and_widens():
+    grown = soled(TABLE_1, RUBBER, 0.002, 0.0)
+    assert (grown.leg_length, grown.foot_radius, grown.foot_com) == pytest.approx((0.335, 0.085, 0.102))
+    assert (grown.foot_mass, grown.leg_inertia) == (TABLE_1.foot_mass, 0.0)

@@ -1,7 +1,5 @@
 """Settings that follow from others: at every level, and not where one is given by hand."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest

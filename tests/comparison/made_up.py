@@ -1,7 +1,5 @@
 """Made-up results. A walk: smooth, periodic, with known strides. Nothing in it comes from a model."""
 
-from __future__ import annotations
-
 import dataclasses
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """Every claim must be able to hold, to fail, and not to apply, each for a reason of its own."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from math import inf, nan

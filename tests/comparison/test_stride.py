@@ -1,12 +1,18 @@
-from __future__ import annotations
+"""Strides of walks, and the hip and the measured leg over them beside a model's."""
 
 import dataclasses
+import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.signal import butter, freqs
 
+from stages.biped.walk import SENSOR_SIGNALS
+from stages.comparison.agreement import between_cycles, creep_velocity, from_same_start, overlay
+from stages.comparison.measurement import compare_leg, of_walk
 from stages.comparison.stride import Stride, last_stride, normalised_rms, through_low_pass
+from stages.imu.strikes.step_times import INNER, OUTER
 from tests.comparison.made_up import make_walk, resampled
 
 
@@ -65,3 +71,116 @@ def test_the_low_pass_is_that_of_the_sensor(hz):
 def test_without_a_declared_low_pass_the_curves_stay():
     stride = last_stride(make_walk(), 101)
     assert through_low_pass(stride, float("nan")) is stride.signals
+
+
+def test_a_known_offset_is_found_with_its_sign_and_axis_and_none_from_itself():
+    walk = make_walk()
+    for position, velocity in (((0.0, 0.0), (0.0, 0.0)), ((-2e-3, 1e-3), (0.01, -0.02))):
+        other = dataclasses.replace(
+            walk, hip_position=walk.hip_position + position, hip_velocity=walk.hip_velocity + velocity)
+        laid, found = overlay(walk, other, 1.0), from_same_start(walk, other, 1.0)
+        for signed, largest, added in zip((laid.position, laid.velocity), (found.position, found.velocity),
+                                          (position, velocity), strict=True):  # fmt: skip
+            assert signed == pytest.approx(np.broadcast_to(added, signed.shape), abs=1e-15)
+            assert largest == pytest.approx(np.abs(added), abs=1e-15)
+
+
+def test_velocities_between_the_two_heel_strikes_are_not_compared():
+    """A walk that strikes 5 ms earlier has had its jump while the other has not."""
+    walk = make_walk()
+    strikes = walk.heel_strike_time - 5e-3
+    velocity = walk.hip_velocity.copy()
+    for early, late in zip(strikes, walk.heel_strike_time):
+        velocity[(walk.time >= early) & (walk.time <= late), 0] += 0.03
+    other = dataclasses.replace(walk, heel_strike_time=strikes, hip_velocity=velocity)
+    assert overlay(walk, other, 1.0).velocity[:, 0].max() > 0.029
+    assert from_same_start(walk, other, 1.0).velocity[0] < 1e-9
+
+
+def test_only_the_asked_duration_counts():
+    walk = make_walk()
+    late = walk.hip_position.copy()
+    late[:, 0] += np.maximum(2.0 * (walk.time - 1.0), 0.0)
+    other = dataclasses.replace(walk, hip_position=late)
+    assert from_same_start(walk, other, 0.9).position[0] == pytest.approx(0.0, abs=1e-12)
+    assert from_same_start(walk, other, 1.5).position[0] == pytest.approx(1.0)
+
+
+def test_different_sampling_does_not_make_a_difference_of_straight_motion():
+    walk = make_walk()
+    rows = np.union1d(np.random.default_rng(0).choice(len(walk.time), 3000, replace=False), [0, len(walk.time) - 1])
+    thin = dataclasses.replace(
+        walk, time=walk.time[rows], hip_position=walk.hip_position[rows], hip_velocity=walk.hip_velocity[rows]
+    )
+    assert from_same_start(walk, thin, 1.0).position[0] < 1e-12
+
+
+def test_cycles_are_compared_at_equal_phase_and_from_equal_start():
+    fast, slow = make_walk(period=0.5, speed=0.3), make_walk(period=0.5, speed=0.31)
+    difference = between_cycles(last_stride(fast, 101), last_stride(slow, 101))
+    assert difference.position[0] == pytest.approx(0.01, rel=1e-6), "0.01 m/s over a stride of 1 s"
+
+
+def test_creep_is_the_slip_of_the_one_loaded_foot():
+    walk = make_walk()
+    slip = np.full((len(walk.time), 2), 0.005)
+    assert creep_velocity(walk, slip) == pytest.approx(0.005)
+    both = dataclasses.replace(walk, ground_reaction=np.ones_like(walk.ground_reaction))
+    assert creep_velocity(both, slip) == 0.0, "double stance is not counted"
+
+
+# --- The measured leg beside a model's: runs made of a walk agree with that walk, and differ by what is added to
+# them.
+
+
+POINTS, SKIPPED = 101, 0
+
+
+def runs_of(walk, turned=0.0, longer=1.0):
+    """One run as the ingest would give it of a walk, with its leg turned [rad] and its hip's way stretched."""
+    strikes, legs = walk.heel_strike_time, walk.heel_strike_leg
+    bounds = list(itertools.pairwise(strikes[legs == INNER]))
+    phase = np.linspace(0, 1, POINTS)
+    strides = np.zeros((len(bounds), POINTS, len(SENSOR_SIGNALS)))
+    paths = np.zeros((len(bounds), 51, 2))
+    for number, (begin, end) in enumerate(bounds):
+        strides[number, :, 2] = np.interp(begin + (end - begin) * phase, walk.time, walk.leg_rate[:, INNER])
+        at = np.linspace(begin, strikes[(strikes > begin) & (legs == OUTER)][0], 51)
+        path = np.column_stack([np.interp(at, walk.time, axis) for axis in walk.hip_position.T])
+        paths[number] = (path - [path[0, 0], 0.0]) * [longer, 1.0] + [0.0, 0.01]
+    leg = SimpleNamespace(
+        time=walk.time, angle=walk.leg_angle[:, INNER] + turned, hip_path=paths, step_length=paths[:, -1, 0],
+        step_length_error=np.full(len(paths), 1e-3),
+    )  # fmt: skip
+    run = SimpleNamespace(heel_strike_time=strikes, heel_strike_leg=legs, strides=strides, leg=leg)
+    ensemble = SimpleNamespace(phase=phase, mean=strides.mean(axis=0))
+    return SimpleNamespace(runs=(run,), signals=SENSOR_SIGNALS, ensemble=ensemble)
+
+
+def test_runs_made_of_a_walk_agree_with_it():
+    walk = make_walk()
+    found = compare_leg(runs_of(walk), walk, make_walk(period=0.55), SKIPPED)
+    assert found.twin_angle == pytest.approx(0, abs=1e-4)  # samples of the walk between which lines are drawn
+    assert found.runs.step_length == pytest.approx(found.twin.step_length, rel=1e-3)
+    np.testing.assert_allclose(found.twin_path, 0, atol=1e-4)
+    np.testing.assert_allclose(found.runs.rate, found.twin.rate, atol=1e-3)
+    assert found.angles.shape == found.rates.shape
+    assert found.simple.step_length > 1.05 * found.twin.step_length
+
+
+def test_differences_are_those_that_were_made():
+    walk = make_walk()
+    found = compare_leg(runs_of(walk, turned=0.02, longer=1.1), walk, walk, SKIPPED)
+    assert found.twin_angle == pytest.approx(0.02, abs=1e-4)
+    assert found.runs.step_length == pytest.approx(1.1 * found.twin.step_length, rel=1e-3)
+    assert found.twin_path[0] == pytest.approx(0.1 * found.twin.step_length / np.sqrt(3), rel=0.02)
+    assert found.twin_path[1] < 1e-4, "a height that all runs have too much is no difference"
+
+
+def test_runs_without_steps_have_no_leg_to_compare():
+    walk = make_walk()
+    imu = runs_of(walk)
+    imu.runs[0].leg.hip_path = np.empty((0, 51, 2))
+    assert compare_leg(imu, walk, walk, SKIPPED) is None
+    with pytest.raises(ValueError, match="too short"):
+        of_walk(make_walk(steps=2), POINTS, 51)

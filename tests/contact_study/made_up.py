@@ -1,7 +1,5 @@
 """Made-up distances from the rigid limit: of round sizes, falling with cost. Nothing in them comes from a model."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -12,11 +12,27 @@ from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_search import gaits_kept
 from stages.contact_study import rigid_limit
 from stages.contact_study import run as stage
+from stages.contact_study.one_step import (
+    NO_HEEL_STRIKE,
+    Scene,
+    constraint_model,
+    cost,
+    landing_force,
+    measure,
+    take_step,
+)
 from stages.contact_study.result import Result
-from stages.contact_study.rigid_limit import same_set
-from stages.contact_study.run import Inputs, checked, run
+from stages.contact_study.rigid_limit import Ruler, choose, same_set
+from stages.contact_study.run import Inputs, checked, curve_times, run
+from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import Settings
+from stages.planar.run import STEP_FLOOR, rolling_state
+from stages.planar.section import section_numbers
 from stages.studies.result import EnginesDisagree
 from stages.studies.walks import Machine
+from tests.changed import changed
+from tests.planar_start import rough
+from tests.similar import EXPONENT, differences, factor, similar
 
 
 @pytest.fixture(scope="module")
@@ -129,3 +145,133 @@ def test_ground_yaml_holds_the_choice_of_the_study(parameters, repository):
     assert best.score < 0.9 * second.score, "by more than a tenth"
     assert best.evaluations <= result.limit.most_evaluations
     assert result.limit.family[-1].position_parts.sum() < 0.1 * best.position_parts.sum(), "an eighth of both effects"
+
+
+# --- A step is measured right: no difference from itself, creep as the friction law says, failures as rows.
+
+
+def test_a_step_does_not_differ_from_itself(scene, default):
+    run = take_step(scene, default)
+    step = measure(scene, default, run)
+    assert step.completed and abs(step.heel_strike_lead) < 1e-7
+    # not exactly none: the stand-in stood on its own static penetration, under a force 1e-6 different
+    assert step.hip_position.max() < 1e-7 and step.hip_velocity.max() < 1e-5
+    assert step.normal_force < 1e-2
+    dense = dataclasses.replace(scene, solver=dataclasses.replace(scene.solver, between=60))
+    sampled = take_step(dense, default).trajectory.ground_reaction[:, 1, 1].max()
+    assert step.peak_force == pytest.approx(sampled, rel=2e-5), "between the solver's steps"
+    assert step.peak_force > 1.0001 * run.trajectory.ground_reaction[:, 1, 1].max()
+
+
+def measured(scene, law):
+    return measure(scene, law, take_step(scene, law))
+
+
+def test_a_known_difference_is_found(scene, default):
+    moved = dataclasses.replace(scene.walk, hip_position=scene.walk.hip_position - np.array([2e-3, 1e-3]))
+    step = measured(dataclasses.replace(scene, walk=moved), default)
+    for found in (step.hip_position, step.end_position):
+        assert found == pytest.approx([2e-3, 1e-3], abs=1e-6)
+
+
+def test_creep_is_what_the_slope_of_the_friction_law_asks_for(scene, default):
+    """v = (F_T / F_N) v_s / (1.5 mu_s) while the friction used is small: halving v_s halves the creep."""
+    fast, slow = (measured(scene, dataclasses.replace(default, stiction_velocity=share * default.stiction_velocity))
+                  for share in (1.0, 0.5))  # fmt: skip
+    assert fast.creep_velocity / slow.creep_velocity == pytest.approx(2.0, rel=0.03)
+    alone = scene.walk.time < scene.heel_strike - 0.005
+    time, force = scene.walk.time[alone], scene.walk.ground_reaction[alone, 0]
+    used = np.trapezoid(np.abs(force[:, 0] / force[:, 1]), time) / time[-1]
+    expected = used * default.stiction_velocity / (1.5 * default.static_friction)
+    assert fast.creep_velocity == pytest.approx(expected, rel=0.05)
+
+
+def test_a_cost_at_the_tolerance_of_the_walk_is_the_walks_own(scene, default):
+    walked = take_step(scene, default, signals=())
+    for tolerance in (1e-4, scene.solver.tolerance):
+        coarse = dataclasses.replace(scene, cost_tolerance=tolerance)
+        assert cost(coarse, default, walked) == cost(coarse, default)
+        assert (cost(coarse, default) == walked.evaluations) == (tolerance == scene.solver.tolerance)
+        assert cost(coarse, default) <= walked.evaluations
+
+
+def test_the_force_curve_is_the_recorded_force(scene, default):
+    run, time = take_step(scene, default), curve_times(0.184)
+    curve = landing_force(scene, run, time)
+    assert np.all(np.diff(time) > 0.0) and curve.shape == (len(time), 2)
+    assert np.all(curve[time < -1e-3] == 0.0), "in the air"
+    peak = run.trajectory.ground_reaction[:, 1, 1].max()
+    assert curve[:, 1].max() == pytest.approx(peak, rel=0.05), "50 us show a peak of half a millisecond"
+
+
+def test_a_solver_that_gets_nowhere_is_a_row_with_its_reason(scene, default):
+    """Hard and sharply damped ground drives the step size down; the run is given up, not waited for."""
+    hopeless = dataclasses.replace(default, contact_stiffness=1e9, contact_damping=1e7, damping_depth=1e-8)
+    hurried = dataclasses.replace(scene, solver=dataclasses.replace(scene.solver, most_solver_steps=1000))
+    run = take_step(hurried, hopeless)
+    step = measure(hurried, hopeless, run)
+    assert step.outcome == STEP_FLOOR and "gets nowhere after 1000 steps" in step.message
+    assert np.isnan([step.normal_force, step.penetration, *step.hip_position, *step.end_position]).all()
+    assert np.isnan(landing_force(hurried, run, curve_times(0.184))[-1]).all()
+    assert np.isfinite(run.trajectory.position).all()
+
+
+def test_a_step_without_a_heel_strike_is_told(scene, default):
+    assert measured(dataclasses.replace(scene, period=0.05), default).outcome == NO_HEEL_STRIKE
+
+
+# --- A study knows no metre: similar robots have the same choices, and numbers that differ by their units alone.
+
+
+__all__ = ["rough"]  # a fixture
+
+#: Masses, lengths, times: gravity stays, or is a quarter.
+ALIKE = pytest.mark.parametrize("scale", [(8.0, 4.0, 2.0), (1.0, 1.0, 2.0)], ids=["four times", "gravity a quarter"])
+#: Units of the section's numbers.
+SECTION = ("m", "rad", "m", "m", "m/s", "m/s", "rad/s", "rad/s", "m/s", "m/s")
+#: What rounding of powers leaves, over what the ground makes of it.
+ROUND_OFF = 1e-9
+
+
+@pytest.fixture
+def exact(small):
+    """Ground of which a similar robot's is exact."""
+    return changed(small, contact_exponent=EXPONENT, default_exponent=EXPONENT)
+
+
+def searched(parameters, rough):
+    """The search over a step among two sets, from a mid-stance: what it chooses and what it tries."""
+    biped, slope, settings = parameters.biped, parameters.slope, parameters.settings
+    coulomb = constraint_model(
+        biped, slope, parameters.contact.coefficients, rough, 1e-10, settings.sampling_rate_hz)
+    scene = Scene(biped, slope, Settings(1e-6), 1e-6, coulomb.walk, rough, coulomb.period, settings.impact_window)
+    ruler, law = Ruler(scene, coulomb, settings), parameters.default_set.law(parameters.contact)
+    return choose(ruler.over_a_step(law), settings, ruler.over_a_step, lambda found: found)
+
+
+@ALIKE
+def test_the_search_tries_and_chooses_the_same(exact, rough, scale):
+    chosen, _, tried = searched(exact, rough)
+    other, _, others = searched(similar(exact, scale), similar(rough, scale))
+    assert np.isfinite(chosen.step_score) and chosen.law.damping_depth in exact.settings.searched_depth
+    assert other.evaluations == chosen.evaluations and (others.evaluations == tried.evaluations).all()
+    assert others.outcome == tried.outcome
+    assert max(differences(chosen, other, scale).values()) < ROUND_OFF
+
+
+@ALIKE
+def test_steps_and_their_derivatives_are_alike(exact, rough, scale):
+    """As many evaluations, and every entry by its unit."""
+    ends = []
+    for parameters, stance in ((exact, rough), (similar(exact, scale), similar(rough, scale))):
+        start = rolling_state(parameters.biped, parameters.contact, stance, 9.4 * parameters.biped.total_mass
+                              * parameters.slope.gravity / (exact.biped.total_mass * exact.slope.gravity))
+        stepper = PenaltyStepper(parameters.biped, parameters.slope, parameters.contact, start, Settings(1e-8))
+        numbers = section_numbers(start)
+        ends.append((stepper.step(numbers), stepper.derivative(numbers)))
+    (step, matrix), (other, grown) = ends
+    units = np.array([factor(unit, scale) for unit in SECTION])
+    assert other.solver_steps == step.solver_steps
+    assert other.numbers == pytest.approx(step.numbers * units, rel=ROUND_OFF)
+    assert other.duration == pytest.approx(step.duration * scale[2], rel=ROUND_OFF)
+    assert grown / units[:, None] * units == pytest.approx(matrix, rel=1e-7, abs=1e-7 * np.abs(matrix).max())

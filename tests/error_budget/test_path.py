@@ -1,9 +1,16 @@
 """The path and its contributions, with made-up outcomes whose parts are known."""
 
+import dataclasses
+from itertools import pairwise
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
-from stages.error_budget.path import Limits, contributions, switched
+from pipeline.cache import artefact
+from stages.drawing import style
+from stages.error_budget.path import Limits, NotWalked, OneStep, contributions, switched
 from stages.error_budget.result import (
     CONTACT,
     CREEP,
@@ -12,15 +19,23 @@ from stages.error_budget.result import (
     IMPACT,
     INTEGRATION_CONSTRAINT,
     INTEGRATION_PENALTY,
+    ORDER,
     POSITION,
     SLIP,
     UNEXPLAINED,
     VELOCITY,
+    Convergence,
+    Result,
+    Shares,
     Split,
+    rms_of_columns,
     telescoped,
 )
+from stages.error_budget.run import run
+from stages.figures.drawn import model_difference
 from stages.ground.contact_law import ContactLaw
-from stages.ground.friction import friction_coefficient, static_penetration
+from stages.ground.friction import friction_coefficient, normal_force, static_penetration
+from tests.comparison.made_up import make_budget
 
 LAW = ContactLaw(3e5, 2.2, 3e4, 1e-4, 1.1, 1.0, 0.03, 1.0)
 CURVE = np.random.default_rng(1).normal(size=(20, 4))
@@ -121,3 +136,203 @@ def test_an_effect_that_is_off_keeps_its_share(share):
     assert static_penetration(off, 10.0) == pytest.approx(share * static_penetration(LAW, 10.0), rel=1e-9)
     assert friction_coefficient(off, share * slip) == pytest.approx(friction_coefficient(LAW, slip), rel=1e-4)
     assert off.friction_velocity == 2 * off.stiction_velocity
+
+
+# --- The order in which effects vanish with their share: of a mass that lands, and of the walker against its limit.
+
+
+MASS, SPEED = 0.335, 0.264  # of Table 1's leg, and of its landing foot
+
+
+def landing(law):
+    """Largest depth [m] of a mass that lands, and the speed [m/s] with which it leaves the ground again."""
+
+    def motion(time, state):
+        return [state[1], -float(normal_force(law, state[0], state[1])) / MASS]
+
+    def leaves(time, state):
+        return state[0] + 1e-12
+
+    leaves.terminal, leaves.direction = True, -1
+    found = solve_ivp(motion, (0.0, 1.0), [0.0, SPEED], "LSODA", events=leaves, rtol=1e-9, atol=1e-14)
+    return float(found.y[0].max()), float(-found.y[1, -1])
+
+
+def orders(values):
+    """Orders in the share of values at shares that halve."""
+    return np.log2(np.array(values[:-1]) / np.array(values[1:]))
+
+
+def test_without_damping_depth_falls_as_e_over_e_plus_one(parameters):
+    """So does the depth to which contact of stiffness s^(-e) k_c is pressed if damping plays no part."""
+    law = dataclasses.replace(parameters.contact, contact_damping=0.0)
+    exponent = law.contact_exponent
+    depths = [landing(dataclasses.replace(law, contact_stiffness=law.contact_stiffness * s**-exponent))[0]
+              for s in (0.4, 0.2, 0.1)]  # fmt: skip
+    assert orders(depths) == pytest.approx(np.full(2, exponent / (exponent + 1.0)), abs=1e-4)
+
+
+@pytest.mark.parametrize("normal", ("impact", "restitution"))
+def test_depth_and_rebound_of_an_impact_that_is_off_fall_with_its_share(parameters, normal):
+    """Damped by e/(e+1) only, the mass would leave as fast however hard the contact is: no limit that is plastic."""
+    law = dataclasses.replace(parameters.contact, normal_force=normal)
+    exponent = law.contact_exponent
+    depths, rebounds = zip(*(landing(switched(law, (), share)) for share in (0.4, 0.2, 0.1)))
+    assert orders(depths) == pytest.approx(np.full(2, float(ORDER)), abs=0.05)
+    assert np.all(orders(rebounds) > 0.9)
+    alike = []
+    for share in (0.4, 0.1):
+        depth = share ** (exponent / (exponent + 1.0))
+        alike.append(landing(dataclasses.replace(
+            law, contact_stiffness=law.contact_stiffness * share**-exponent,
+            contact_damping=law.contact_damping / depth, damping_depth=law.damping_depth * depth))[1])  # fmt: skip
+    assert alike[1] == pytest.approx(alike[0], rel=0.05)
+
+
+@pytest.fixture(scope="module")
+def approach(parameters, scene):
+    """The walker's hip over a step with both effects off, for shares that halve, and the limit that is expected."""
+    law = parameters.contact
+    hips = [scene.penalty(switched(law, (), share), 1e-7) for share in (0.4, 0.2, 0.1, 0.05)]
+    return hips, scene.coarse_or_fine(1e-12, coulomb=True), scene.compared()
+
+
+def test_the_walkers_order_and_its_last_share(approach):
+    """The first three shares show the order and foretell the fourth, to 2 % of the way that three of them made."""
+    hips, _, compared = approach
+    found = Convergence.of(0.1, [Shares(*hips[:3])], compared)
+    assert found.order[0, 1] == pytest.approx(ORDER, abs=0.1), found.order
+    assert found.order[0, 3] == pytest.approx(ORDER, abs=0.15), found.order
+    last = rms_of_columns(hips[3] - Shares(hips[1], hips[2], hips[3]).predicted, compared)
+    way = rms_of_columns(hips[3] - hips[0], compared)
+    assert np.all(last[[1, 3]] < 0.02 * way[[1, 3]]) and np.all(last < 0.2 * way), last / way
+
+
+def test_the_limit_is_the_constraint_model_with_coulomb_friction(approach, scene):
+    """The difference falls with every share, and three shares foretell the limit better than the last of them is."""
+    hips, coulomb, compared = approach
+    away = [rms_of_columns(hip - coulomb, compared) for hip in hips]
+    assert all(np.all(near < far) for far, near in pairwise(away))
+    limit = rms_of_columns(Shares(*hips[1:]).limit - coulomb, compared)
+    assert np.all(limit < 0.5 * away[-1]), limit / away[-1]
+    rolling = rms_of_columns(scene.coarse_or_fine(1e-12) - coulomb, compared)
+    assert limit[0] < 0.03 * rolling[0] and limit[2] < 0.03 * rolling[2]
+
+
+def test_a_share_explained_is_a_share_of_the_rms(approach):
+    """1 - rms(left) / rms(whole), each column for itself: the walker's own curves as the only contribution."""
+    hips, coulomb, compared = approach
+    parts = np.zeros((6, *coulomb.shape))
+    parts[2], parts[3] = Shares(*hips[1:]).limit - coulomb, hips[0] - Shares(*hips[1:]).limit
+    split = Split(parts, np.zeros_like(coulomb), compared)
+    expected = 1.0 - rms_of_columns(parts[2], compared) / rms_of_columns(hips[0] - coulomb, compared)
+    assert [split.explained(column) for column in EACH] == pytest.approx(expected, rel=1e-12)
+
+
+# --- Effects in their limits, on the walker itself; the whole budget is a slow test.
+
+
+def test_creep_is_proportional_to_the_stiction_velocity(parameters, scene):
+    """Before heel strike, where nothing else depends on it: halving v_s halves what it moves the hip by."""
+    before = scene.time < 0.9 * scene.constraint.heel_strikes[0]
+    hips = [
+        scene.penalty(dataclasses.replace(parameters.contact, stiction_velocity=v, friction_velocity=0.2), 1e-7)
+        for v in (0.08, 0.04, 0.02)
+    ]
+    first, second = (np.ptp((b - a)[before, 0]) for a, b in pairwise(hips))
+    assert first / second == pytest.approx(2.0, abs=0.04)
+
+
+def test_integration_errors_shrink_with_the_tolerance(parameters, scene):
+    law = parameters.contact
+    exact, fine = scene.penalty(law, 1e-8), scene.coarse_or_fine(1e-13)
+    for errors in (
+        [np.abs(scene.penalty(law, tolerance) - exact)[:, 0].max() for tolerance in (1e-4, 1e-6)],
+        [np.abs(scene.coarse_or_fine(tolerance) - fine)[:, 0].max() for tolerance in (1e-6, 1e-9)],
+    ):
+        assert errors[1] < errors[0] / 3, errors
+
+
+def test_slip_of_the_trailing_foot_does_nothing_before_heel_strike(scene):
+    slip = scene.coarse_or_fine(1e-12, coulomb=True) - scene.coarse_or_fine(1e-12)
+    before = scene.time < scene.constraint.heel_strikes[0]
+    assert np.abs(slip[before]).max() < 1e-11 < np.abs(slip[~before, 0]).max()
+
+
+def test_a_walker_that_falls_is_a_result_with_its_reason(parameters, monkeypatch):
+    def fall(*_):
+        raise NotWalked("over one step: the walker fell")
+
+    monkeypatch.setattr(OneStep, "penalty", fall)
+    result = run(parameters)
+    assert result.step is None and result.cycle is None and result.outcome != "completed"
+    assert artefact.decode(artefact.encode(result, {}), Result, "error_budget.h5").outcome == result.outcome
+    assert result.outcome in result.summary() and result.tables() == ()
+    with style.drawing():
+        for draw in (model_difference.draw_error_budget, model_difference.draw_error_bars):
+            assert style.pictures("budget", draw(SimpleNamespace(error_budget=result)), 50)
+
+
+@pytest.fixture(scope="module")
+def budget(parameters):
+    return run(parameters)
+
+
+@pytest.mark.slow
+def test_the_whole_difference_is_explained(budget, parameters, scene):
+    """The parts add up to the difference of two walks made apart from the path; at most 2 % of it has no name."""
+    assert budget.outcome == "completed", budget.outcome
+    direct = scene.penalty(parameters.contact, parameters.penalty_tolerance) - scene.constraint.hip(scene.time)
+    for parts in budget.step.split.orders:
+        assert parts.sum(axis=0) == pytest.approx(direct, abs=1e-9)
+    for _, found in budget.known():
+        split = found.split
+        assert min(split.explained(column) for column in EACH) >= 0.98, [split.explained(column) for column in EACH]
+        for effect in (INTEGRATION_CONSTRAINT, INTEGRATION_PENALTY):
+            assert split.rms(split.part(effect), POSITION) < 0.01 * split.rms(split.total, POSITION)
+
+
+@pytest.mark.slow
+def test_effects_are_alike_over_orders(budget):
+    """Half the interval is below 8 % of an effect on the hip's end over a step, below 12 % on the period and length."""
+    split, cycle = budget.step.split, budget.cycle
+    rows = [EFFECTS.index(effect) for effect in CONTACT]
+    assert abs(split.interaction[-1, 0]) < 0.08 * np.abs(split.parts[rows, -1, 0]).min()
+    assert np.all(np.abs(cycle.scalar_interaction) < 0.12 * np.abs(cycle.scalars[rows]).min(axis=0))
+
+
+@pytest.mark.slow
+def test_the_last_share_is_foretold(budget):
+    """To 5 % of the whole difference, and orders are those of effects that vanish with their share."""
+    for _, found in budget.known():
+        whole = [found.split.rms(found.split.total, column) for column in EACH]
+        assert np.all(found.convergence.missed < 0.05 * np.array(whole))
+        assert found.convergence.order[1] == pytest.approx(np.ones(4), abs=0.15)
+
+
+@pytest.mark.slow
+def test_figures_and_storage(budget):
+    read = artefact.decode(artefact.encode(budget, {}), Result, "error_budget.h5")
+    assert np.array_equal(read.cycle.scalars, budget.cycle.scalars)
+    assert len(budget.tables()) == 4 and all(
+        len(row) == len(columns) for _, columns, rows in budget.tables() for row in rows
+    )
+    with style.drawing():
+        drawn = model_difference.draw_error_budget(SimpleNamespace(error_budget=budget))
+    panel = drawn.axes[0]
+    total = next(line for line in panel.lines if line.get_label() == "total")
+    parts = [line for line in panel.lines if line.get_label() != "total"]
+    missing = 1e3 * sum(budget.step.split.part(e)[:, 0] for e in EFFECTS if e.startswith("integration"))
+    assert sum(line.get_ydata() for line in parts) + missing == pytest.approx(total.get_ydata(), abs=1e-9)
+    assert SLIP in [line.get_label() for line in parts]
+
+
+def test_bars_add_up_to_the_total():
+    """In every panel; whiskers reach from one order to the other."""
+    with style.drawing():
+        drawn = model_difference.draw_error_bars(SimpleNamespace(error_budget=make_budget()))
+    assert len(drawn.axes) == 5
+    for panel, (_, ways) in zip(drawn.axes, model_difference.measures(make_budget())):
+        widths = [bar.get_width() for bar in panel.patches]
+        assert sum(widths[:-1]) == pytest.approx(widths[-1]) and widths[-1] == pytest.approx(ways.sum(axis=1).mean())
+        assert ways.sum(axis=1) == pytest.approx(np.full(2, widths[-1]))

@@ -1,20 +1,24 @@
-"""`ask`: the cheapest rung that has the error, its parts, and requests that are refused."""
+"""`ask` and `map --within`: the cheapest rung that has the error, its parts, and requests that are refused."""
 
+import contextlib
 import copy
 import dataclasses
 import json
 import math
 from types import SimpleNamespace
 
+import h5py
 import numpy as np
 import pytest
 
 from pipeline.cache import artefact
 from pipeline.errors import ArtefactError
+from pipeline.questions.asking import Asked
 from stages.biped.question import WrongOption
 from stages.model_error.choice import Ladder, below_one
 from stages.model_error.measures import NAMES, Allowed, errors
 from stages.model_error.miss import Learnt, Miss, covering
+from stages.model_error.questions import map
 from stages.model_error.questions.ask import Options, ask
 from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result
 from stages.model_error.run import design_of, further, further_draws, walked
@@ -22,12 +26,12 @@ from stages.model_error.rungs import RUNGS
 
 
 class Asking:
-    """An `Asking` that has a result, or has none."""
+    """An `Asking` that computes here, and has a result, or has none."""
 
     jobs = 1
 
-    def __init__(self, found, **others):
-        self.results = {"model_error": found, **others}
+    def __init__(self, found, parameters=None, **others):
+        self.results, self.parameters = {"model_error": found, **others}, parameters
 
     def progress(self, fraction, what):
         assert 0.0 <= fraction <= 1.0 and what
@@ -36,8 +40,15 @@ class Asking:
         return self.results.get(stage), f"results/{stage}.h5 is not there"
 
     def each(self, function, arguments, *shared):
-        for one in arguments:
-            yield json.loads(json.dumps(function(self.parameters, *shared, one)))
+        for argument in arguments:
+            given = json.loads(json.dumps([shared, argument]))
+            yield json.loads(json.dumps(function(self.parameters, *given[0], given[1])))
+
+    @contextlib.contextmanager
+    def new_file(self, path):
+        yield path
+
+    new_table = Asked.new_table
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +122,13 @@ def test_a_robot_unlike_the_drawn_ones_is_said_to_be_and_its_error_widened(param
     assert other.learnt.at(PENALTY, 0, other.numbers).error > ladder.learnt.at(PENALTY, 0, ladder.numbers).error
 
 
+BOX = {"count": 6, "seed": 2, "vary": {"biped.stiffness": {"low": 1800, "high": 2400},
+                                       "ground.slope_deg": {"low": 1.8, "high": 2.4}}}  # fmt: skip
+
+
 @pytest.mark.parametrize(("what", "within", "said"), [
+    (BOX, ("1%",), "names the measure"), (BOX, ("hop=1%",), "hop is no measure"),
+    (BOX, ("multiplier=1%",), "can be 0"), (BOX, ("speed=0",), "not a positive error"),
     (("speed",), (), "no error is asked for speed"),
     (("speed",), ("0",), "not a positive error"),
     (("speed",), ("-1%",), "not a positive error"),
@@ -125,12 +142,20 @@ def test_a_robot_unlike_the_drawn_ones_is_said_to_be_and_its_error_widened(param
 ])  # fmt: skip
 def test_a_bad_request_is_one_sentence(parameters, small, what, within, said):
     with pytest.raises(WrongOption, match=said):
-        ask(parameters, Options(what, within), Asking(small))
+        requested(parameters, what, within, Asking(small))
 
 
-def test_without_what_was_learnt_the_command_that_learns_is_named(parameters):
+def requested(parameters, what, within, asking):
+    """The answer of `ask` on these measures, or of `map` over this box."""
+    if what is BOX:
+        return map.ask(parameters, map.Options(what, within=within), asking)
+    return ask(parameters, Options(what, within), asking)
+
+
+@pytest.mark.parametrize("what", [("speed",), BOX])
+def test_without_what_was_learnt_the_command_that_learns_is_named(parameters, what):
     with pytest.raises(WrongOption, match="bipedstudy run model_error"):
-        ask(parameters, Options(("speed",), ("1%",)), Asking(None))
+        requested(parameters, what, ("speed=1%",), Asking(None))
 
 
 def test_a_result_of_other_measures_is_refused(parameters, small):
@@ -203,8 +228,7 @@ def test_design_of_takes_the_studys_settings(parameters):
 
 
 def test_further_draws_join_those_of_the_stage(parameters, small):
-    asking = Asking(small)
-    asking.parameters = parameters
+    asking = Asking(small, parameters)
     answer = ask(parameters, Options(("period",), ("0.4%",), learn=6), asking)
     more = further(small, parameters, [[*walked(one, twin=False)[:2]] for one in further_draws(parameters, 6)])
     assert len(more.numbers) == len(small.numbers) + 6 and more.solver_errors.shape == more.values.shape
@@ -212,3 +236,34 @@ def test_further_draws_join_those_of_the_stage(parameters, small):
     assert answer.plain["period"]["value"] == found.value and answer.plain["period"]["model"] == found.model
     alone = Learnt(small)
     assert not np.array_equal(alone.fits[0, 0].coefficients, Learnt(more).fits[0, 0].coefficients)
+
+
+# --- `map --within`: each design by the cheapest rung, as `ask` answers it alone, whatever the blocks.
+
+
+
+def test_each_design_is_answered_as_if_it_were_asked_alone(parameters, small, tmp_path):
+    options = map.Options(BOX, out=tmp_path / "map.h5", within=("step_frequency=3%", "period=1e-4"))
+    answer = map.ask(parameters, options, Asking(small, parameters))
+    with h5py.File(options.out) as file:
+        found = {name: column[()] for name, column in file["table"].items()}
+        words = {value: word for word, value in h5py.check_enum_dtype(file["table/period_model"].dtype).items()}
+    assert sum(answer.plain["answered_by"]["period"].values()) == 6
+    for row in range(6):
+        biped = dataclasses.replace(parameters.biped, stiffness=found["biped.stiffness"][row])
+        slope = dataclasses.replace(parameters.slope, slope_deg=found["ground.slope_deg"][row])
+        alone = Ladder(dataclasses.replace(parameters, biped=biped, slope=slope), Learnt(small))
+        one, other = alone.within("step_frequency", 0.03, True), alone.within("period", 1e-4, False)
+        assert found["step_frequency"][row] == pytest.approx(one.value, rel=1e-6)
+        assert found["step_frequency_error"][row] == pytest.approx((one.solver + one.model) * one.value, rel=1e-3)
+        assert found["step_frequency_error"][row] <= 0.03 * one.value and found["period_error"][row] <= 1e-4
+        assert words[found["period_model"][row]] == other.rung == MODELS[2]
+
+
+def test_a_design_that_breaks_a_rule_or_that_no_model_has_is_no_number(parameters, small, tmp_path):
+    wide = {"kind": "grid", "vary": {"biped.foot_radius": {"low": 0.05, "high": 0.5, "steps": 2}}}
+    options = map.Options(wide, out=tmp_path / "map.h5", within=("multiplier=1e-5",))
+    plain = map.ask(parameters, options, Asking(small, parameters)).plain["answered_by"]["multiplier"]
+    assert plain == {"no model": 1, "not allowed": 1}
+    with h5py.File(options.out) as file:
+        assert np.isnan(file["table/multiplier"][()]).all()
