@@ -5,7 +5,7 @@
 The walks are those of the campaign with another seed than the study's; --walks keeps them in a file of this machine
 for the next time. Each run's sensors have their errors so many times as large. A family (tests/imu/wrong_logs.py) does
 one wrong thing to each log. Cells: accepted / accepted with remarks / refused; the last two columns have a count for
-each size of the errors. A run is *unsaid* if it is accepted and a quantity is wrong (tests/imu/log_truth.py) that
+each size of the errors. A run is *unsaid* if it is accepted and a quantity is wrong (tests/imu/made_logs.py) that
 no remark names. The second table is of the clocks alone: the true error of the sample times less their mean, and the
 error that is reported.
 """
@@ -30,8 +30,7 @@ from stages.imu.parameters import Reading
 from stages.imu.trial.sensor import trace_sensor
 from stages.imu.trial.trial import read_trial
 from tests.imu import wrong_logs
-from tests.imu.log_truth import wrong_quantities
-from tests.imu.made_logs import Log, made_log, with_errors
+from tests.imu.made_logs import Log, made_log, with_errors, wrong_quantities
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -44,7 +44,7 @@ def made(few: Parameters, inputs: Inputs) -> Result:
     """Walked in this process: others would load everything anew, which takes more than these few walks."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("os.cpu_count", lambda: 1)
-        patched.setattr(campaign_run, "SHARES", (4.0, 1.0))  # spikes are looked at in `test_sensor_range.py`
+        patched.setattr(campaign_run, "SHARES", (4.0, 1.0))  # spikes are looked at in `test_virtual_sensor.py`
         return run(few, inputs)
 
 

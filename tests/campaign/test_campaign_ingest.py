@@ -1,7 +1,5 @@
 """Several seeds of the whole synthetic campaign through the blind ingest, with the issue's limits and the margins."""
 
-from __future__ import annotations
-
 import dataclasses
 from functools import partial
 from pathlib import Path

@@ -1,13 +1,10 @@
 """Walks and a good log of the stand-in that many files read."""
 
-from __future__ import annotations
-
 import pytest
 
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun
-from tests.imu.made_logs import Log, made_log
-from tests.imu.made_walks import campaign_parameters, stand_in_walks
+from tests.imu.made_logs import Log, campaign_parameters, made_log, stand_in_walks
 
 RUNS = 3
 

@@ -1,7 +1,5 @@
 """Files as loggers and makers' programs write them, made of one synthetic run: heads, and cells by quantity."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone

@@ -1,7 +1,5 @@
 """A PostgreSQL server of the test's own: Debian's programs, a folder of its own, a socket in it, a free port."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import pwd

@@ -1,7 +1,5 @@
 """Descriptions of the real recordings, which stay where they are."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """One log written down in many ways that change nothing: units, axes, stamps, clocks, order, layout."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -14,12 +14,19 @@ import pytest
 import scipy.io
 import yaml
 
+from stages.imu.judgement.verdict import REFUSED
 from stages.imu.sources.cells import in_seconds, moment, moments, unit_of
 from stages.imu.sources.column_map import CsvSource
+from stages.imu.sources.head import MAKERS as KNOWN
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.proposal import proposal
 from stages.imu.sources.schema import Recording
+from stages.imu.sources.units import scale_of
+from stages.imu.trial.trial import read_trial
+from tests.imu.exports import LAYOUTS, MAKERS, SINGLE, Export, G, Table, delsys, names
+from tests.imu.made_logs import Log
 from tests.imu.rewritings import UNITS
+from tests.imu.stand_in import PARAMETERS
 
 ROWS, START = 200, 1_614_852_000.25
 TIME = START + 0.01 * np.arange(ROWS)
@@ -29,7 +36,7 @@ DEVICE = {"place": "hip", "rate_hz": 100, "accelerometer_unit": "m/s^2", "gyrosc
 COLUMNS = {"phone_stamp": "t", **{name: name for name in NAMES[1:]}}
 
 
-def table(stamp: Callable[[float], str], delimiter: str = ",", header: bool = True) -> str:
+def as_text(stamp: Callable[[float], str], delimiter: str = ",", header: bool = True) -> str:
     rows = [delimiter.join([stamp(t), *(f"{value:.4f}" for value in row)]) for t, row in zip(TIME, VALUES)]
     return "\n".join([delimiter.join(NAMES), *rows] if header else rows) + "\n"
 
@@ -75,25 +82,25 @@ def seconds(t: float) -> str:
     return f"{t:.3f}"
 
 
-PLAIN, COMMA = table(seconds), table(seconds, ";").replace(".", ",")
+PLAIN, COMMA = as_text(seconds), as_text(seconds, ";").replace(".", ",")
 EXPONENTS = "\n".join([";".join(f'"{name}"' for name in NAMES), *[
     ";".join(f"{value:.12E}".replace(".", ",") for value in (t, *row)) for t, row in zip(TIME, VALUES)]])
 #: Ways to write the same: stamps of every kind, and layouts with what a map says of them.
 WRITTEN: dict[str, tuple[str | bytes, dict[str, Any]]] = {
     "s": (PLAIN, {}),
-    "ms": (table(lambda t: f"{t * 1e3:.0f}"), {}),
-    "us": (table(lambda t: f"{t * 1e6:.0f}"), {}),
-    "ns": (table(lambda t: f"{t * 1e9:.0f}"), {}),
-    "ISO Z": (table(written("%Y-%m-%dT%H:%M:%S.%fZ")), {}),
-    "ISO zone": (table(written("%Y-%m-%dT%H:%M:%S.%f%z", EAST)), {}),
-    "database": (table(written("%Y-%m-%d %H:%M:%S.%f")), {}),
-    "points": (table(written("%d.%m.%Y %H:%M:%S.%f")), {}),
-    "nine digits": (table(lambda t: written("%Y-%m-%dT%H:%M:%S.%f")(t) + "000"), {}),
+    "ms": (as_text(lambda t: f"{t * 1e3:.0f}"), {}),
+    "us": (as_text(lambda t: f"{t * 1e6:.0f}"), {}),
+    "ns": (as_text(lambda t: f"{t * 1e9:.0f}"), {}),
+    "ISO Z": (as_text(written("%Y-%m-%dT%H:%M:%S.%fZ")), {}),
+    "ISO zone": (as_text(written("%Y-%m-%dT%H:%M:%S.%f%z", EAST)), {}),
+    "database": (as_text(written("%Y-%m-%d %H:%M:%S.%f")), {}),
+    "points": (as_text(written("%d.%m.%Y %H:%M:%S.%f")), {}),
+    "nine digits": (as_text(lambda t: written("%Y-%m-%dT%H:%M:%S.%f")(t) + "000"), {}),
     "a row of units": (PLAIN.replace("\n", "\ns,m/s2,m/s2,m/s2,rad/s,rad/s,rad/s\n", 1), {}),
     "decimal comma": (COMMA, {"delimiter": "semicolon", "decimal": "comma"}),
     "decimal comma, told by the numbers": (COMMA, {"delimiter": "semicolon"}),
     "quoted exponents": (EXPONENTS, {"delimiter": "semicolon"}),
-    "no header": (table(seconds, "\t", header=False), {"columns": NUMBERED, "delimiter": "tab", "header": False}),
+    "no header": (as_text(seconds, "\t", header=False), {"columns": NUMBERED, "delimiter": "tab", "header": False}),
     "a head": ("Made by a logger\nSerial 7\n" + PLAIN, {"header_rows": 2}),
     "rows of another longer column": (PLAIN + 50 * (6 * "," + "\n"), {}),
     **{encoding: (PLAIN.encode(encoding), {}) for encoding in ("utf-16", "utf-16-le", "utf-16-be", "utf-8-sig")},
@@ -107,7 +114,7 @@ def test_readings_are_the_same_however_they_are_written(form: str, tmp_path: Pat
 
 
 def test_a_time_of_day_goes_on_over_midnight(tmp_path: Path) -> None:
-    late = table(lambda t: written("%H:%M:%S.%f")(t - START + MIDNIGHT - 2))
+    late = as_text(lambda t: written("%H:%M:%S.%f")(t - START + MIDNIGHT - 2))
     same(recording(tmp_path, late), 86400 - 2)
 
 
@@ -245,3 +252,128 @@ def test_matlab_and_hdf5(tmp_path: Path) -> None:
         (tmp_path / "broken.mat").write_bytes(content)
         with pytest.raises(SourceRefused, match="no MATLAB or HDF5 file"):
             read(tmp_path / "broken.mat", columns)
+
+
+# --- A map proposed from a file's head reads the file and names its maker: layouts and exports of one synthetic
+# run.
+
+
+@pytest.fixture(scope="module")
+def table(log: Log) -> Table:
+    """What the hip's sensor read, losses included."""
+    hip = log.recordings[0]
+    scale = scale_of(hip.device)
+    number = np.round((hip.device_stamp - hip.device_stamp[0]) * 100).astype(int)
+    return number, 0.01 * number, hip.acceleration * scale.acceleration, hip.angular_rate * scale.angular_rate
+
+
+def read_as_proposed(path: Path, log: Log, table: Table) -> list[str]:
+    """What is told of a file whose map, with place, mounting and slope filled in, reads the run, which is then used."""
+    said, told = proposal(path)
+    description = yaml.safe_load(said)
+    (run,) = description["runs"]
+    run["experiment"]["slope_deg"] = log.experiment.slope_deg
+    run["files"][0]["device"] |= {"place": "hip", "forward_axis": "+y", "up_axis": "-x", "bandwidth_hz": 40}
+    ((experiment, recordings),) = CsvSource(description, path.parent).runs()
+    scale = scale_of(recordings[0].device)
+    whole = np.isfinite(recordings[0].angular_rate).all(axis=1)
+    assert whole.mean() > 0.95
+    np.testing.assert_allclose(recordings[0].acceleration * scale.acceleration, table[2], atol=1e-3)
+    np.testing.assert_allclose((recordings[0].angular_rate * scale.angular_rate)[whole], table[3][whole], atol=1e-4)
+    trial = read_trial(experiment, recordings, PARAMETERS)
+    assert trial.verdict.outcome != REFUSED, trial.verdict.findings
+    assert trial.frequency[0] == pytest.approx(1 / np.median(np.diff(log.strike_time)), rel=0.02)
+    return told
+
+
+@pytest.mark.parametrize("name", [*LAYOUTS, *MAKERS, "Delsys"])
+def test_a_proposed_map_reads_the_file_and_names_its_maker(name: str, table: Table, log: Log, tmp_path: Path) -> None:
+    """Only place, mounting and slope are filled in, which no file holds; of a maker's file nothing is guessed."""
+    files = {file: one.of(table) for file, one in {**LAYOUTS, **MAKERS}.get(name, {}).items()}
+    files = files or {"walk.csv": delsys(table)}
+    for file, content in files.items():
+        (tmp_path / file).write_bytes(content)
+    told = read_as_proposed(tmp_path / next(iter(files)), log, table)
+    assert name in LAYOUTS or any(f"names as {name}" in line for line in told), told
+    assert not [line for line in told if "guess" in line and (name not in LAYOUTS or "rate" not in line)], told
+
+
+def test_a_folder_is_proposed_as_runs_with_the_sensors_of_each(table: Table, log: Log, tmp_path: Path) -> None:
+    content = next(iter(next(iter(LAYOUTS.values())).values())).of(table)
+    for name in ("walk 1_hip.csv", "walk 1_foot.csv", "walk 2_ankle.csv", "walk 2_pelvis.csv"):
+        (tmp_path / name).write_bytes(content)
+    (tmp_path / "notes.txt").write_text("measured on a Monday")
+    (tmp_path / "steps.csv").write_text("a,b,c,d\n1,2,3,4\n2,3,4,5\n")
+    said, told = proposal(tmp_path)
+    description = yaml.safe_load(said)
+    assert [run["experiment"]["name"] for run in description["runs"]] == ["walk 1", "walk 2"]
+    places = [[file["device"]["place"] for file in run["files"]] for run in description["runs"]]
+    assert places == [["foot", "hip"], ["foot", "hip"]]
+    assert {line.split()[2] for line in told if line.startswith("left out: ")} == {"'notes.txt'", "'steps.csv'"}
+    for run in description["runs"]:
+        run["experiment"]["slope_deg"] = log.experiment.slope_deg
+        for file in run["files"]:
+            file["device"] |= {"forward_axis": "+y", "up_axis": "-x", "bandwidth_hz": 40}
+    read = [recordings for _, recordings in CsvSource(description, tmp_path).runs()]
+    assert [len(recordings) for recordings in read] == [2, 2]
+
+
+def test_a_folder_without_a_sensor_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "steps.csv").write_text("a,b,c,d\n1,2,3,4\n2,3,4,5\n")
+    with pytest.raises(SourceRefused, match="has no file with an inertial sensor"):
+        proposal(tmp_path)
+
+
+def test_every_maker_has_an_export_here() -> None:
+    assert all(any(maker.name.startswith(known) for known in (*MAKERS, "Delsys")) for maker in KNOWN)
+
+
+@pytest.mark.parametrize("units", [("cm/s^2", "deg/s"), ("mm/s²", "rad/s"), ("g", "mrad/s"), ("g", "rpm")])
+def test_a_unit_that_is_not_read_is_not_guessed(units: tuple[str, str], table: Table, tmp_path: Path) -> None:
+    """981 cm/s^2 would pass for 981 mg."""
+    head = names("Time (s)", f"Acc * [{units[0]}]", f"Gyro * [{units[1]}]")
+    (tmp_path / SINGLE).write_bytes(Export(head, "s:.2f cm/s^2 mrad").of(table))
+    with pytest.raises(SourceRefused, match="is in a unit that is not read: bring it to"):
+        proposal(tmp_path / SINGLE)
+
+
+@pytest.mark.parametrize("content", ["", "a letter to a friend\n" * 50, "1,2\n" * 50, "a,b,c,d,e\n" * 50])
+def test_what_is_no_table_is_refused(content: str, tmp_path: Path) -> None:
+    (tmp_path / SINGLE).write_text(content)
+    with pytest.raises(SourceRefused):
+        proposal(tmp_path / SINGLE)
+
+
+def test_a_gyroscope_with_times_of_its_own_is_brought_to_the_accelerometer_s(table: Table, tmp_path: Path) -> None:
+    """As Trigno Discover writes channels that are read at other rates: here 4 ms later, and a ramp."""
+    channels = {f"{kind} {axis}": unit for kind, unit in (("ACC", "G"), ("GYRO", "deg/s")) for axis in "XYZ"}
+    head = ",".join(f"{name} Time Series (s),{name} ({unit})" for name, unit in channels.items())
+    rows = [",".join([*(f"{s:.4f},{value:.6f}" for value in a / G), *[f"{s + 0.004:.4f},{10 * (s + 0.004):.6f}"] * 3])
+            for _, s, a, _ in zip(*table)]  # fmt: skip
+    (tmp_path / SINGLE).write_text("\n".join([head, *rows]))
+    said, told = proposal(tmp_path / SINGLE)
+    assert "the gyroscope has times of its own" in told and "acceleration in g: written in the file" in told
+    (run,) = yaml.safe_load(said)["runs"]
+    ((_, (found,)),) = CsvSource(run, tmp_path).runs()
+    known = np.isfinite(found.angular_rate[:, 0])
+    assert known.mean() > 0.9
+    np.testing.assert_allclose(found.angular_rate[known, 0], 10 * found.device_stamp[known], atol=1e-3)
+
+
+@pytest.mark.parametrize(("rate", "unit"), [("w", "rad"), ("deg", "deg")])
+def test_xsens_without_a_head_is_told_by_size(rate: str, unit: str, table: Table, log: Log, tmp_path: Path) -> None:
+    """MT Manager and DOT write the same names, and units a factor of 57 apart."""
+    head = names("PacketCounter", "SampleTimeFine", "Acc_*", "Gyr_*")
+    (tmp_path / SINGLE).write_bytes(Export(head, f"n:d ticks:d a {rate}").of(table))
+    told = read_as_proposed(tmp_path / SINGLE, log, table)
+    assert any(f"angular rate in {unit}/s: a guess by its size" in line for line in told), told
+
+
+def test_an_hdf5_export_of_apdm(table: Table, log: Log, tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "20210304-walk.h5", "w") as file:
+        group = file.create_group("Sensors/4231")
+        group["Time"] = 1_614_852_000_000_000 + 10_000 * table[0]
+        group["Accelerometer"], group["Gyroscope"] = table[2], table[3]
+        group["Magnetometer"] = np.zeros_like(table[3])
+    told = read_as_proposed(tmp_path / "20210304-walk.h5", log, table)
+    assert any("Sensors/4231" in line and "APDM" in line for line in told)

@@ -1,7 +1,5 @@
 """Files made to read others, to never end, or to fill memory: each is refused in one sentence, and in bounds."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

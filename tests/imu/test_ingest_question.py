@@ -1,7 +1,5 @@
 """`bipedstudy ingest`: the report on the screen and as JSON, its exit codes, and silence about connections."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import json

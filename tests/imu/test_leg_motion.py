@@ -1,21 +1,23 @@
-"""Leg angle, step length and hip path against a motion that is known exactly."""
-
-from __future__ import annotations
+"""The leg's motion, its stances, impacts and times, against signals and motions that are known exactly."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun
-from stages.imu.strikes.step_times import UNKNOWN, HeelStrikes
+from stages.imu.judgement.evidence import confirmed, swept
+from stages.imu.result import Evidence
+from stages.imu.strikes.impact_onset import STRIKE, Samples, at_onsets, lift_after, responses
+from stages.imu.strikes.step_times import UNKNOWN, HeelStrikes, step_times
 from stages.imu.trial.body import leg_angle
 from stages.imu.trial.trial import Trial, read_trial
 from stages.imu.trial.walk import hip_at, leg_motion, stance_angle
 from tests.imu.conftest import RUNS
-from tests.imu.made_logs import Log, made_log, with_errors
-from tests.imu.made_walks import REST_S
+from tests.imu.made_logs import REST_S, Log, made_log, with_errors
 from tests.imu.stand_in import BIPED, DRAWING, PARAMETERS, STUDY
 
 AMPLITUDE = 0.24  # of the stand-in's leg
@@ -102,3 +104,164 @@ def test_the_drawing_is_that_of_the_biped(parameters: Parameters) -> None:
     outsole, drawing = parameters.runs.of(BIPED).outsole, STUDY.drawing
     assert (drawing.leg_length, drawing.foot_radius, STUDY.limits.lever_arm) == pytest.approx(
         (BIPED.leg_length + outsole, BIPED.foot_radius + outsole, BIPED.leg_length - BIPED.foot_com))
+
+
+# --- Errors that step times are given, against what strikes and toe-offs with such errors do to them.
+
+
+ONSET, STEP, COUNT = 2e-3, 0.48, 11
+
+
+@pytest.fixture(scope="module")
+def drawn() -> tuple[np.ndarray, list]:
+    """Step times of 400 walks whose legs' impacts are each seen late or early by an error of the leg's own."""
+    rng, leg = np.random.default_rng(6), (np.arange(COUNT) + 1) % 2
+    drawing = dataclasses.replace(DRAWING, onset_error_s=ONSET, strike_scatter_s=0.0, toe_off_error_s=0.0)
+    late = ONSET * rng.normal(size=(400, 2))
+    found = [step_times(HeelStrikes(STEP * np.arange(COUNT) + one[leg], leg), 1e-6, drawing) for one in late]
+    return late, found
+
+
+def test_a_steps_error_is_that_of_two_strikes(drawn: tuple[np.ndarray, list]) -> None:
+    off = np.array([(one.inner_step - STEP, one.outer_step - STEP) for one in drawn[1]])
+    assert drawn[1][0].step_error == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.08)
+    asymmetry = np.array([one.asymmetry for one in drawn[1]])
+    assert drawn[1][0].asymmetry_error == pytest.approx(np.sqrt(np.mean(asymmetry**2)), rel=0.08)
+
+
+def test_the_error_of_stances_that_differ_holds_that_of_the_steps(drawn: tuple[np.ndarray, list]) -> None:
+    """The stances differ as the steps do; of the double stance, which is not seen twice, an error is added."""
+    asymmetry = np.array([one.stance_asymmetry for one in drawn[1]])
+    said = drawn[1][0].stance_asymmetry_error
+    assert np.sqrt(np.mean(asymmetry**2)) <= said < 1.3 * np.sqrt(np.mean(asymmetry**2))
+
+
+# --- Gravity that turns tells a gyroscope's gain, the rate's change the sensor's height; a step's error follows.
+
+
+SLOPE, STANCES = math.radians(2.0), (np.array([0.0, 1.0, 2.0]), np.array([0.45, 1.45, 2.45]))
+
+
+def stood(gain: float, arm: float, drift: float = 0.0) -> tuple[float, ...]:
+    """What is found of a foot that rolls, from its place in the plane by differences: no formula of the law's."""
+    time = np.arange(-0.2, 2.8, 0.005)
+    fine = np.arange(-0.2, 2.8, 0.0001)
+    theta = -(0.25 * np.cos(2 * np.pi * fine) + 0.03 * np.sin(6 * np.pi * fine))
+    r = BIPED.foot_radius
+    place = np.column_stack((r * theta + (arm - r) * np.sin(theta), r + (arm - r) * np.cos(theta)))
+    second = np.gradient(np.gradient(place, fine, axis=0), fine, axis=0)
+    felt = second - 9.81 * np.array([math.sin(SLOPE), -math.cos(SLOPE)])
+    forward = felt[:, 0] * np.cos(theta) - felt[:, 1] * np.sin(theta)
+    said = 0.01 + drift * time - gain * np.interp(time, fine, theta)  # as after a stand that is off
+    felt, rate = np.interp(time, fine, forward), -gain * np.interp(time, fine, np.gradient(theta, fine))
+    return swept(time, felt, rate, said, STANCES, SLOPE, 9.81, 0.3, r)
+
+
+@pytest.mark.parametrize(("gain", "arm"), [(1.0, 0.3), (0.85, 0.3), (1.15, 0.27), (2.0, 0.3), (0.5, 0.1)])
+def test_a_leg_that_stands_tells_its_gyroscopes_gain_and_its_length(gain: float, arm: float) -> None:
+    found, error, height, drift = stood(gain, arm)
+    assert (found, height) == pytest.approx((gain, arm), rel=5e-3)
+    assert error < 1e-2 and drift == pytest.approx(0.01 / gain, rel=0.05)
+
+
+def test_a_gyroscope_that_drifts_leaves_gravity() -> None:
+    """By 0.01 rad/s to the middle of the last stance at 2.22 s, and what the stand was off."""
+    assert stood(1.0, 0.3, 0.01)[3] == pytest.approx(0.0322, rel=0.03)
+
+
+def test_a_leg_that_does_not_turn_tells_nothing() -> None:
+    time = np.arange(-0.2, 2.8, 0.005)
+    rng = np.random.default_rng(1)
+    rate = 0.01 * rng.normal(size=len(time))
+    none = swept(time, rng.normal(size=len(time)), rate, np.cumsum(rate) * 0.005, STANCES, SLOPE, 9.81, 0.3, 0.08)
+    assert np.isnan(none).all()
+
+
+def errors(**found: float) -> tuple[float, float]:
+    nothing = Evidence(**{field.name: math.nan for field in dataclasses.fields(Evidence)})
+    found = {f"{key}_error": 0.0 for key in ("hip_gain", "foot_gain") if key in found} | found
+    return confirmed(dataclasses.replace(nothing, **found), PARAMETERS)
+
+
+def test_the_error_of_a_step_follows_from_what_was_confirmed() -> None:
+    one = math.hypot(PARAMETERS.drawing.swept_error, PARAMETERS.drawing.gain_error)
+    assert errors(hip_gain=1.0, foot_gain=1.0, hip_arm=1.0)[0] == pytest.approx(one / math.sqrt(2))
+    assert errors(foot_gain=1.0)[0] == pytest.approx(one), "one place tells less than two"
+    assert errors(foot_gain=1.0, foot_gain_error=0.02)[0] == pytest.approx(math.hypot(0.02, 0.005)), "or its scatter"
+    assert errors(hip_gain=1.1, foot_gain=1.1)[0] == pytest.approx(0.1, rel=0.01), "as far off as is found"
+    assert errors(hip_gain=1.0, rate_ratio=1.1)[0] == pytest.approx(0.05, rel=0.05), "half of what the places differ by"
+    every = PARAMETERS.limits.rate_scale_tolerance / math.sqrt(3)
+    assert errors()[0] == pytest.approx(every), "all that is let through"
+    assert errors()[1] == errors(hip_arm=1.005)[1] == PARAMETERS.drawing.leg_length_error
+    assert errors(hip_arm=1.1)[1] == pytest.approx(0.1, rel=0.01)
+    assert errors(foot_arm=0.9)[1] == pytest.approx(0.1, rel=0.01)
+
+
+# --- Onsets of impacts and times by leg, against signals that are known exactly.
+
+
+FINE = 1e-5
+CORNER_HZ, RATE_HZ = 40.0, 100.0
+
+
+def test_responses_are_those_of_the_low_pass() -> None:
+    time = np.arange(0.0, 0.05, FINE)
+    sections = butter(2, CORNER_HZ, fs=1 / FINE, output="sos")
+    k = np.sqrt(2) * np.pi * CORNER_HZ
+    blow, jump, bend = np.zeros(len(time)), np.ones(len(time)), k * time
+    blow[0] = 1 / (k * FINE)
+    expected = np.column_stack([sosfilt(sections, one) for one in (blow, jump, bend)])
+    np.testing.assert_allclose(responses(time, CORNER_HZ), expected, atol=2e-3)
+
+
+def sampled(strikes: np.ndarray, sizes: np.ndarray, seed: int, delay: float = 0.0) -> Samples:
+    """A force that jumps and is struck at each strike, at a sensor's samples, with noise."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, strikes[-1] + 0.5, 1 / RATE_HZ) + rng.uniform(0, 1 / RATE_HZ)
+    since = time - strikes[:, None]
+    shapes = sum((responses(one, CORNER_HZ) @ size) * (one < 0.2) for one, size in zip(since, sizes))
+    return Samples(time - delay, (shapes + rng.normal(scale=0.05, size=len(time)))[:, None], RATE_HZ, delay)
+
+
+@pytest.mark.parametrize("seeds", [8, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("delay", [0.0, 0.0056])
+def test_strikes_move_to_where_the_impacts_begin(delay: float, seeds: int) -> None:
+    """Whatever was found within some milliseconds, each leg off by its own: within a twentieth of a sample."""
+    true = 0.3 + 0.4937 * np.arange(12)
+    legs = np.arange(12) % 2
+    sizes = np.where(legs[:, None] == 0, [8.0, 5.0, 1.0], [-6.0, 7.0, 0.0])
+    off = []
+    for seed in range(seeds):
+        rng = np.random.default_rng(100 + seed)
+        shift = rng.uniform(-0.006, 0.006, 2)
+        found, corner = at_onsets(HeelStrikes(true + shift[legs], legs), sampled(true, sizes, seed, delay), 0)
+        off.append([(found.time - true)[legs == leg].mean() for leg in (0, 1)])
+    assert np.abs(off).max() < 5e-4
+    assert corner == pytest.approx(CORNER_HZ, abs=10)
+
+
+def test_strikes_without_impacts_stay() -> None:
+    strikes = HeelStrikes(0.3 + 0.5 * np.arange(6), np.arange(6) % 2)
+    moved, corner = at_onsets(strikes, Samples(np.empty(0), np.empty((0, 2)), RATE_HZ, 0.0), 0)
+    np.testing.assert_array_equal(moved.time, strikes.time)
+    assert np.isnan(corner) and len(STRIKE) == 3
+
+
+def test_the_foot_is_let_go_where_its_force_bends() -> None:
+    true = 0.3 + 0.987 * np.arange(6)
+    lifts = [lift_after(true, sampled(true + 0.0066, np.array([[0.0, 3.0, 2.0]] * 6), seed), CORNER_HZ)
+             for seed in range(20)]  # fmt: skip
+    assert np.abs(np.array(lifts) - 0.0066).max() < 1e-3
+    assert np.isnan(lift_after(true, sampled(true, np.zeros((6, 3)), 0), CORNER_HZ))
+
+
+def test_step_times_by_leg() -> None:
+    strikes = HeelStrikes(np.array([0.0, 0.4, 0.9, 1.3, 2.2, 2.7]), np.array([0, 1, 0, 1, 1, 0]))
+    times = step_times(strikes, 0.01, DRAWING)
+    assert (times.inner_step, times.outer_step, times.asymmetry) == pytest.approx((0.5, 0.4, 0.1 / 0.45))
+    of_feet = (times.inner_stance, times.inner_swing, times.outer_stance, times.outer_swing)
+    assert of_feet == pytest.approx((0.41, 0.49, 0.51, 0.39))
+    assert times.outer_error > times.double_stance > times.inner_error
+    unknown = step_times(strikes, float("nan"), DRAWING)
+    assert np.isnan([unknown.inner_stance, unknown.inner_error, unknown.stance_asymmetry]).all()
+    assert np.isfinite(unknown.step_error)

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from stages.campaign.parameters import Parameters
+from stages.campaign.twin_run import TwinRun
+from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
+from stages.imu.sources.opening import SourceRefused
 from stages.imu.trial.trial import Trial, read_trial
-from tests.imu.made_logs import Log
+from tests.imu import wrong_logs
+from tests.imu.conftest import RUNS
+from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited, flipped, overwritten_head, truncated
+from tests.imu.made_logs import Log, TracedRecording, made_log, replaced, with_errors, wrong_quantities
 from tests.imu.rewritings import REWRITINGS, differs, rewritten
-from tests.imu.stand_in import PARAMETERS
+from tests.imu.stand_in import PARAMETERS, make_database, make_run, result_of
 
 QUICK = ("mg, mdps", "1000 s later", "clocks an hour apart", "decimal comma, exponents, quoted")
 
@@ -35,3 +47,213 @@ def test_a_log_that_begins_late_or_ends_early_is_as_good(first: float, last: flo
     end = min(one.max() for one in at)
     cut = tuple(one.take((t >= first) & (t <= end - last)) for one, t in zip(log.recordings, at))
     assert read_trial(log.experiment, cut, PARAMETERS).verdict.findings == ()
+
+
+# --- Damaged logs: an answer or one clear sentence, never a traceback, never a wrong unit, never a changed source.
+
+
+#: So many seeds are drawn by the quick test: two of each damage.
+QUICK_SEEDS = 2 * len(HARMFUL)
+
+
+@pytest.fixture(scope="module")
+def sound() -> bytes:
+    return make_database([make_run(1, steps=8, rest_s=1.5)])
+
+
+def ingest(content: bytes, folder: Path) -> str:
+    """What the ingest says; fails if it changes the source, warns, or says more than a sentence."""
+    path = folder / "log.sqlite"
+    path.write_bytes(content)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            said = result_of(path).summary()
+    except SourceRefused as refusal:
+        said = f"refused: {refusal}"
+    assert path.read_bytes() == content
+    assert sorted(child.name for child in folder.iterdir()) == ["log.sqlite"]
+    assert said.isprintable() and len(said) < 500
+    return said
+
+
+@pytest.mark.parametrize("seeds", [range(QUICK_SEEDS), pytest.param(range(QUICK_SEEDS, 2210), marks=pytest.mark.slow)],
+                         ids=["two of each", "two thousand"])  # fmt: skip
+def test_a_damaged_log_gives_an_answer_or_one_sentence(seeds: range, sound: bytes, tmp_path: Path) -> None:
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        name = [*HARMFUL][seed % len(HARMFUL)]
+        content = HARMFUL[name](sound, rng)
+        if rng.random() < 0.2 and content.startswith(b"SQLite"):
+            content = (truncated, flipped, overwritten_head)[rng.integers(3)](content, rng)
+        try:
+            ingest(content, tmp_path)
+        except Exception as error:
+            raise AssertionError(f"{name} with seed {seed}") from error
+
+
+@pytest.mark.parametrize("damage", NEVER_ACCEPTED)
+def test_wrong_units_and_swapped_sensors_are_refused(damage: str, sound: bytes, tmp_path: Path) -> None:
+    assert ingest(NEVER_ACCEPTED[damage](sound, np.random.default_rng(0)), tmp_path).startswith("refused")
+
+
+#: With a number of its own a row from another year reads as a life of the sensor before a restart.
+STALE = "UPDATE sample SET packet = 60000, phone_stamp = 5, server_stamp = 5 WHERE sample_id = 10"
+
+
+@pytest.mark.parametrize("change", [[], [STALE]], ids=["none", "a row from another year"])
+def test_a_sound_log_is_accepted_and_a_stale_row_costs_no_run(change: list[str], sound: bytes, tmp_path: Path) -> None:
+    assert ingest(edited(sound, *change), tmp_path).startswith("1 synthetic run,")
+
+
+# --- Nothing wrong is accepted without a remark that names it, and nothing good is remarked on.
+
+
+#: Of what is wrong the first run's log is read by the quick tests, those of the others by the slow ones.
+NUMBERS = pytest.mark.parametrize("number", [0, *(pytest.param(one, marks=pytest.mark.slow) for one in range(1, RUNS))])
+Judged = Callable[[str, int], tuple[Log, Trial]]
+FAMILIES = {**wrong_logs.WRONG, **wrong_logs.LATER, **wrong_logs.CLOCKS, **wrong_logs.SILENT}
+
+
+def trial_of(log: Log) -> Trial:
+    return read_trial(log.experiment, log.recordings, PARAMETERS)
+
+
+def remarks(trial: Trial) -> str:
+    return "; ".join(trial.verdict.sentences(refused=False))
+
+
+@pytest.fixture(scope="module")
+def judged(parameters: Parameters, walks: list[TwinRun]) -> Judged:
+    """A run's log made wrong, and what is read of it: one for all tests that look at it."""
+    logs = [made_log(number, walk, parameters) for number, walk in enumerate(walks)]
+
+    @functools.cache
+    def done(family: str, number: int) -> tuple[Log, Trial]:
+        log = FAMILIES[family](logs[number], walks, np.random.default_rng(number))
+        return log, trial_of(log)
+
+    return done
+
+
+@pytest.mark.parametrize(
+    ("number", "times"),
+    [(0, 1.0), (1, 3.0)]
+    + [pytest.param(*one, marks=pytest.mark.slow) for one in ((0, 3.0), (1, 1.0), (2, 1.0), (2, 3.0))],
+)
+def test_a_good_log_is_accepted_without_a_word(
+    number: int, times: float, walks: list[TwinRun], parameters: Parameters
+) -> None:
+    log = made_log(number, walks[number], with_errors(parameters, times))
+    trial = trial_of(log)
+    assert trial.verdict.findings == ()
+    assert trial.verdict.outcome == ACCEPTED
+    assert wrong_quantities(log, trial) == {}, "and rightly so"
+
+
+#: Like another one of them, but for one sensor instead of both, by more or less, or together with another.
+LIKE_ANOTHER = {
+    "forward_turned_at_one", "acceleration_turned_at_one", "foot_clock_1_s_off",
+    "nothing_declared_and_gyroscope_columns_exchanged", "set_back", "set_twice", "no_counter_but_device_stamps",
+    "foot_of_another_run_and_device_stamps_only", *wrong_logs.SILENT,
+}  # fmt: skip
+
+
+@NUMBERS
+@pytest.mark.parametrize(
+    "family", [pytest.param(one, marks=pytest.mark.slow) if one in LIKE_ANOTHER else one for one in FAMILIES])
+def test_what_is_wrong_is_refused_or_named(family: str, number: int, judged: Judged) -> None:
+    log, trial = judged(family, number)
+    if trial.accepted:
+        assert set(wrong_quantities(log, trial)) <= set(trial.verdict.not_trusted), trial.verdict.findings
+
+
+#: What a family's refusal says, where nothing is named that is not to be trusted, or its remarks, and about what.
+SAID: dict[str, tuple[str, set[str]]] = {
+    "forward_turned": ("forward_axis points backward", set()),
+    "walked_backward": ("forward_axis points backward", set()),
+    "up_turned": ("from the declared mounting", set()),
+    "acceleration_turned": ("from the declared mounting", set()),
+    "gyroscopes_turned": ("turns against gravity", set()),
+    "foot_gyroscope_turned": ("turns against gravity", set()),
+    "foot_on_outer_leg": ("another leg", set()),
+    "foot_of_another_run": ("logs of different runs", set()),
+    "gyroscope_range_halved": ("times what gravity turns by", set()),
+    "foot_gyroscope_range_halved": ("look at gyroscope_range_deg_s", set()),
+    "sensors_swapped": ("hip and foot are swapped", set()),
+    "slope_unknown": ("slope_deg is unknown", {"hip frame", "foot force"}),
+    "slope_of_another_day": ("look at slope_deg", {"hip frame", "foot frame"}),
+    "no_stamps": ("has no stamps", {"clock", "step frequency"}),
+    "accelerometer_range_narrow": ("its full scale is there", {"foot force"}),
+    "put_on": ("was set by", {"clock"}),
+    "gyroscopes_10_percent_off": ("times what gravity turns by", {"hip rate", "foot rate", "step length"}),
+    "one_axis_twice_as_strong": ("an axis of its accelerometer", {"lever arm"}),
+    "slope_in_radians": ("seems to be in radians", {"hip frame", "foot frame"}),
+    "smoothed_at_5_hz": ("noise of the foot at rest ends", {"hip force", "foot force", "step length"}),
+    "averaged_over_3_rows": ("noise of the hip at rest ends", {"hip force", "foot force", "step length"}),
+    "set_an_hour_on": ("was set by +3600", {"clock"}),
+    "gyroscopes_30_ms_late": ("ms after the accelerometers", {"foot rate", "leg angle"}),
+    "knocked": ("turned on its leg", {"leg angle"}),
+    "device_stamps_only": ("is dated by its own clock", {"clock", "step frequency"}),
+}
+
+
+@pytest.mark.parametrize(("family", "said"), SAID.items(), ids=SAID)
+def test_a_refusal_says_where_to_look_and_a_remark_what_is_not_to_be_trusted(
+    family: str, said: tuple[str, set[str]], judged: Judged
+) -> None:
+    (words, about), (_, trial) = said, judged(family, 0)
+    assert trial.verdict.outcome == (WITH_REMARKS if about else REFUSED)
+    assert words in "; ".join(trial.verdict.sentences(refused=not about))
+    assert about <= set(trial.verdict.not_trusted)
+
+
+def test_a_robot_that_is_not_its_drawings_is_said_and_its_step_has_an_error_that_covers(log: Log) -> None:
+    """The drawing's leg is a tenth shorter, and so is every step."""
+    drawing = dataclasses.replace(PARAMETERS.drawing, leg_length=PARAMETERS.drawing.leg_length / 1.1)
+    limits = dataclasses.replace(PARAMETERS.limits, lever_arm=PARAMETERS.limits.lever_arm / 1.1)
+    trial = read_trial(log.experiment, log.recordings, dataclasses.replace(PARAMETERS, drawing=drawing, limits=limits))
+    assert "times its nominal length" in remarks(trial)
+    report = trial.report()
+    assert report.step_length_drawing_error / report.step_length == pytest.approx(0.1, abs=0.02)
+    assert report.step_length_error > report.step_length_drawing_error
+
+
+def test_strikes_in_holes_are_not_trusted(log: Log) -> None:
+    """A row or two are missing at each of the later strikes."""
+
+    def lost(one: TracedRecording) -> TracedRecording:
+        return one.take(np.abs(one.true_time[:, None] - log.strike_time[4:]).min(axis=1) > 0.008)
+
+    trial = trial_of(log.changed("both", lost))
+    assert "of the heel strikes lie in holes" in remarks(trial)
+    assert {"heel strikes", "step frequency", "step length"} <= set(trial.verdict.not_trusted)
+
+
+@pytest.mark.parametrize(("others", "said"), [
+    ([], "only the hip's sensor"), ([{"place": " Foot"}], ""),
+    ([{"place": "knee"}], "the sensor at 'knee' is not used"),
+    ([{"forward_axis": None, "up_axis": None}], "the foot's mounting is not declared"),
+    ([{}, {}], "a second sensor at the foot is not used"),
+])  # fmt: skip
+def test_what_cannot_be_known_is_said(others: list[dict[str, object]], said: str, log: Log) -> None:
+    """One sensor, a place that is only written otherwise, another one, no declared mounting, a second sensor."""
+    hip, foot = log.recordings
+    beside = [replaced(foot, device=dataclasses.replace(foot.device, **one)) for one in others]
+    trial = trial_of(dataclasses.replace(log, recordings=(hip, *beside)))
+    assert trial.verdict.outcome == (WITH_REMARKS if said else ACCEPTED) and said in remarks(trial)
+
+
+@pytest.mark.parametrize("late", [-0.4, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.4, 3600.0, -17.3))])
+def test_clocks_any_time_apart_are_brought_together(late: float, log: Log) -> None:
+    """Half a step is 0.24 s; two loggers that were started by hand are further apart."""
+    near = trial_of(log)
+    trial = trial_of(log.changed("foot", lambda one: replaced(one, phone_stamp=one.phone_stamp + late)))
+    assert trial.together.lag - late == pytest.approx(near.together.lag, abs=1e-6)
+    assert trial.verdict == near.verdict and trial.overlap == pytest.approx(near.overlap, abs=1e-6)
+    assert 0 < trial.together.lag_error < 3e-4
+
+
+def test_what_cannot_be_one_walk_is_not_brought_together(judged: Judged) -> None:
+    """Another run's foot, minutes away: no lag makes it turn as the hip does."""
+    assert judged("foot_of_another_run", 0)[1].overlap == 0

@@ -1,7 +1,5 @@
 """The SQL source against a real PostgreSQL server: same rows as from SQLite, read-only, silent about the connection."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal
