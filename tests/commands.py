@@ -1,7 +1,5 @@
 """Runs commands of the study: as a user's shell does, or in this process, where one of its own tells no more."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -1,7 +1,5 @@
 """Designs the tests walk with."""
 
-from __future__ import annotations
-
 import dataclasses
 from functools import cache
 

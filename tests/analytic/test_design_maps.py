@@ -1,7 +1,5 @@
 """Maps of designs: every answer is the gait that the search finds; a wrong file is refused in a sentence."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 from types import SimpleNamespace

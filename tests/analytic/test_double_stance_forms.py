@@ -1,17 +1,16 @@
-"""The index forms of double stance agree, and differentiating the constraints twice loses nothing."""
+"""Double stance in three index forms agrees, and differentiating the constraints twice loses nothing."""
+
+from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from stages.analytic.integration.readable import accelerations, terms
+from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.walk.recording import states_at
-from tests.analytic.double_stance_forms import (
-    acceleration_level,
-    free_directions,
-    project,
-    rates,
-    velocity_level,
-)
 
 
 @pytest.fixture(scope="module")
@@ -71,3 +70,94 @@ def test_twice_differentiated_constraints_keep_rolling_but_let_drift_stand(start
     turned = rates(walker, wrong)
     assert abs(slip(wrong)) > 1e-3
     assert abs(slip(wrong + h * turned) - slip(wrong - h * turned)) / (2 * h) <= 1e-6
+
+
+# --- Double stance in three index forms that must agree.
+
+
+def rates(walker: Walker, y: Vector) -> Vector:
+    """dy/dt with lambda eliminated at acceleration level."""
+    return np.concatenate([y[4:], accelerations(walker, y, True)[0]])
+
+
+def project(walker: Walker, y: Vector, roll: float) -> Vector:
+    """Nearest state, in the metric of the mass matrix, that has clearance 0, travel `roll` and rolling velocities."""
+    t, q, qd = terms("compliant"), y[:4].copy(), y[4:].copy()
+    target = np.array([0.0, roll])
+
+    def correction(gap: Vector) -> Vector:
+        """M^-1 Pi (Pi^T M^-1 Pi)^-1 gap."""
+        here = np.concatenate([q, qd])
+        pi = t.constraint_jacobian(here, walker.p)
+        spread = np.linalg.solve(t.mass(here, walker.p), pi)
+        result: Vector = spread @ np.linalg.solve(pi.T @ spread, gap)
+        return result
+
+    for _ in range(4):
+        q = q - correction(t.constraint(np.concatenate([q, qd]), walker.p).ravel() - target)
+    pi = t.constraint_jacobian(np.concatenate([q, qd]), walker.p)
+    return np.concatenate([q, qd - correction(pi.T @ qd)])
+
+
+def acceleration_level(walker: Walker, y: Vector, duration: float, tolerance: float, *, parts: int = 4) -> Vector:
+    """State after `duration` with the constraints at acceleration level, projected back after each of `parts`."""
+    roll = float(terms("compliant").constraint(y, walker.p)[1, 0])
+    for _ in range(parts):
+        solution: Any = solve_ivp(lambda _, state: rates(walker, state), (0.0, duration / parts), y,
+                                  method="DOP853", rtol=tolerance, atol=tolerance)
+        y = project(walker, solution.y[:, -1], roll)
+    return y
+
+
+def velocity_level(walker: Walker, y: Vector, duration: float, tolerance: float) -> tuple[Vector, Vector]:
+    """State and lambda after `duration` with the constraints differentiated once: the paper's form, by IDA.
+
+    Unknowns (q, qd, lambda): dq/dt = qd, M dqd/dt = Q - C qd + Pi lambda, Pi^T qd = 0.
+    """
+    from sksundae.ida import IDA
+
+    t = terms("compliant")
+
+    def residual(_: float, state: Vector, rate: Vector, out: Vector) -> None:
+        here = state[:8]
+        pi = t.constraint_jacobian(here, walker.p)
+        out[:4] = rate[:4] - state[4:8]
+        out[4:8] = t.mass(here, walker.p) @ rate[4:8] - t.force(here, walker.p).ravel() - pi @ state[8:]
+        out[8:] = pi.T @ state[4:8]
+
+    qdd, force = accelerations(walker, y, True)
+    start, slope = np.concatenate([y, force]), np.concatenate([y[4:], qdd, np.zeros(2)])
+    # lambda stays out of the error test: at index 2 its local error is of lower order and would stall the step size
+    scale = np.full(10, tolerance)
+    scale[8:] = 1e3
+    solver = IDA(residual, rtol=tolerance, atol=scale, algebraic_idx=[8, 9], max_num_steps=100_000, first_step=1e-9)
+    solution = solver.solve(np.array([0.0, duration]), start, slope)
+    if not solution.success:
+        raise ArithmeticError(f"IDA: {solution.message}")
+    return solution.y[-1, :8], solution.y[-1, 8:]
+
+
+def free_directions(walker: Walker, y: Vector, duration: float, tolerance: float) -> Vector:
+    """State after `duration` of the motion along the null space of Pi^T: velocity constraints hold by construction.
+
+    qd = N u, N^T M N du/dt = N^T (Q - C qd - M (dN/dt) u) with N^T N = 1; the two missing equations for the
+    acceleration are the constraints' own, so no lambda appears.
+    """
+    t = terms("compliant")
+
+    def rate(_: float, state: Vector) -> Vector:
+        here = np.concatenate([state[:4], state[4:]])
+        pi = t.constraint_jacobian(here, walker.p)
+        orthogonal = np.linalg.qr(pi, mode="complete")[0]
+        along, null = orthogonal[:, :2], orthogonal[:, 2:]
+        qd = null @ (null.T @ state[4:])
+        here = np.concatenate([state[:4], qd])
+        mass, force = t.mass(here, walker.p), t.force(here, walker.p).ravel()
+        # part of the acceleration that turns the free directions, from Pi^T qdd = -dPi^T/dt qd
+        turning = along @ np.linalg.solve(pi.T @ along, -t.constraint_bias(here, walker.p).ravel())
+        free = null @ np.linalg.solve(null.T @ mass @ null, null.T @ (force - mass @ turning))
+        return np.concatenate([qd, turning + free])
+
+    solution: Any = solve_ivp(rate, (0.0, duration), y, method="DOP853", rtol=tolerance, atol=tolerance)
+    state: Vector = solution.y[:, -1]
+    return state

@@ -1,7 +1,5 @@
 """Single stance with a motor and Coulomb friction at the hip: its equations, its energy, its derivatives."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,8 +1,10 @@
-"""Energy and momentum in the compiled flow."""
+"""Energy and momentum, in the compiled flow and over a periodic step."""
 
 import numpy as np
 import pytest
 
+from stages.analytic.gait.gait_report import audit
+from stages.analytic.gait.gait_search import step_length
 from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import directions
 from stages.analytic.phases.motion import (
@@ -19,7 +21,20 @@ from stages.analytic.phases.motion import (
     flow,
     motion,
 )
-from tests.analytic.designs import HEAVY_LEGS, TABLE_1_RIGID, changed, double_stance_states, random_states, walker_of
+from stages.analytic.phases.section import section_state
+from stages.analytic.walk.recording import record
+from stages.ground.slope import Friction
+from tests.analytic.designs import (
+    FRICTION,
+    HEAVY_LEGS,
+    TABLE_1,
+    TABLE_1_RIGID,
+    changed,
+    double_stance_states,
+    found_gait,
+    random_states,
+    walker_of,
+)
 
 
 def energy(walker, y):
@@ -116,3 +131,27 @@ def test_each_phase_holds_what_its_row_says(phase):
             ends = [(rates(h, moves[column], by) - rates(-h, moves[column], by)) / (2 * h) for h in (2e-5, 1e-5)]
             wanted, found = (4 * ends[1] - ends[0]) / 3, whole[8 * column + 8 : 8 * column + 16]
             assert found == pytest.approx(wanted, rel=0, abs=1e-6 * max(1.0, np.abs(wanted).max()))
+
+
+# --- The energy audit of a periodic step.
+
+
+@pytest.mark.parametrize("design, friction", [
+    (TABLE_1, None), (HEAVY_LEGS, None), (TABLE_1_RIGID, None), (changed(TABLE_1_RIGID, foot_radius=0.0), None),
+    (TABLE_1, FRICTION), (TABLE_1, Friction(0.3, 0.2)), (TABLE_1, Friction(0.0, 0.0)),
+], ids=["Table 1", "leg inertia", "rigid", "rigid, point feet", "friction", "little friction", "ice"])
+def test_gravity_pays_for_dampers_impacts_and_sliding(design, friction):
+    """Closes to 1e-9 of gravity's work; every term is counted where it arises, none as the rest of the others."""
+    walker, point = found_gait(design, friction)
+    report = audit(walker, record(walker, section_state(point.z, walker.p), 1, 1e-12), step_length(walker, point))
+    assert abs(report.residual) <= 1e-9
+    assert report.impact_loss > 0 and report.gravity_work > 0
+    assert report.damper_loss == 0 if walker.rigid else report.damper_loss > 0
+    assert report.friction_loss > 1e-8 if friction and friction.dynamic_friction else report.friction_loss == 0
+
+
+def test_audit_notices_a_walk_that_is_not_periodic(table_1_gait):
+    """Off the gait the state's energy changes over a step, and the audit does not close."""
+    walker, point = table_1_gait
+    segments = record(walker, section_state(point.z * [1, 1, 1, 1.02, 1], walker.p), 1, 1e-12, DOUBLE_STANCE)
+    assert abs(audit(walker, segments, step_length(walker, point)).residual) > 1e-3

@@ -1,18 +1,23 @@
-"""The search for gaits: all kinds found and labelled, refusals with a reason, nothing wrong at the extremes."""
+"""The search for gaits, refusals with a reason, nothing wrong at the extremes, and families of gaits."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 
 from benchmarks.missed_gaits import drawn
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.basin import NONE, basin_of_attraction
+from stages.analytic.gait.continuation import PERIOD_DOUBLING, TURNING_POINT, continue_gait, follow_family
+from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits, from_neighbours, gaits_kept
-from stages.analytic.gait.poincare import FixedPoint, poincare_map
+from stages.analytic.gait.poincare import FixedPoint, fixed_point, poincare_map
+from stages.analytic.result import BACK, REACHES, STILL
+from stages.biped.design import Biped
 from stages.ground.slope import Slope
-from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, walker_of
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait, walker_of
 
 
 def closes(walker, point):
@@ -157,3 +162,154 @@ def test_a_neighbour_leads_to_the_design():
     point = from_neighbours(DesignPoint(TABLE_1, SLOPE), 1e-10)
     assert isinstance(point, FixedPoint)
     assert by_stability(point) == pytest.approx(0.640340343, abs=1e-8)
+
+
+@pytest.fixture(scope="module")
+def gait():
+    return found_gait(TABLE_1)
+
+
+def small_map(gait, workers):
+    walker, point = gait
+    angles, rates = np.linspace(0.1, 0.45, 12), np.linspace(0.1, 0.9, 12) / walker.time
+    return basin_of_attraction(walker, [point.z], angles, rates, workers=workers)
+
+
+@pytest.fixture(scope="module")
+def mapped(gait):
+    return small_map(gait, 2)
+
+
+def test_the_map_does_not_depend_on_the_number_of_workers(gait, mapped):
+    one, two = small_map(gait, 1), mapped
+    assert (one.steps == two.steps).all()
+    assert (one.ending == two.ending).all()
+    assert (one.reached == two.reached).all()
+
+
+def test_the_gait_lies_in_its_own_basin_and_a_standstill_does_not(gait):
+    walker, point = gait
+    rates = np.array([point.z[3], 0.01]) / walker.time
+    mapped = basin_of_attraction(walker, [point.z], np.array([-point.z[0]]), rates, steps=30)
+    assert mapped.reached.tolist() == [[0, NONE]]
+    assert mapped.ending[0, 0] == REACHES and mapped.ending[0, 1] in (BACK, STILL)
+    assert mapped.steps[0, 1] < 30
+
+
+def test_a_start_in_the_basin_does_walk_to_the_gait(gait, mapped):
+    walker, point = gait
+    inside = np.argwhere(mapped.reached >= 0)
+    assert len(inside) > 3
+    row, column = inside[0]
+    z = point.z.copy()
+    z[0], z[3] = -mapped.stance_angle[row], mapped.stance_rate[column] * walker.time
+    for _ in range(80):
+        z = poincare_map(walker, z, 1e-8).z
+    assert z == pytest.approx(point.z, abs=1e-6)
+
+
+# --- Families of gaits: the simplest walker's published period doubling, and consistency along a branch.
+
+
+TOLERANCE = 1e-11
+START = np.array([-0.2, 0.2, -0.184])
+
+
+def simplest_walker(mass_ratio: float = 1e7) -> DesignPoint:
+    """Garcia's walker (1998): all mass at the hip, point feet."""
+    return DesignPoint(Biped("rigid", mass_ratio, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0), Slope(math.degrees(0.009), 1.0))
+
+
+@pytest.fixture(scope="module")
+def cascade():
+    """Families of cycle 1, 2, 4 and 8 over the slope."""
+    limits = (math.degrees(0.001), math.degrees(0.0185))
+    return follow_family(simplest_walker(), "ground.slope_deg", limits, START, TOLERANCE, doublings=3)
+
+
+def doublings(branches):
+    return {
+        branch.cycle: math.radians(point.value)
+        for branch in branches
+        for kind, point in branch.special
+        if kind == PERIOD_DOUBLING
+    }
+
+
+def test_period_doubles_at_the_published_slope(cascade):
+    """Garcia et al. (1998): stable below 0.0151; more digits in later work, 0.01509."""
+    assert doublings(cascade)[1] == pytest.approx(0.01509, abs=1e-5)
+
+
+def test_cycles_of_two_four_and_eight_follow_at_feigenbaums_pace(cascade):
+    slopes = doublings(cascade)
+    assert sorted(slopes) == [1, 2, 4, 8]
+    gaps = np.diff([slopes[cycle] for cycle in (1, 2, 4, 8)])
+    assert (gaps > 0).all()
+    assert gaps[1] / gaps[2] == pytest.approx(4.669, rel=0.05)
+
+
+def test_a_doubling_has_a_multiplier_of_minus_one(cascade):
+    point = next(point for kind, point in cascade[0].special if kind == PERIOD_DOUBLING)
+    assert np.abs(point.floquet_multipliers + 1).min() < 1e-9
+
+
+def test_a_doubling_is_no_turning_point(cascade):
+    """A doubled family is upright where it leaves the old one, but no two gaits meet and vanish there."""
+    assert not [point for branch in cascade for kind, point in branch.special if kind == TURNING_POINT]
+
+
+def test_longer_cycles_do_not_close_earlier(cascade):
+    for branch in cascade[1:]:
+        point = branch.points[len(branch.points) // 2]
+        walker = simplest_walker().with_value(branch.name, point.value).walker()
+        z, gaps = point.z, []
+        for _ in range(branch.cycle):
+            z = poincare_map(walker, z, TOLERANCE).z
+            gaps.append(np.abs(z - point.z).max())
+        assert gaps[-1] < 1e-9
+        assert min(gaps[:-1]) > 1e-6
+
+
+def test_points_of_a_branch_are_the_gaits_newton_finds(cascade):
+    for point in cascade[0].points[::8]:
+        walker = simplest_walker().with_value("ground.slope_deg", point.value).walker()
+        again = fixed_point(walker, point.z + 1e-4, TOLERANCE)
+        assert again is not None
+        assert again.z == pytest.approx(point.z, abs=1e-9)
+
+
+def test_a_family_is_followed_round_its_turning_points():
+    """Table 1's gait turns three times in the damping: between two of the turns four gaits stand side by side."""
+    design = DesignPoint(TABLE_1, SLOPE)
+    z = np.array([-0.2648, 1.00253, 0.99483, 0.4220, -0.1568])
+    branch = continue_gait(design, "biped.damping", (50.0, 195.0), z, 1e-8)
+    turns = [point for kind, point in branch.special if kind == TURNING_POINT]
+    assert len(turns) == 3
+    for turn in turns:
+        assert np.abs(turn.floquet_multipliers - 1).min() < 1e-4
+    values = np.array([point.value for point in branch.points])
+    between = 0.5 * (turns[1].value + turns[2].value)
+    assert (np.diff(np.sign(values - between)) != 0).sum() == 4
+    assert values[-1] == pytest.approx(50.0, abs=1e-12), "the family is followed onto the limit itself"
+    assert values.max() == pytest.approx(188.074, abs=1e-2) and values.max() <= turns[0].value + 1e-6
+
+
+@pytest.mark.slow
+def test_no_gait_is_found_where_the_families_have_turned_back():
+    """Soft dampers lose the gait at a turning point near 188 N s/m, stiff ones near 524; between them nothing walks."""
+    for damping, walks in ((180.0, True), (300.0, False), (530.0, True)):
+        design = changed(TABLE_1, damping=damping)
+        if walks:
+            assert find_gait(design, SLOPE, 1e-10)[1].residual <= 1e-10
+        else:
+            with pytest.raises(NoGait, match="no periodic gait in the range searched"):
+                find_gait(design, SLOPE, 1e-10)
+
+
+def test_names_reach_every_number_of_the_design():
+    design = simplest_walker()
+    for name in parameter_names():
+        assert design.with_value(name, 0.123).value(name) == 0.123
+    with pytest.raises(KeyError, match=r"biped\.hip_mass"):
+        design.value("biped.hip_mas")

@@ -1,7 +1,5 @@
 """A step onto another height, its exact derivatives by heights, and the linear spread of a gait on drawn blocks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

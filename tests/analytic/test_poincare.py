@@ -1,34 +1,36 @@
-"""The step map: its fixed point, its derivative, and that neither depends on how it is computed."""
+"""The step map: its fixed point and derivative, however they are computed, up to the edges of what is legal."""
 
 import numpy as np
 import pytest
 
-from stages.analytic.gait.gait_search import find_gait
+from benchmarks.round_off import eliminate, orders_of_summation, precisions, similarity, step, system
+from stages.analytic.gait.gait_report import audit
+from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.integration.readable import accelerations
 from stages.analytic.model import terms as eq
-from stages.analytic.phases.motion import DOUBLE_STANCE
+from stages.analytic.phases.impact import heel_strike_reset
+from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.phases.section import section_coordinates, section_state
-from stages.analytic.walk.recording import record
+from stages.analytic.walk.recording import record, states_at
 from stages.analytic.walk.validity import dense_states
 from stages.ground.slope import Slope
-from tests.analytic.designs import SLOPE, TABLE_1, changed
+from tests.analytic.designs import (
+    FRICTION,
+    SLOPE,
+    TABLE_1,
+    TABLE_1_RIGID,
+    changed,
+    double_stance_states,
+    found_gait,
+    walker_of,
+)
+from tests.analytic.differences import map_slope
 
-
-def central_difference(walker, z, tolerance=1e-13):
-    """Derivative of the step map by Richardson-extrapolated central differences, error O(h^4).
-
-    Lengths get the smaller h: stiff springs make the map curved on the scale of their deflection.
-    """
-    columns, h = [], 4e-4
-    for i in range(z.size):
-        e = np.eye(z.size)[i] * (0.02 if z.size == 5 and i in (1, 2) else 1.0)
-
-        def slope(step, e=e):
-            ahead = poincare_map(walker, z + step * e, tolerance).z
-            return (ahead - poincare_map(walker, z - step * e, tolerance).z) / (2 * step)
-
-        columns.append((4 * slope(h / 2) - slope(h)) / 3 / e.sum())
-    return np.column_stack(columns)
+#: Sizes of differences by the coordinates: stiff springs make the map curved on the scale of their deflection.
+SIZES = {3: (4e-4,) * 3, 5: (4e-4, 8e-6, 8e-6, 4e-4, 4e-4)}
+#: Walkers with the paper's friction, or none: design, friction.
+WALKERS = pytest.mark.parametrize("biped, friction", [(TABLE_1, None), (TABLE_1_RIGID, None), (TABLE_1, FRICTION)])
 
 
 @pytest.mark.parametrize("kind", ["table_1_gait", "rigid_gait"])
@@ -48,20 +50,21 @@ def test_gait_of_table_1(table_1_gait):
 def test_multipliers_equal_those_of_central_differences(kind, request):
     walker, point = request.getfixturevalue(kind)
     _, exact = poincare_derivative(walker, point.z, 1e-13)
-    found = central_difference(walker, point.z)
+    found = map_slope(walker, point.z, SIZES[point.z.size])
     assert np.abs(exact - found).max() <= 1e-7 * np.abs(exact).max()
     largest = np.sort(np.abs(np.linalg.eigvals(exact)))[::-1][:2]
     assert np.abs(largest - np.sort(np.abs(np.linalg.eigvals(found)))[::-1][:2]).max() <= 1e-7
 
 
-@pytest.mark.parametrize("kind", ["table_1_gait", "rigid_gait"])
-def test_period_and_multipliers_do_not_depend_on_the_tolerance(kind, request):
+@WALKERS
+def test_period_and_multipliers_do_not_depend_on_the_tolerance(biped, friction):
     """Trap 3: an event located to 1e-6 would show here at every tolerance."""
-    walker, start = request.getfixturevalue(kind)
-    loose, tight = fixed_point(walker, start.z, 1e-10), fixed_point(walker, start.z, 1e-13)
-    assert loose.steps[0].period == pytest.approx(tight.steps[0].period, rel=1e-10)
+    walker, start = found_gait(biped, friction)
+    coarse, alike, less = (1e-10, 1e-10, 3e-10) if friction is None else (1e-9, 1e-9, 1e-8)
+    loose, tight = fixed_point(walker, start.z, coarse), fixed_point(walker, start.z, 1e-13)
+    assert loose.steps[0].period == pytest.approx(tight.steps[0].period, rel=alike)
     largest = [np.sort(np.abs(point.floquet_multipliers))[::-1][:2] for point in (loose, tight)]
-    assert np.abs(largest[0] / largest[1] - 1).max() <= 3e-10
+    assert np.abs(largest[0] / largest[1] - 1).max() <= less
 
 
 def test_image_lies_on_the_section(table_1_gait):
@@ -128,3 +131,121 @@ def test_walk_repeats_itself_over_ten_steps(table_1_gait):
     segments = record(walker, section_state(point.z, walker.p), 10, 1e-12, DOUBLE_STANCE)
     periods = [a.duration + b.duration for a, b in zip(segments[::2], segments[1::2], strict=True)]
     assert np.ptp(periods) <= 1e-10
+
+
+# --- Shortcuts that cost a wrong gait, each taken here on purpose to show what it costs.
+
+
+#: One millionth of a second, as a common setting of event location has it.
+MICROSECOND = 1e-6
+
+
+def test_the_first_root_found_need_not_be_the_gait(table_1_gait, table_1_gaits):
+    """Newton's method from a short step finds a gait too, and it is unstable; the search names the stable one."""
+    walker, stable = table_1_gait
+    short = next(point for point in table_1_gaits if np.abs(point.floquet_multipliers).max() > 1)
+    first = fixed_point(walker, short.z + 1e-3 * np.array([1.0, 0.0, 0.0, -1.0, 0.0]), 1e-11)
+    assert first is not None and first.residual <= 1e-10
+    assert np.abs(first.floquet_multipliers).max() > 1
+    assert np.abs(stable.floquet_multipliers).max() < 1
+    assert abs(first.steps[0].period - stable.steps[0].period) > 1e-2
+
+
+def test_an_event_known_to_a_microsecond_caps_everything(table_1_gait, table_1_step):
+    """The step ended a microsecond early is off by more than 1e-8; steps at two tolerances agree to 1e-11."""
+    walker, point = table_1_gait
+    single = table_1_step[-1]
+    assert single.phase == SINGLE_STANCE
+    early = np.array([single.duration - MICROSECOND / walker.time])
+    naive = states_at(SINGLE_STANCE, single.times[-1:], single.states[-1:], early - single.times[-1], walker.p)[0]
+    heel_strike_reset(naive, walker.p)
+    exact = poincare_map(walker, point.z, 1e-13).z
+    assert np.abs(section_coordinates(naive, walker.p) - exact).max() > 1e-8
+    assert np.abs(poincare_map(walker, point.z, 1e-11).z - exact).max() <= 1e-11
+
+
+# --- Rigid legs at the edges of what is legal: no hip mass, point feet, mass at the foot's bottom, leg inertia.
+
+
+EDGES = {
+    "no hip mass": {"hip_mass": 0.0},
+    "point feet": {"foot_radius": 0.0},
+    "mass at the foot's bottom": {"foot_com": 0.0},
+    "no hip mass, point feet, inertia": {"hip_mass": 0.0, "foot_radius": 0.0, "leg_inertia": 1e-3},
+    "high mass centre, inertia": {"foot_com": 0.2, "leg_inertia": 3e-3},
+}
+
+
+@pytest.mark.parametrize("name", EDGES)
+def test_gait_closes_and_keeps_its_books(name):
+    """A gait is found; its energy audit closes; its exact derivative is that of differences."""
+    walker = walker_of(changed(TABLE_1_RIGID, **EDGES[name]))
+    point = find_gaits(walker, 1e-12, unstable=True)[0]
+    assert point.residual <= 1e-11
+    segments = record(walker, section_state(point.z, walker.p), 1, 1e-12, RIGID)
+    assert abs(audit(walker, segments, step_length(walker, point)).residual) <= 1e-9
+    _, exact = poincare_derivative(walker, point.z, 1e-13)
+    found = map_slope(walker, point.z, (1e-5,) * 3)
+    assert np.abs(found - exact).max() <= 1e-5 * max(1.0, np.abs(exact).max())
+
+
+def test_all_of_it_at_once_is_refused_with_a_reason():
+    """No hip mass, point feet and all mass at the foot's bottom: two loose masses, no gait at 1 degree."""
+    from stages.analytic.gait.gait_search import why_no_gait
+
+    walker = walker_of(changed(TABLE_1_RIGID, hip_mass=0.0, foot_radius=0.0, foot_com=0.0), slope_deg=1.0)
+    assert find_gaits(walker, 1e-11, unstable=True) == []
+    assert "no periodic gait in the range searched" in why_no_gait(walker)
+
+
+def test_rigid_legs_build_no_springs():
+    """Stiffness and damping do not enter a walk on rigid legs."""
+    z = np.array([-0.276, 0.416, -0.309])
+    images = [poincare_map(walker_of(changed(TABLE_1_RIGID, stiffness=k, damping=b)), z, 1e-12).z
+              for k, b in ((1.0, 0.0), (1e9, 1e4))]
+    assert (images[0] == images[1]).all() and images[0].size == 3
+
+
+# --- Round-off of one step: similar bipeds, three precisions, orders of summation.
+
+
+EXTENDED = pytest.mark.skipif(np.finfo(np.longdouble).nmant < 60, reason="longdouble is double on this machine")
+
+
+@pytest.mark.parametrize("factors", [(1e-3, 1e-2, 0.165), (1e6, 30.0, 2.53)])
+def test_similar_bipeds_walk_alike(factors):
+    """Scaled in mass, length and gravity, the dimensionless gait is the same."""
+    assert similarity(factors) < 1e-10
+
+
+def test_elimination_solves(table_1_gait):
+    """Against numpy's solver through the readable accelerations."""
+    walker = table_1_gait[0]
+    for y in double_stance_states(walker, 10):
+        qdd, force = accelerations(walker, y, True)
+        found = eliminate(*system(walker, y, True, np.float64))
+        assert found == pytest.approx(np.concatenate([qdd, force]), rel=1e-10, abs=1e-12)
+
+
+def test_fixed_steps_follow_the_gait(table_1_gait):
+    """The scheme that measures round-off integrates the gait: its end is the compiled step's, to its truncation."""
+    walker, point = table_1_gait
+    taken = point.steps[0]
+    start = section_state(point.z, walker.p)
+    end = step(walker, start, (taken.double_stance, taken.period - taken.double_stance), np.float64)
+    clearance = (end[1] - walker.p.r) * np.cos(end[0]) - (end[3] - walker.p.r) * np.cos(end[2])
+    assert abs(clearance) < 1e-6, "the step ends at heel strike"
+    assert -end[2] == pytest.approx(taken.state[0], abs=1e-6), "whose new stance leg is the compiled step's"
+
+
+@EXTENDED
+def test_double_precision_is_enough_and_single_is_not(table_1_gait):
+    """Round-off scales with the precision: 2^29 lies between single and double."""
+    found = precisions(*table_1_gait)
+    assert found["double"] < 1e-12
+    assert 1e-6 < found["single"] < 1e-2
+    assert 1e7 < found["single"] / found["double"] < 1e10
+
+
+def test_order_of_summation_does_not_matter(table_1_gait):
+    assert orders_of_summation(table_1_gait[0], double_stance_states(table_1_gait[0], 20)) < 1e-12

@@ -1,7 +1,5 @@
 """The stage's questions: each answers what the model says, in words and as plain values, or refuses in a sentence."""
 
-from __future__ import annotations
-
 import json
 from types import SimpleNamespace
 

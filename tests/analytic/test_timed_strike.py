@@ -1,7 +1,5 @@
 """Feet that retract, and are put down at a given time of the step: map, derivatives, gaits, energy, refusals."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

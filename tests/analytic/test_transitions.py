@@ -39,27 +39,20 @@ def landing_states(walker, count):
 
 # --- heel strike ---------------------------------------------------------------------------------------------------
 
-def test_guard_changes_sign_at_heel_strike(table_1_step, table_1_gait):
-    """Positive just before, negative just after, with the foot ahead; the event state itself is on the ground."""
+@pytest.mark.parametrize("phase, shift, exact", [
+    (SINGLE_STANCE, 1e-4, 1e-14),
+    (DOUBLE_STANCE, 1e-5, 1e-13)])  # a spring's force: its condition number times round-off is 2e-14
+def test_guards_change_sign_at_heel_strike_and_toe_off(table_1_step, table_1_gait, phase, shift, exact):
+    """Positive just before, negative just after; at heel strike with the foot ahead, the event state on the ground."""
     walker, _ = table_1_gait
-    single = table_1_step[-1]
-    value, rate, armed = guard_of(SINGLE_STANCE, single.end, walker.p)
-    assert abs(value) <= 1e-14 and rate < -0.1 and armed
-    for shift, sign in ((-1e-4, 1), (1e-4, -1)):
-        y = states_at(SINGLE_STANCE, single.times[-1:], single.states[-1:],
-                      np.array([single.duration + shift]), walker.p)[0]
-        assert np.sign(guard_of(SINGLE_STANCE, y, walker.p)[0]) == sign
-
-
-def test_guard_changes_sign_at_toe_off(table_1_step, table_1_gait):
-    walker, _ = table_1_gait
-    double = table_1_step[0]
-    value, rate, _ = guard_of(DOUBLE_STANCE, double.end, walker.p)
-    assert abs(value) <= 1e-13 and rate < 0  # a spring's force: its condition number times round-off is 2e-14
-    for shift, sign in ((-1e-5, 1), (1e-5, -1)):
-        y = states_at(DOUBLE_STANCE, double.times[-1:], double.states[-1:],
-                      np.array([double.duration + shift]), walker.p)[0]
-        assert np.sign(guard_of(DOUBLE_STANCE, y, walker.p)[0]) == sign
+    segment = next(one for one in table_1_step if one.phase == phase)
+    value, rate, armed = guard_of(phase, segment.end, walker.p)
+    landing = phase == SINGLE_STANCE
+    assert abs(value) <= exact and rate < (-0.1 if landing else 0.0) and (armed or not landing)
+    for sign in (1, -1):
+        y = states_at(phase, segment.times[-1:], segment.states[-1:], np.array([segment.duration - sign * shift]),
+                      walker.p)[0]  # fmt: skip
+        assert np.sign(guard_of(phase, y, walker.p)[0]) == sign
 
 
 def naive_guard(phase, y, p):

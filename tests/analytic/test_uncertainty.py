@@ -1,8 +1,8 @@
 """What the last digits of Table 1 leave open: linear, against gaits solved anew at the edges and at random."""
 
-from __future__ import annotations
-
 import dataclasses
+import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,6 +15,8 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
+from stages.analytic.run import neighbour, outsole_effect, zero_of
+from stages.biped.rubber import soled
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait, run_alone
 
 DIGITS = {"hip_mass": 5e-4, "foot_mass": 5e-4, "leg_length": 5e-4, "foot_radius": 5e-4, "foot_com": 5e-4,
@@ -145,3 +147,26 @@ def test_linear_uncertainty_is_that_of_ten_thousand_designs(gait, uncertainties)
         assert moved.std() == pytest.approx(one.independent / np.sqrt(3), rel=0.02), name
         assert np.abs(moved).max() <= 1.02 * one.worst, name
         assert np.abs(moved).max() > 0.7 * one.worst, name
+
+
+# --- An outsole quickens the gait by its length and slows it by its mass.
+
+
+def test_the_sign_turns_where_the_frequency_is_the_bare_feets():
+    _, point = found_gait(TABLE_1)
+    near = partial(neighbour, DesignPoint(TABLE_1, SLOPE), point.z, 1e-10)
+    usual = near(TABLE_1)[1]
+    found = outsole_effect(near, TABLE_1, RUBBER, 0.002)
+    assert found.mass == pytest.approx(9.856e-3)
+    assert found.frequency_with_mass < usual < found.frequency_without_mass
+    assert 0.0 < found.turning_mass < found.mass
+    assert near(soled(TABLE_1, RUBBER, 0.002, found.turning_mass))[1] == pytest.approx(usual, abs=1e-8)
+    # most of what the mass does it does as inertia about the leg's mass centre, which Table 1 does not have
+    weighed = soled(TABLE_1, RUBBER, 0.002, found.mass)
+    as_points = near(dataclasses.replace(weighed, leg_inertia=0.0))[1]
+    assert found.frequency_with_mass < as_points < usual
+
+
+def test_a_layer_that_slows_without_mass_has_no_turning_mass():
+    assert math.isnan(zero_of(lambda mass: -1.0 - mass, (0.0, -1.0), (0.01, -1.01)))
+    assert zero_of(lambda mass: 1.0 - 100.0 * mass, (0.0, 1.0), (0.02, -1.0)) == pytest.approx(0.01)

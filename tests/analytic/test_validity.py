@@ -1,17 +1,23 @@
-"""The report on what a gait asks of the ground."""
+"""The report on what a gait asks of the ground, and the sampled walk: its signals belong together."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 
+from stages.analytic.gait import gait_search
+from stages.analytic.gait.gait_report import record_steps, report_gait
+from stages.analytic.gait.gait_search import find_gait, gaits_kept
+from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.phases.section import section_state
+from stages.analytic.result import Validity
 from stages.analytic.run import without_impact
-from stages.analytic.walk.on_a_ramp import on_a_ramp
-from stages.analytic.walk.recording import record, states_at
+from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
+from stages.analytic.walk.recording import ROOM, record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import assess, friction_used
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, run_alone, stiff_gait
 
 
 @pytest.fixture(scope="module")
@@ -68,12 +74,6 @@ def test_without_an_impact_the_landing_foot_moves_on_as_it_came(table_1_gait, ta
     assert found.duration == pytest.approx(table_1_step[0].duration * table_1_gait[0].time)
 
 
-def test_rigid_legs_have_no_double_stance_to_integrate(rigid_gait):
-    walker, point = rigid_gait
-    found = without_impact(walker, record(walker, section_state(point.z, walker.p), 1, 1e-10, RIGID))
-    assert found.duration == found.slip_at_end == 0.0
-
-
 def test_scuffing_is_reported(report):
     """The legs are equally long: the swing foot passes millimetres below ground near the upright stance leg."""
     assert 1e-3 < report.deepest_scuff < 2e-2
@@ -126,7 +126,148 @@ def test_single_stance_foot_carries_everything(table_1_gait, table_1_step):
     assert (rows[:, 6:8] == 0).all()
 
 
-def test_rigid_report_has_no_double_stance(rigid_gait):
+def test_rigid_legs_have_no_double_stance(rigid_gait):
     walker, point = rigid_gait
-    report = assess(walker, record(walker, section_state(point.z, walker.p), 1, 1e-12, RIGID), 1.1)
-    assert report.friction_double_stance_loaded == 0 and report.impulse_friction_trailing == 0
+    step = record(walker, section_state(point.z, walker.p), 1, 1e-12, RIGID)
+    report, found = assess(walker, step, 1.1), without_impact(walker, step)
+    assert report.friction_double_stance_loaded == report.impulse_friction_trailing == 0
+    assert found.duration == found.slip_at_end == 0.0
+
+
+# --- What `gait` says first: whether a gait walks so on a plain ramp, by the forces it needs.
+
+
+#: A gait that asks for nothing a plain ramp has not.
+GOOD = Validity(5.0, 1.0, 0.2, 0.4, 1.1, 0.0, 0.0, 0.3, 0.5, 0.01, 0.0, 0.0, True)
+
+
+def test_table_1_needs_blocks_and_a_trailing_foot_that_slips():
+    walker, point = find_gait(TABLE_1, SLOPE, 1e-10)
+    found = report_gait(walker, point, 1e-10, 1.1)
+    said = on_a_ramp(found.validity, found.gait.stable)
+    assert said.verdict == WALKS_IF and len(said.because) == 2
+    assert "4.1 mm below ground" in said.because[0] and "needs friction 24 and the ground has 1.1" in said.because[1]
+    enough = dataclasses.replace(found.validity, friction_there_is=30.0, time_outside_cone=0.0, deepest_scuff=0.0)
+    assert on_a_ramp(enough, True).verdict == WALKS
+
+
+@pytest.mark.parametrize(("change", "verdict", "word"), [
+    ({}, WALKS, "walks on a plain ramp"),
+    ({"deepest_scuff": 2e-3}, WALKS_IF, "stepping blocks or feet that retract"),
+    ({"impulse_friction_trailing": 1.2}, WALKS_IF, "trailing foot may slip"),
+    ({"time_outside_cone": 0.1}, WALKS_IF, "trailing foot may slip"),
+    ({"impulse_normal_trailing": -1e-3}, WALKS_IF, "may lift"),
+    ({"friction_single_stance": 1.2}, DOES_NOT, "the stance foot needs friction 1.2, the ground has 1.1"),
+    ({"impulse_friction_landing": 1.2, "deepest_scuff": 2e-3}, DOES_NOT, "the impulse on the landing foot needs"),
+    ({"least_normal_force_stance": -0.5}, DOES_NOT, "pull the stance foot with 0.5 N"),
+])
+def test_each_force_that_the_ground_has_not_decides(change, verdict, word):
+    said = on_a_ramp(dataclasses.replace(GOOD, **change), True)
+    assert said.verdict == verdict and word in said.sentence
+
+
+def test_an_unstable_gait_does_not_walk():
+    assert on_a_ramp(GOOD, False).sentence == "does not walk on a plain ramp: a step enlarges what disturbs it"
+
+
+# --- The sampled walk: its signals belong together.
+
+
+RATE = 20_000.0
+SETTINGS = Settings(tolerance=1e-11, steps=2, sampling_rate_hz=RATE)
+
+
+@pytest.fixture(scope="module", params=["compliant", "rigid"])
+def result(request):
+    biped = TABLE_1 if request.param == "compliant" else TABLE_1_RIGID
+    return run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, SETTINGS))
+
+
+def smooth(walk):
+    """Indices of samples whose neighbours (two each side) lie between the same two events."""
+    events = np.sort(np.concatenate([walk.heel_strike_time, walk.toe_off_time]))
+    phase = np.searchsorted(events, walk.time)
+    inside = np.arange(2, walk.time.size - 2)
+    return inside[(phase[inside - 2] == phase[inside + 2])]
+
+
+def derivative(values, indices):
+    """Central difference of fourth order."""
+    return (8 * (values[indices + 1] - values[indices - 1]) - (values[indices + 2] - values[indices - 2])) * RATE / 12
+
+
+def test_rates_are_the_derivatives_of_their_signals(result):
+    walk = result.walk
+    inside = smooth(walk)
+    for value, rate in ((walk.hip_position, walk.hip_velocity), (walk.leg_angle, walk.leg_rate),
+                        (walk.leg_length, walk.leg_length_rate)):
+        assert np.abs(derivative(value, inside) - rate[inside]).max() <= 1e-6
+
+
+def test_hip_sensor_measures_acceleration_minus_gravity(result):
+    """Specific force from finite differences of hip velocity and the inner leg's angle alone."""
+    walk = result.walk
+    inside = smooth(walk)
+    felt = derivative(walk.hip_velocity, inside) - np.array(SLOPE.gravity_vector)
+    phi = walk.leg_angle[inside, 0]
+    forward = felt[:, 0] * np.cos(phi) + felt[:, 1] * np.sin(phi)
+    upward = -felt[:, 0] * np.sin(phi) + felt[:, 1] * np.cos(phi)
+    assert np.abs(np.stack([forward, upward], axis=-1) - walk.hip_specific_force[inside]).max() <= 2e-4
+
+
+def test_foot_sensor_sits_at_the_foot_mass_of_the_inner_leg(result):
+    walk = result.walk
+    inside = smooth(walk)
+    phi, length = walk.leg_angle[:, 0], walk.leg_length[:, 0] - TABLE_1.foot_com
+    foot = walk.hip_position + length[:, None] * np.stack([np.sin(phi), -np.cos(phi)], axis=-1)
+    velocity = derivative(foot, inside)
+    middle = np.flatnonzero((np.diff(inside[:-4]) == 1) & (inside[4:-1] - inside[:-5] == 4)) + 2
+    i = inside[middle]
+    acceleration = (velocity[middle + 1] - velocity[middle - 1]) * RATE / 2
+    felt = acceleration - np.array(SLOPE.gravity_vector)
+    forward = felt[:, 0] * np.cos(phi[i]) + felt[:, 1] * np.sin(phi[i])
+    upward = -felt[:, 0] * np.sin(phi[i]) + felt[:, 1] * np.cos(phi[i])
+    difference = np.abs(np.stack([forward, upward], axis=-1) - walk.foot_specific_force[i])
+    assert i.size > 1000
+    assert np.median(difference) <= 1e-4 and difference.max() <= 2e-2
+
+
+def test_leg_signals_are_continuous_and_names_alternate(result):
+    walk = result.walk
+    assert np.abs(np.diff(walk.leg_angle, axis=0)).max() <= 20 / RATE
+    assert np.abs(np.diff(walk.hip_position, axis=0)).max() <= 2 / RATE
+    assert walk.heel_strike_leg.tolist() == [1, 0, 1]
+    assert walk.toe_off_leg[0] == 0
+
+
+def test_walk_starts_upright_on_leg_zero(result):
+    walk = result.walk
+    assert walk.leg_angle[0, 0] == 0.0
+    assert walk.ground_reaction[0, 0, 1] > 0 and (walk.ground_reaction[0, 1] == 0).all()
+    assert result.mid_stance.stance_angle == 0.0
+
+
+def test_step_length_is_the_advance_of_the_hip(result):
+    """Mean speed from hip position over whole steps, against the gait's own numbers."""
+    walk, gait = result.walk, result.gait
+    advance = np.interp(walk.time[0] + 2 * gait.period_s, walk.time, walk.hip_position[:, 0]) - walk.hip_position[0, 0]
+    assert advance == pytest.approx(2 * gait.step_length_m, rel=1e-6)
+    assert gait.speed_m_s == pytest.approx(gait.step_length_m / gait.period_s)
+
+
+def test_two_runs_give_the_same_bits(result, monkeypatch):
+    biped = TABLE_1 if result.gait.double_stance_s else TABLE_1_RIGID
+    monkeypatch.setattr(gait_search, "gaits_kept", gaits_kept.__wrapped__)  # this run searches as well
+    again = run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, SETTINGS))
+    assert again.walk.hip_specific_force.tobytes() == result.walk.hip_specific_force.tobytes()
+    assert again.gait.floquet_multipliers.tobytes() == result.gait.floquet_multipliers.tobytes()
+
+
+def test_a_stiff_phase_is_recorded_whole():
+    """Stiff legs, damped little, take more steps than there is room for at first; energy balances over all of them."""
+    stiff = dataclasses.replace(TABLE_1, stiffness=2e8, damping=224.0)
+    walker, point = stiff_gait(stiff, 1e-10)
+    report = report_gait(walker, point, 1e-10, FRICTION.static_friction)
+    longest = max(len(segment.times) for segment in record_steps(walker, point, 1e-10))
+    assert longest > ROOM
+    assert abs(report.energy.residual) < 1e-10 * np.sqrt(longest)  # of each step a tolerance, as chance has its sign

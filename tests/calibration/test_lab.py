@@ -1,21 +1,34 @@
 """A lab's way: from a database to its own robot as a folder of parameters that the whole study takes."""
 
+import dataclasses
 import json
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 
 from pipeline.cache import artefact
+from pipeline.questions.asking import Asked
 from pipeline.study import Study
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
+from stages.calibration.blind_score import draw, model_of
+from stages.calibration.estimation.campaign import fit_campaign
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.estimation.run_fit import RunFit, begun, fit_near, run_equations
+from stages.calibration.following import robot_file
+from stages.calibration.following.fitted import earlier_fits, earlier_runs, fitted_robot
 from stages.calibration.information.identifiability import first_model
-from stages.calibration.recordings import drawn_design, looked_for
+from stages.calibration.intervals.model_error import ALONE, Discrepancy, Judged, judged, widening
+from stages.calibration.recordings import WITH_OUTSOLE, drawn_design, first_steps, looked_for, sources, table_value
 from stages.calibration.result import HALF_WIDTH, Misses, Result
 from stages.campaign.run import MOUNTING, database_bytes, device, sensed_run
 from stages.campaign.twin_run import first_state, walk_twin
 from tests import commands
+from tests.calibration.runs import DESIGN, PARAMETERS, SHORT, drawn
 
 
 @pytest.fixture(scope="module")
@@ -125,3 +138,216 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     planned = commands.run("run-all", "--dry-run", "--params", robot, "--results", folder / "results_of_parts",
                            cwd=repository)  # fmt: skip
     assert planned.returncode == 0, planned.stderr
+
+
+# --- The study's blind fit: the drawing it begins from, what it looks for, and how it is cut.
+
+
+@pytest.mark.parametrize("legs", ["compliant", "rigid"])
+def test_the_drawing_is_what_the_bill_of_parts_makes_seen_from_the_side(legs):
+    """With legs that differ in length by each run: rigid ones too, of which a tenth of a millimetre shows as well."""
+    plain = dataclasses.replace(PARAMETERS, biped=dataclasses.replace(PARAMETERS.biped, legs=legs, leg_inertia=0.0))
+    design = drawn_design(plain)
+    biped = design.biped
+    assert biped.hip_mass == 0.0
+    counted = [table_value(biped, f"biped.{name}") for name in ("hip_mass", "foot_com")]
+    assert counted == pytest.approx([0.316, 0.1], abs=5e-5)
+    assert min(biped.frame_inertia, biped.leg_inertia) > 0
+    assert biped.other_leg_length == biped.leg_length
+    names = {*looked_for(design)}
+    assert not {"biped.hip_mass", "biped.frame_com", "biped.frame_inertia", "biped.leg_inertia",
+                "ground.gravity"} & names  # fmt: skip
+    assert {"biped.frame_mass", "biped.leg_length", "biped.other_leg_length", "ground.slope_deg"} <= names
+
+
+def test_a_biped_that_says_its_details_is_taken_as_it_is():
+    detailed = dataclasses.replace(PARAMETERS.biped, frame_mass=0.05, frame_com=0.03)
+    biped = drawn_design(dataclasses.replace(PARAMETERS, biped=detailed)).biped
+    assert dataclasses.replace(biped, other_leg_length=None) == detailed
+
+
+def test_a_robot_that_has_no_runs_is_not_looked_for():
+    one = SimpleNamespace(name="run 1", weighed=0.5)
+    paths = Path("with.sqlite"), Path("without.sqlite")
+    both, bare = (SimpleNamespace(runs=(one,), bare=bare) for bare in ((one,), ()))
+    assert [source for _, source, _ in sources(*paths, both, None)] == [*paths]
+    assert sources(*paths, bare, None) == [(WITH_OUTSOLE, paths[0], {"run 1": 0.5})]
+
+
+@pytest.fixture(scope="module")
+def run():
+    return drawn(1001).runs[0]
+
+
+def test_a_run_is_cut_at_a_heel_strike(run):
+    cut = first_steps(run, 5)
+    assert (len(cut.strikes), len(first_steps(run, 1).strikes)) == (6, 4)  # fewer cannot be used
+    assert cut.duration <= cut.strikes[-1] < run.duration and first_steps(run, 99) is run
+    assert len(cut.samples["hip"]) == len(cut.sampling.hip) == len(cut.used["hip"])
+
+
+def test_intervals_widen_by_size_and_by_neighbours_that_hang_together(run):
+    run = first_steps(run, 5)
+    _, model = model_of(PARAMETERS)
+    at = run_equations(DESIGN, np.array([2.0]), model.layout.middle, run, model)
+    rng = np.random.default_rng(1)
+    noise = {side: np.where(np.isfinite(one), rng.normal(size=one.shape), np.nan) for side, one in at.residuals.items()}
+    white = dataclasses.replace(at, residuals=noise, chi2=sum(float(np.nansum(one**2)) for one in noise.values()))
+    smooth = {side: np.repeat(one[::5], 5, axis=0)[: len(one)] for side, one in noise.items()}
+    rough = dataclasses.replace(at, residuals=smooth, chi2=4.0 * white.count)
+    (size, wider), (larger, widest) = widening([white]), widening([rough])
+    assert (size, larger) == (pytest.approx(1.0, abs=0.05), pytest.approx(2.0))
+    assert wider < 1.5 and 3.0 < widest < 8.0
+
+
+# --- A lab's intervals: with what the study's own runs tell of the model's error, or with the reason why not.
+
+
+DRAWN = drawn_design(PARAMETERS)
+NAMES = first_model(DRAWN, looked_for(DRAWN), PARAMETERS).shared
+VALUES = np.array([DRAWN.value(name) for name in NAMES])
+WEIGHED = (Known(TOTAL_MASS, 0.986, 1e-3),)
+SD = 1e-3 * VALUES
+
+
+def study(count=8):
+    """A calibration whose other runs miss each parameter by another share, and by more where clocks are pulled."""
+    rng = np.random.default_rng(3)
+    pulls = 1e-3 * rng.normal(size=count)
+    shares = 0.01 * np.arange(len(NAMES)) + np.outer(pulls, np.arange(len(NAMES))) + 1e-3 * rng.normal(
+        size=(count, len(NAMES)))  # fmt: skip
+    misses = Misses(tuple(f"run {number:02d}" for number in range(count)), shares, *np.zeros((2, count, 0)), pulls)
+    return Result(30, (), (), NAMES, tuple(DRAWN.unit(name) for name in NAMES), VALUES, ("ground.slope_deg",),
+                  ("hip_clock",), (), (), misses, ())
+
+
+def asked(told, names=NAMES, known=WEIGHED, design=DRAWN, pull=1e-3):
+    order = [NAMES.index(name) for name in names if name in NAMES]
+    return judged(names, VALUES[order], SD[order], known, design, pull, told)
+
+
+def test_what_other_runs_miss_is_taken_off_and_widens_the_interval():
+    told = study()
+    term = Discrepancy.of(NAMES, told.misses.shares, told.misses.pulls)
+    backwards = NAMES[::-1]
+    found = asked((told, "results/calibration.h5"), backwards)
+    assert found.values[::-1] == pytest.approx(VALUES - term.expected(VALUES, 1e-3))
+    assert found.sd[::-1] == pytest.approx(np.hypot(SD, np.sqrt(np.diag(term.spread(VALUES, 1e-3)))))
+    assert found.other_runs == 8
+    for said in ("8 runs", "results/calibration.h5", "run 00 to run 07"):
+        assert said in found.words
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    ({"told": (None, "results/calibration.h5 is not there")}, "is not there"),
+    ({"told": (study(0), "it")}, "no fits of other robots"),
+    ({"told": (study(3), "it")}, "3 fits of other robots' runs, which is too few"),
+    ({"told": (study(), "it"), "names": NAMES[1:]}, "design: parts"),
+    ({"told": (study(), "it"), "known": ()}, "the mass is known and nothing else"),
+    ({"told": (study(), "it"), "known": (*WEIGHED, Known("biped.leg_length", 0.333, 1e-4))}, "nothing else"),
+    ({"told": (study(), "it"), "design": DRAWN.with_value("biped.leg_length", 0.34)}, "another leg_length"),
+])  # fmt: skip
+def test_where_the_studys_runs_do_not_tell_it_the_answer_says_so_and_stays_as_it_is(change, said):
+    found = asked(**change)
+    kept = VALUES[[NAMES.index(name) for name in change.get("names", NAMES)]]
+    np.testing.assert_array_equal(found.values, kept)
+    assert found.sd == pytest.approx(1e-3 * kept)
+    assert found.words.startswith(ALONE)
+    assert said in found.words
+
+
+def test_a_question_is_given_its_stages_result_or_the_reason_why_not(repository, tmp_path):
+    place = Study(repository, repository / "params", tmp_path)
+    asking = Asked(place, "calibration", None, PARAMETERS, 1)
+    result, why = asking.result()
+    assert result is None
+    assert "calibration.h5 is not there" in why
+    (tmp_path / "calibration.h5").write_bytes(artefact.encode(study(), {}))
+    result, file = asking.result()
+    assert file.endswith("calibration.h5")
+    assert result.misses.runs == study().misses.runs
+    np.testing.assert_array_equal(result.misses.shares, study().misses.shares)
+    assert Discrepancy.from_misses(result.names, result.misses) is not None
+    (tmp_path / "calibration.h5").write_bytes(artefact.encode(dataclasses.replace(study(), misses=()), {}))
+    result, why = asking.result()
+    assert result is None
+    assert "do not fit this version" in why
+    (tmp_path / "calibration.h5").write_bytes(b"no such file")
+    assert asking.result()[0] is None
+
+
+# --- A robot that goes on learning: runs one after another against all of them at once.
+
+
+#: Two steps less.
+SHORTER = dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, planned_steps=5))
+
+
+def fitted(runs, known, before=None, fits=None, parameters=SHORT):
+    """The robot of runs, after one that was fitted before; of `fits` where the runs' own are known."""
+    design, model = model_of(parameters)
+    had = [one.run for one in before.learned] if before else []
+    if before:
+        there, told = before.uncorrected, (*known, *earlier_runs(before))
+        fits = fits or [fit_near(there, begun(there, run, model), run, model, told) for run in runs]
+        fits = [*earlier_fits(before, model), *fits]
+    fit = fit_campaign(design, [*had, *runs], model, known, fits and enumerate(fits))
+    assert fit.converged and not fit.left_out, (fit.why, fit.left_out)
+    sigmas, wider = widening(fit.equations)
+    told = Judged(fit.design, wider * np.sqrt(np.diag(fit.covariance)), "")
+    return fitted_robot(design, model, fit, told, (sigmas, wider), tuple(known), False)
+
+
+def one_by_one(campaign, first):
+    """After the first runs at once, and each of the others."""
+    robot = fitted(campaign.runs[:first], campaign.known)
+    yield robot
+    for run in campaign.runs[first:]:
+        robot = fitted([run], campaign.known, robot)
+        yield robot
+
+
+def off(one, other):
+    """What two robots differ by, in the standard errors of the second."""
+    return (one.estimate - other.estimate) / np.sqrt(np.diag(other.covariance))
+
+
+@cache
+def learned():
+    """The robot of three runs one after another, and of all at once; the truth stands for the runs' own fits."""
+    campaign = draw(11, 3, SHORTER)
+    _, model = model_of(SHORTER)
+    values = np.array([campaign.design.value(name) for name in model.shared])
+    fits = [RunFit(values, own, unknowns, run_equations(campaign.design, own, unknowns, run, model), 0, True, "")
+            for run, own, unknowns in zip(campaign.runs, campaign.slopes[:, None], campaign.unknowns, strict=True)]
+    robot = None
+    for run, fit in zip(campaign.runs, fits, strict=True):
+        robot = fitted([run], campaign.known, robot, [fit], SHORTER)
+    return robot, fitted(campaign.runs, campaign.known, None, fits, SHORTER)
+
+
+def test_runs_one_after_another_tell_what_all_do_at_once():
+    last, both = learned()
+    assert np.abs(off(last, both)).max() < 0.1
+    np.testing.assert_allclose(np.diag(last.covariance), np.diag(both.covariance), rtol=0.02)
+    np.testing.assert_allclose(last.own_sd, both.own_sd, rtol=0.02)
+    np.testing.assert_allclose(last.mounting, both.mounting, rtol=0.02, atol=1e-5)
+    assert (last.runs, last.sigmas) == pytest.approx((3, both.sigmas), rel=0.01)
+
+
+def test_a_robots_file_has_its_runs_and_how_far_they_were_fitted(tmp_path):
+    robot, _ = learned()
+    (tmp_path / robot_file.NAME).write_bytes(robot.content())
+    again = robot_file.read(tmp_path)
+    assert again.content() == robot.content()
+    _, model = model_of(SHORTER)
+    for one, other, fit in zip(robot.learned, again.learned, earlier_fits(again, model), strict=True):
+        np.testing.assert_array_equal(one.run.samples["hip"], other.run.samples["hip"])
+        assert fit.equations.chi2 / fit.equations.count == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.slow
+def test_runs_one_by_one_after_nine_are_within_a_tenth_of_a_standard_error_of_all_at_once():
+    campaign = draw(12, 30, SHORT)
+    *_, last = one_by_one(campaign, 9)
+    assert np.abs(off(last, fitted(campaign.runs, campaign.known))).max() < 0.1

@@ -1,20 +1,23 @@
-"""The penalty model as its contact stiffens: the constraint model with Coulomb friction is its limit.
+"""The multibody model's own gait: a fixed point of a long walk, its rigid limit, its answers to parameters."""
 
-Both walk one step from the same mid-stance state. Stiction velocities are small, so that creep does not count, and
-contact damping grows with the stiffness so that the impact stays as plastic as it was: with penetration p ~
-k^(-1/(e + 1)) of an impact, the damping's depth shrinks and its size grows by the same power.
-"""
+import dataclasses
 
 import numpy as np
 import pytest
 
+from stages.analytic.derivatives.gait import gait_derivatives
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.phases.motion import SINGLE_STANCE
 from stages.analytic.walk.recording import crossing_state, record
 from stages.analytic.walk.sampling import sample_walk
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Friction
+from stages.multibody.walking.cycle import search
+from stages.planar.limit_cycle import fixed_point, gait_near
 from stages.planar.run import rolling_state
+from stages.planar.sampling import sample
+from stages.planar.section import NoLimitCycle
 
 FRICTION, EXPONENT = 1.1, 2.2
 #: Time around heel strike left out [s].
@@ -66,3 +69,73 @@ def test_penalty_contact_does_not_tend_to_rolling_transitions(scene):
     """A trailing foot that rolls through the impact is told apart at the same stiffness."""
     position, velocity = differences(scene, walk_of(scene, None), 1e4)
     assert position > 0.1 and velocity > 0.5, (position, velocity)
+
+
+# --- The multibody model's own gait: a fixed point that a long walk runs into, at the rate of its multipliers.
+
+
+def test_a_start_that_falls_is_refused(scene, start):
+    pushed_back = dataclasses.replace(start, hip_velocity=(-0.6, 0.0), leg_rate=(2.0, 0.0))
+    with pytest.raises(NoLimitCycle, match="fell"):
+        cycle_of(scene.but(tolerance=1e-6, largest_step=2e-3), pushed_back)
+
+
+@pytest.mark.slow
+def test_forward_differences_cost_ten_steps_less_and_leave_a_thousandth(scene, start):
+    coarse = scene.but(tolerance=1e-7)
+    central, forward = (cycle_of(coarse, start, difference=5e-4, central=which) for which in (True, False))
+    assert central.steps_walked - forward.steps_walked == 10
+    np.testing.assert_allclose(forward.section_state, central.section_state, rtol=0, atol=1e-7)  # the steps' tolerance
+    off = np.hypot(*(forward.floquet_multipliers - central.floquet_multipliers)[:2].T)
+    assert 0.0 < off.max() < 2e-3
+
+
+@pytest.mark.slow
+def test_a_long_walk_runs_into_the_fixed_point(scene, start):
+    cycle = cycle_of(scene.but(tolerance=1e-10, largest_step=1e-3), start)
+    run = scene.walk(start, steps=40)
+    periods = np.diff(sample(run.trajectory, scene.biped, scene.slope, 500.0).heel_strike_time)
+    assert periods[-1] == pytest.approx(cycle.period_s, abs=1e-7)
+    largest = np.hypot(*cycle.floquet_multipliers[0])
+    assert largest < 1.0
+    approach = np.abs(periods - cycle.period_s)
+    assert (approach[20] / approach[8]) ** (1 / 12) == pytest.approx(largest, abs=0.05)
+
+
+def cycle_of(scene, start, difference=1e-4, **how):
+    return gait_near(scene.walker(start, difference), start, **how)
+
+
+# --- The multibody model answers to parameters as the constraint model does; what is said of its digits rests on
+# that.
+
+
+NAMES = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
+         "biped.stiffness", "biped.damping", "ground.slope_deg")
+
+
+@pytest.mark.slow
+def test_elasticities_are_those_of_the_constraint_model(scene):
+    """Period and step length, by differences of cycles on the ground of the study: to .01, the largest being .82."""
+    study = scene.but(contact=ContactLaw(3e5, 2.2, 3e4, 1e-4, 1.1, 1.0, 0.03, 1.0), tolerance=1e-8)
+    base, share = DesignPoint(scene.biped, scene.slope), 0.01
+
+    def model_of(design):
+        model = study.but(biped=design.biped, slope=design.slope)
+        walker, point = find_gait(design.biped, design.slope, 1e-9)
+        upright = walker.stance_state(crossing_state(walker, point.z, 1e-9))
+        return model, rolling_state(design.biped, model.contact, upright, 9.4)
+
+    gait = search(*model_of(base))
+
+    def logarithms(design):
+        model, state = model_of(design)
+        found = fixed_point(model.walker(state), gait.section_state, gait.monodromy_matrix)
+        return np.log([found.step.duration, found.step.length])
+
+    _, point = find_gait(scene.biped, scene.slope, 1e-11)
+    shares = gait_derivatives(base, point, NAMES, 1e-11).elasticities()
+    for row, name in enumerate(NAMES):
+        upper, lower = (logarithms(base.with_value(name, base.value(name) * (1 + sign * share))) for sign in (1, -1))
+        expected = [shares["period_s"][row], shares["step_length_m"][row]]
+        assert np.abs((upper - lower) / (2 * share) - expected).max() <= 0.01, name

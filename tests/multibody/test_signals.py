@@ -1,15 +1,22 @@
 """A signal that is not named is not recorded, has no sensor, and costs nothing; the walk stays the same."""
 
+import json
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from stages.biped.walk import NotRecorded, require
+from stages.biped.walk import NotRecorded, StanceState, require
+from stages.ground.friction import Lane
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
-from stages.multibody.parameters import Parameters
+from stages.multibody.assembly.system import VERSION
+from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.run import Inputs, run
 from stages.multibody.walking.cycle import walked_cycle
+from stages.multibody.walking.walk import simulate
+from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from stages.planar.signals import SIGNALS
 
@@ -91,3 +98,93 @@ def test_a_missing_signal_is_told_by_name():
 def test_a_signal_named_twice_is_refused(scene):
     assert not list(scene.settings.broken_rules())
     assert [broken.key for broken in scene.but(signals=("imu", "imu")).settings.broken_rules()] == ["signals"]
+
+
+# --- A scene holds what is named and no more, and what it leaves out costs nothing.
+
+
+LANES = Lane(0.0, 0.32, 0.08), Lane(0.16, 0.32, 0.08)
+
+
+@pytest.mark.parametrize(("changes", "lanes", "held"), [
+    ({}, None, (3, 6, 6, 2, 2)),
+    ({"legs": "rigid"}, None, (3, 4, 4, 0, 2)),
+    ({"assembly": "joints"}, None, (3, 9, 2, 2, 2)),
+    ({"legs": "rigid", "assembly": "joints"}, None, (3, 9, 2, 0, 2)),
+    ({}, LANES, (3, 6, 6, 2, 2)),
+    ({"friction": "none"}, None, (3, 6, 6, 2, 2)),
+    ({"friction": "coulomb"}, None, (3, 6, 6, 2, 2)),
+    ({"normal_force": "restitution"}, None, (3, 6, 6, 2, 2)),
+])
+def test_each_assembly_holds_what_is_named(scene, changes, lanes, held):
+    """Hip and two feet; two coordinates of the hip and one or two a leg; rigid legs bring no spring and no slide.
+
+    Blocks and laws change the law of the contacts that are there.
+    """
+    found = take_inventory(scene.but(**changes).build(lanes).mbs)
+    assert (found.bodies, found.coordinates, found.joints, found.springs, found.contact_pairs) == held
+
+
+def test_the_record_grows_with_the_run_and_holds_its_sensors_alone(scene, start):
+    """Time and 6 coordinates, rates, accelerations; a foot's acceleration and two forces of 3: 33 numbers a row."""
+    coarse = scene.but(tolerance=1e-5, largest_step=2e-3)
+    machine = coarse.build()
+    assert take_inventory(machine.mbs).recorded_bytes == 0
+    run = coarse.walk(start, steps=1, assembly=machine)
+    found, rows = take_inventory(machine.mbs), len(machine.mbs.GetSensorStoredData(0))
+    assert found.sensors == 6 and found.recorded_bytes == 8 * (3 * 7 + 3 * 4) * rows
+    assert abs(rows - run.solver_steps) <= 2
+
+
+def test_what_a_scene_leaves_out_costs_nothing(scene, start):
+    """Values of laws and scenes that are not chosen change neither the solver's steps nor a bit of the walk."""
+    coarse = scene.but(tolerance=1e-5, largest_step=2e-3)
+    idle = coarse.but(rolling_step=1e-3, impact_step=5e-4, impact_window=0.05, restitution=0.7,
+                      impact_speed=2.0)  # fmt: skip
+    usual, other = (each.walk(start, steps=1) for each in (coarse, idle))
+    assert other.solver_steps == usual.solver_steps
+    assert np.array_equal(other.trajectory.position, usual.trajectory.position)
+
+
+@pytest.mark.parametrize(("legs", "coordinates"), [("rigid", 4), ("compliant", 6)])
+def test_rigid_legs_carry_no_idle_coordinate(scene, contact, legs, coordinates):
+    own = scene.but(legs=legs)
+    stance = StanceState(0.0, own.biped.leg_length, 0.27, own.biped.leg_length, 0.71, 0.0, 1.8, 0.0)
+    machine = own.build()
+    run = own.walk(rolling_state(own.biped, contact, stance, 9.4), duration=1e-3, assembly=machine)
+    assert machine.mbs.GetSensorStoredData(0).shape[1] == 1 + coordinates and len(run.trajectory.time) > 1
+
+
+# --- Exudyn's fast build, which has no range checks, walks as the checked one does.
+
+
+#: Two steps with the contact set and the solver of `conftest`; an attribute of sys refuses the fast build.
+WALK = """
+import json, sys
+sys.exudynFast = False
+from stages.biped.design import Biped
+from stages.biped.walk import StanceState
+from stages.ground.contact_law import ContactLaw
+from stages.ground.slope import Slope
+from stages.multibody.parameters import Settings
+from stages.multibody.assembly.system import VERSION
+from stages.planar.run import (rolling_state)
+from stages.multibody.walking.walk import simulate
+biped = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
+contact = ContactLaw(1e5, 2.2, 1e4, 1e-4, 1.1, 1.0, 0.1, 1.0)
+start = rolling_state(biped, contact, StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0), normal_force=9.4)
+run = simulate(biped, Slope(2.0, 9.81), contact, start, Settings.of_one_step(1e-9, 5e-4), duration=0.9)
+end = run.trajectory.at(run.trajectory.time[-1:])
+print(json.dumps([VERSION, run.outcome, run.solver_steps, *end[0][0], *end[1][0]]))
+"""
+
+
+def test_the_fast_build_walks_as_the_checked_one(biped, slope, contact, start):
+    answer = subprocess.run([sys.executable, "-c", WALK], capture_output=True, text=True, check=True)
+    version, outcome, steps, *end = json.loads(answer.stdout)  # nothing but that: the build prints nothing of its own
+    assert version.endswith("(checked build)") and "checked" not in VERSION
+    run = simulate(biped, slope, contact, start, Settings.of_one_step(1e-9, 5e-4), duration=0.9)
+    assert outcome == run.outcome == "completed"
+    assert abs(steps - run.solver_steps) <= 5
+    position, velocity = run.trajectory.at(run.trajectory.time[-1:])
+    assert np.abs(np.subtract(end, [*position[0], *velocity[0]])).max() < 1e-8
