@@ -30,7 +30,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pipeline.cache.artefact import LOOSER
+from pipeline.cache.artefact import CLOSER
 
 TOLERANCE = 1e-5
 OLDER = {
@@ -108,7 +108,7 @@ def _fields(file: h5py.File) -> dict[str, Any]:
     found: dict[str, Any] = {}
 
     def take(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and item.shape is not None and not name.startswith(f"{LOOSER}/"):
+        if isinstance(item, h5py.Dataset) and item.shape is not None and not name.startswith(f"{CLOSER}/"):
             found[name] = np.asarray(item[()])
 
     file.visititems(take)

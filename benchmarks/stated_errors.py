@@ -21,7 +21,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from pipeline.cache.artefact import LOOSER
+from pipeline.cache.artefact import CLOSER
 from pipeline.cache.differences import differences, is_of_floats
 from pipeline.study import Study
 from stages.biped.accuracy.tolerances import LEVELS
@@ -61,7 +61,7 @@ def judged(one: Path, other: Path) -> Iterator[tuple[str, float, float, float]]:
         true, names = dict(differences(here, there)), list[str]()
         here.visititems(lambda name, item: names.append(name) if is_of_floats(item) else None)
         for name in names:
-            if name in true and not name.startswith(f"{LOOSER}/"):
+            if name in true and not name.startswith(f"{CLOSER}/"):
                 stated = float(here[name].attrs.get("numerical_error", np.nan))
                 yield name, stated, *true[name]
 

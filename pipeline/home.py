@@ -15,9 +15,9 @@ said)`, which gives its files, by path in the results folder, and its caption; w
 anything, stands in the picture. The package itself may have
 `about`: the `ATTRIBUTES` of all files (title, license, references), which are part of no key.
 
-A stage is run once more at looser settings of its solvers (`pipeline.cache.differences`), which gives each of its
+A stage is run once more at closer settings of its solvers (`pipeline.cache.differences`), which gives each of its
 numbers an error, unless its `run` says in `ONCE` why not. Where beginning anew would be wasteful it has a function
-`again(parameters, inputs, result)`, which gives the looser result from the one that was found.
+`again(parameters, inputs, result)`, which gives the closer result from the one that was found.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Results as HDF5: a dataclass becomes a group, each field a dataset with units, symbol, long name and dimensions.
 
-Beside them, in the group `looser`, is the same result as looser solver settings give it: what both differ by is the
-numerical error of each number, and stages that read the one read the other, so that errors are carried along.
+Beside them, in the group `closer`, is the same result as closer solver settings give it: `SAFE` times what both differ
+by is the numerical error of each number, and stages that read the one read the other, so that errors are carried along.
 
 A tuple of dataclasses becomes a table, a dataset for each column. The words are netCDF's, so that its readers
 understand them (`hdf5.py`).
@@ -33,16 +33,18 @@ from pipeline.errors import ArtefactError
 #: The form of artefacts: a program reads those of its own number.
 _FORM, _NUMBER = "bipedstudy artefact", 3
 FORMAT = f"{_FORM} {_NUMBER}"
-PROVENANCE, LOOSER = "provenance", "looser"
+PROVENANCE, CLOSER = "provenance", "closer"
 #: Attributes of a result's provenance: digest of the file that says nothing else, and of this one but for that digest.
 CONTENT, _OWN = "content", "sha256"
 _WITH_ZEROS, _ZEROS = "with zeros in place of these digits: ", "0" * 64
-#: Attribute of a number, an array or a column: its largest difference from what looser settings give. Of a file: why
-#: its numbers have none.
+#: Attribute of a number, an array or a column: its largest error, by what closer settings give. Of a file: why its
+#: numbers have none.
 ERROR, _WITHOUT = "numerical_error", "without_errors"
 _SHORT = 8
+#: Errors are so many times what closer settings change: of drawn robots 96 of 100 then are smaller, 94 at twice that.
+SAFE = 3.0
 #: Part of the largest error beside it that a number has at least.
-SHARED = 0.1
+SHARED = 0.03
 #: In a path, the number of a row.
 _ROW = re.compile(r"/\d+/")
 T = TypeVar("T")
@@ -59,22 +61,22 @@ def encode(result: Any, provenance: Mapping[str, str]) -> bytes:
 
 
 def encoded(
-    result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None, looser: Any = None
+    result: Any, provenance: Mapping[str, str], about: Mapping[str, str] | None = None, closer: Any = None
 ) -> tuple[bytes, bytes]:
     """The HDF5 file of a result dataclass that says nothing else, and the one that says how it was made as well.
 
-    The latter is sealed. `about` (title, source, license, ...) are further attributes of it. `looser` is the result at
-    looser settings, or why there is none. One with files is not handed on: who reads it reads the files of the result
+    The latter is sealed. `about` (title, source, license, ...) are further attributes of it. `closer` is the result at
+    closer settings, or why there is none. One with files is not handed on: who reads it reads the files of the result
     beside it. Raises `TypeError` for what cannot be stored.
     """
     with in_memory(result) as file:
-        if isinstance(looser, str):
-            file.attrs[_WITHOUT] = looser
-        elif looser is not None:
-            for path, error in _errors(file, looser).items():
+        if isinstance(closer, str):
+            file.attrs[_WITHOUT] = closer
+        elif closer is not None:
+            for path, error in _errors(file, closer).items():
                 file[path].attrs[ERROR] = float(f"{error:.2g}")
-            if not getattr(looser, "files", None):
-                hdf5.write_fields(file.create_group(LOOSER, track_order=True), looser)
+            if not getattr(closer, "files", None):
+                hdf5.write_fields(file.create_group(CLOSER, track_order=True), closer)
         plain = image(file)
         for name, text in (about or {}).items():
             file.attrs[name] = text
@@ -94,15 +96,15 @@ def sealed(content: bytes) -> bytes:
     return b"".join((head, mark, digits, rest)) if mark else b""
 
 
-def _errors(file: Any, looser: Any) -> dict[str, float]:
-    """Of each number what it differs by from the looser result; of rows that this lacks, or has as they are, the
-    largest of the others.
+def _errors(file: Any, closer: Any) -> dict[str, float]:
+    """Of each number its error, by what it differs by from the closer result; of rows that this lacks, or has as they
+    are, the largest of the others.
 
     Numbers of one group and unit follow from one solution: one may agree by chance, and has `SHARED` of the largest.
     """
-    with in_memory(looser, LOOSER) as other:
+    with in_memory(closer, CLOSER) as other:
         apart = dict(differences(file, other))
-    found, round_off = ({path: both[place] for path, both in apart.items()} for place in (0, 1))
+    found = {path: SAFE * change for path, (change, _) in apart.items()}
     groups = {path: (path.rpartition("/")[0], str(file[path].attrs.get("units", ""))) for path in found}
     beside = _largest(found, groups)
     found = {path: max(error, SHARED * beside[groups[path]]) for path, error in found.items()}
@@ -110,7 +112,7 @@ def _errors(file: Any, looser: Any) -> dict[str, float]:
     file.visititems(every.__setitem__)
     columns = {path: _ROW.sub("/*/", path) for path in every}
     alike = _largest(found, columns)
-    return {path: max(found.get(path, 0.0) or alike[columns[path]], round_off.get(path, 0.0))
+    return {path: max(found.get(path, 0.0) or alike[columns[path]], apart[path][1] if path in apart else 0.0)
             for path, item in every.items() if is_of_floats(item) and columns[path] in alike}
 
 
@@ -148,9 +150,9 @@ def decode(content: bytes, cls: type[T], name: str) -> T:
     return found
 
 
-def decode_looser(content: bytes, cls: type[T], name: str) -> T | None:
-    """The result that looser settings gave; None where there is none. Raises `ArtefactError`."""
-    return _decoded(content, cls, name, LOOSER)
+def decode_closer(content: bytes, cls: type[T], name: str) -> T | None:
+    """The result that closer settings gave; None where there is none. Raises `ArtefactError`."""
+    return _decoded(content, cls, name, CLOSER)
 
 
 def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
@@ -201,7 +203,7 @@ def tree(content: bytes, name: str, older: bool = False) -> list[Field]:
     """
     with opened(content, name, older) as file:
         try:
-            return [field for key in hdf5.members_of(file) if key not in (PROVENANCE, LOOSER)
+            return [field for key in hdf5.members_of(file) if key not in (PROVENANCE, CLOSER)
                     for field in _branch(file[key], key)]  # fmt: skip
         except UnicodeDecodeError:
             raise ArtefactError(f"{name}: holds text that is not UTF-8; artefacts do not") from None

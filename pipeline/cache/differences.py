@@ -1,4 +1,4 @@
-"""The numerical errors of a result: parameters that compute it more loosely, and how far its numbers then are off."""
+"""The numerical errors of a result: parameters that compute it more closely, and how far its numbers then are off."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ import numpy as np
 from pipeline.cache import hdf5
 from pipeline.parameters.value import declared
 
-#: Metadata of a field that a looser run changes: a factor on its value, the most that it may be (a whole number), or
+#: Metadata of a field that a closer run changes: a factor on its value, the most that it may be (a whole number), or
 #: the word in its place.
-LOOSER = "looser"
+CLOSER = "closer"
+#: Tolerances below this change nothing but round-off: in their place as much looser ones are taken.
+FINEST = 1e-12
 #: Coordinates are the same where they are to so many decimals.
 _DECIMALS = 12
 #: What some hundreds of operations round, in spacings of floating-point numbers: two that agree better do by chance.
@@ -22,23 +24,25 @@ ROUND_OFF = 64
 Rows = tuple[np.ndarray, np.ndarray]
 
 
-def looser(parameters: Any) -> Any:
-    """A stage's parameters with all settings of solvers as much looser as their fields say, whatever their bounds."""
+def closer(parameters: Any) -> Any:
+    """A stage's parameters with all settings of solvers as much closer as their fields say, whatever their bounds."""
     return dataclasses.replace(parameters, **{name: _section(each) for name, each in vars(parameters).items()})
 
 
 def _section(section: Any) -> Any:
     kind: type = type(section)
     values = {key: (getattr(section, key), field) for key, (field, _) in declared(kind).items()
-              if field.metadata.get(LOOSER) is not None and getattr(section, key) is not None}  # fmt: skip
-    return dataclasses.replace(section, **{key: _looser(*each) for key, each in values.items()}) if values else section
+              if field.metadata.get(CLOSER) is not None and getattr(section, key) is not None}  # fmt: skip
+    return dataclasses.replace(section, **{key: _closer(*each) for key, each in values.items()}) if values else section
 
 
-def _looser(value: Any, field: dataclasses.Field[Any]) -> Any:
-    by = field.metadata[LOOSER]
+def _closer(value: Any, field: dataclasses.Field[Any]) -> Any:
+    by = field.metadata[CLOSER]
     if isinstance(by, str):
         return by
-    return min(value, by) if isinstance(by, int) else float(f"{value * by:.12g}")
+    if isinstance(by, int):
+        return min(value, by)
+    return float(f"{value * by if value * by >= FINEST else value / by:.12g}")
 
 
 def differences(one: Any, other: Any, above: str = "") -> Iterator[tuple[str, tuple[float, float]]]:

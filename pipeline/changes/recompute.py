@@ -196,7 +196,7 @@ def apart(theirs: bytes, recomputed: bytes, name: str, exactly: bool) -> Iterato
     from pipeline.cache import artefact
 
     with artefact.opened(theirs, f"{name}.h5") as one, artefact.opened(recomputed, f"{name}.h5") as other:
-        skipped = (artefact.PROVENANCE,) if exactly else (artefact.PROVENANCE, artefact.LOOSER)
+        skipped = (artefact.PROVENANCE,) if exactly else (artefact.PROVENANCE, artefact.CLOSER)
         both = [_items(each, skipped) for each in (one, other)]
         for path in sorted({*both[0], *both[1]}):
             here, there = (found.get(path) for found in both)

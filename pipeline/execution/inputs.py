@@ -4,7 +4,7 @@ A field is named like a result (`results/fall.h5` is `fall`) or like a parameter
 is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What has no field is not read. A stage that
 has a field `missing` goes on without results that are not there or that dvc.yaml does not list among its deps: they are
 None, and it says why, by name. A field
-`looser` is given the same inputs as looser solvers gave them, where there are some.
+`closer` is given the same inputs as closer solvers gave them, where there are some.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pipeline.parameters import loading
 from pipeline.parameters.value import declared, options_of
 from pipeline.room import reading
 
-MISSING, LOOSER = "missing", "looser"
+MISSING, CLOSER = "missing", "closer"
 _NONE = "there is no "
 
 
@@ -49,14 +49,14 @@ def _fields(inputs: type | None) -> tuple[dict[str, tuple[Any, ...]], bool]:
     """The types of each input by its name, and whether the stage goes on without results that are not there."""
     fields = {} if inputs is None else declared(inputs)
     return {name: options_of(kind) for name, (_, kind) in fields.items()
-            if name not in (MISSING, LOOSER)}, MISSING in fields  # fmt: skip
+            if name not in (MISSING, CLOSER)}, MISSING in fields  # fmt: skip
 
 
 def given(
     package: str, stage: Stage, parameters: Any, named: Mapping[str, File], results: Mapping[str, File],
     errors: bool = True,
 ) -> tuple[Any, Any, dict[str, File]]:  # fmt: skip
-    """The stage's inputs (None without a class for them), the same as looser solvers gave them (None where none did, or
+    """The stage's inputs (None without a class for them), the same as closer solvers gave them (None where none did, or
     without `errors`), and those of its files that it is given as they lie there.
 
     `named` are the files that `parameters` name, by key, `results` those of stages, by path. Raises `StudyError` for a
@@ -68,13 +68,13 @@ def given(
     if inputs is None:
         return None, None, {}
     fields, optional = _fields(inputs)
-    asks = LOOSER in declared(inputs)
+    asks = CLOSER in declared(inputs)
     lying = {name: _lying(name, stage, named, results) for name in fields}
     missing = {name: why for name, kinds in fields.items()
                if (why := _lacking(stage, kinds, optional, name, *lying[name]))}  # fmt: skip
     for why in () if optional else missing.values():
         raise Lacking(why)
-    values, looser = dict[str, Any](dict.fromkeys(missing)), dict[str, Any]()
+    values, closer = dict[str, Any](dict.fromkeys(missing)), dict[str, Any]()
     open_files: dict[str, File] = {}
     for name, (path, files) in lying.items():
         if name in missing or not files:  # a parameter that names no file; the field has a default
@@ -83,11 +83,11 @@ def given(
             open_files |= files
             values[name] = _place(path, files)
         else:
-            values[name], looser[name] = _decoded(path, fields[name][0], *files[path], errors or asks)
+            values[name], closer[name] = _decoded(path, fields[name][0], *files[path], errors or asks)
     values |= {MISSING: missing} if missing else {}
-    solved = {name: value for name, value in looser.items() if value is not None}
+    solved = {name: value for name, value in closer.items() if value is not None}
     other = inputs(**{**values, **solved}) if solved else None
-    return inputs(**values, **({LOOSER: other} if asks else {})), other, open_files
+    return inputs(**values, **({CLOSER: other} if asks else {})), other, open_files
 
 
 def _lying(
@@ -117,14 +117,14 @@ def _place(path: str, files: Mapping[str, File]) -> Path:
 
 
 def _decoded(path: str, kind: Any, place: str, sha256: str, errors: bool) -> tuple[Any, Any]:
-    """The result that is called `path` and lies at `place`, as what the field declares, and what looser solvers gave in
+    """The result that is called `path` and lies at `place`, as what the field declares, and what closer solvers gave in
     its place, if anything, and if `errors` are wanted.
     """
     content = disk.read(Path(place)) or b""
     if disk.digest(content) != sha256:
         raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
     reading.check_plain(io.BytesIO(content), path)
-    return artefact.decode(content, kind, path), artefact.decode_looser(content, kind, path) if errors else None
+    return artefact.decode(content, kind, path), artefact.decode_closer(content, kind, path) if errors else None
 
 
 def check_unchanged(

@@ -35,7 +35,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from pipeline.cache import artefact, disk
-from pipeline.cache.differences import looser
+from pipeline.cache.differences import closer
 from pipeline.cache.fingerprint import versions
 from pipeline.cache.sources import Sources, beside
 from pipeline.errors import Lacking, StudyError, is_answer
@@ -212,11 +212,11 @@ class Computing:
     def _result(
         self, stage: Stage, point: Point, files: dict[str, File], *, errors: bool = False
     ) -> tuple[Any, Any]:
-        """A stage's result; with `errors` that of looser solvers, from what these gave above, too, or why not."""
+        """A stage's result; with `errors` that of closer solvers, from what these gave above, too, or why not."""
         module = stage_module(self.job.package, stage.name, "run")
         plain, chosen = point[stage.name]
         parameters = self._parameters(stage.name, plain)
-        other, loose = getattr(module, "ONCE", None), looser(parameters)
+        other, near = getattr(module, "ONCE", None), closer(parameters)
         again = getattr(module, "again", None)
         errors = errors and not other
         inputs, above, open_files = given(self.job.package, stage, parameters, chosen, files, errors)
@@ -224,13 +224,13 @@ class Computing:
         code = of_code(self.observed.sources.code_root, self.job.package)
         with watched(self.job.root, *code, self.folder, *declared):
             result = module.run(parameters, inputs, self.messages.progress)
-        if errors and (loose != parameters or above is not None):
-            self.messages.send(progress=[1.0, "once more, looser, for the errors of its numbers"])
+        if errors and (near != parameters or above is not None):
+            self.messages.send(progress=[1.0, "once more, closer, for the errors of its numbers"])
             try:
                 read = inputs if above is None else above
-                other = again(loose, read, result) if again else module.run(loose, read)
+                other = again(near, read, result) if again else module.run(near, read)
             except Exception as error:  # whatever it is, the result itself stands
-                other = " ".join(f"at looser settings: {error}".split())
+                other = " ".join(f"at closer settings: {error}".split())
         check_unchanged(open_files)
         self._check_code()
         return result, other

@@ -75,12 +75,12 @@ def parameter(
     default: Any = dataclasses.MISSING,
     file: bool = False,
     otherwise: str = "",
-    looser: float | str | None = None,
+    closer: float | str | None = None,
 ) -> Any:
     """A field of a parameter dataclass. `unit` is "1" for a pure number and "-" for a word.
 
     The value of a `file` is a path; the stage finds the file among its inputs under the parameter's name. `otherwise`
-    says what is allowed beside the choices. `looser` is what a run for the errors changes: a factor on the value, the
+    says what is allowed beside the choices. `closer` is what a run for the errors changes: a factor on the value, the
     most that it is (a whole number), or the word in its place.
     """
     metadata = {
@@ -91,7 +91,7 @@ def parameter(
         "choices": choices,
         "file": file,
         "otherwise": otherwise,
-        "looser": looser,
+        "closer": closer,
     }
     return dataclasses.field(metadata=metadata, default=default)
 

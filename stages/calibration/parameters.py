@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from stages.biped.accuracy.scales import Following, followed, quickness, size
-from stages.biped.accuracy.tolerances import LOOSER, Level
+from stages.biped.accuracy.tolerances import CLOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.campaign.parameters import Fitted, SensorSettings
@@ -27,7 +27,7 @@ class Settings(Fitted):
 
     tolerance: float = parameter(
         "1", "tolerance of a walk, in leg lengths and pendulum times",
-        bound=Bound(minimum=1e-12, maximum=1e-4), looser=LOOSER)
+        bound=Bound(minimum=1e-12, maximum=1e-4), closer=CLOSER)
     planned_steps: int = parameter("1", "steps of a run that is only planned", bound=Bound(minimum=2, maximum=1000))
     planned_runs: int = parameter("1", "runs that are planned", bound=Bound(minimum=1, maximum=10_000))
     settling_s: Following = parameter(

@@ -67,7 +67,7 @@ Near = Mapping[str, tuple[Vector, Vector, Vector]]
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
-    """The result at looser settings: each fit is where one more step leads from where it came to rest."""
+    """The result at closer settings: each fit is where one more step leads from where it came to rest."""
     missed, truths = result.misses, {one.name: one for one in inputs.campaign.runs}
     near = {fit.name: (fit.design, fit.own, fit.unknowns) for fit in result.fits}
     near |= {one.name: (np.zeros(0), one.own, one.unknowns) for one in result.held_out}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.scales import GRAVITY, Following, followed, outsole, quickness, size
-from stages.biped.accuracy.tolerances import LOOSER, Level
+from stages.biped.accuracy.tolerances import CLOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -44,7 +44,7 @@ class RunSettings:
     scale_sd: float = parameter("1", "error of the scale that the robot is weighed on, relative", bound=NOT_NEGATIVE)
     solver_tolerance: float | None = parameter(
         "1", "tolerance of the twin's solver; null: ten times twin.tolerance",
-        bound=Bound(minimum=1e-11, maximum=1e-4), looser=LOOSER)
+        bound=Bound(minimum=1e-11, maximum=1e-4), closer=CLOSER)
     motion_rate_hz: float = parameter("Hz", "rate of the simulated motion", bound=Bound(minimum=1000, maximum=1e5))
 
     def broken_rules(self) -> Iterator[Broken]:

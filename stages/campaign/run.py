@@ -117,7 +117,7 @@ AROUND_STRIKE = (-0.03, 0.15)  # pendulum times, where the spike of a heel strik
 MOUNTING = {"hip": ("+y", "-x"), "foot": ("-z", "+x")}
 
 
-#: Runs that are made once more, looser, for the errors of all, beside one without the outsole.
+#: Runs that are made once more, closer, for the errors of all, beside one without the outsole.
 FEW = 3
 
 
@@ -165,7 +165,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
-    """The result at looser settings: its first runs and the hardest contact, and the others as they were."""
+    """The result at closer settings: its first runs and the hardest contact, and the others as they were."""
     if not result.runs:
         return result
     state, normal_force = first_state(inputs.twin.walk)

@@ -31,8 +31,8 @@ from stages.twin_pushes.result import Result as TwinPushes
 
 @dataclass(frozen=True)
 class Inputs:
-    """The results that are compared and judged. Those that are not there are None, and `missing` says why. `looser` are
-    those of looser solvers: what numbers then differ by are their errors.
+    """The results that are compared and judged. Those that are not there are None, and `missing` says why. `closer` are
+    those of closer solvers: what numbers then differ by are their errors.
     """
 
     analytic: Analytic
@@ -48,7 +48,7 @@ class Inputs:
     calibrated_twin: CalibratedTwin
     imu: Ingested
     missing: Mapping[str, str] = field(default_factory=dict)
-    looser: Inputs | None = None
+    closer: Inputs | None = None
 
 
 NAN = float("nan")

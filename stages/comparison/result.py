@@ -96,7 +96,7 @@ class Claim:
     measured: str = quantity("-", "what this study computes")
     verdict: str = quantity("-", "what follows, one of `claims.verdict.VERDICTS`")
     condition: str = quantity("-", "what completes holds if; else empty")
-    beside: str = quantity("-", "errors unknown here, where looser solvers do not give its numbers; else empty")
+    beside: str = quantity("-", "errors unknown here, where closer solvers do not give its numbers; else empty")
     causes: tuple[str, ...] = quantity("-", "the causes that are true of what was measured")
     rests_on: tuple[str, ...] = quantity("-", "parameters other than the biped's that it follows from")
     numbers: tuple[Number, ...] = quantity("-", "what it was judged by, with numerical errors")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy.tolerances import LOOSER, ConstraintTolerance, Level, PenaltyTolerance, checked
+from stages.biped.accuracy.tolerances import CLOSER, ConstraintTolerance, Level, PenaltyTolerance, checked
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw, DefaultSet
@@ -50,7 +50,7 @@ class Settings:
 
     constraint_tolerance: float | None = parameter(
         "1", "tolerance of the constraint models; null: analytic.tolerance",
-        bound=Bound(minimum=1e-14, maximum=1e-3), looser=LOOSER)
+        bound=Bound(minimum=1e-14, maximum=1e-3), closer=CLOSER)
     sampling_rate_hz: float = parameter(
         "Hz", "rate at which the rigid limit is compared", bound=Bound(minimum=100, maximum=1e5)
     )
@@ -59,7 +59,7 @@ class Settings:
     )
     tolerance: float | None = parameter(
         "1", "tolerance of the penalty model, in leg lengths and pendulum times; null: multibody.tolerance",
-        bound=Bound(minimum=1e-12, maximum=1e-3), looser=LOOSER)
+        bound=Bound(minimum=1e-12, maximum=1e-3), closer=CLOSER)
     cost_tolerance: float = parameter(
         "1", "tolerance at which the evaluations of a step are counted", bound=Bound(minimum=1e-12, maximum=1e-3)
     )
@@ -68,10 +68,10 @@ class Settings:
     )
     checked: int = parameter(
         "1", "steps with random sets that Exudyn walks too; with more than one, a cycle as well",
-        bound=Bound(minimum=1, maximum=1000), looser=0)
+        bound=Bound(minimum=1, maximum=1000), closer=0)
     checked_tolerance: float | None = parameter(
         "1", "tolerance of Exudyn's solver in what it walks too; null: a hundredth of tolerance",
-        bound=Bound(minimum=1e-11, maximum=1e-6), looser=LOOSER)
+        bound=Bound(minimum=1e-11, maximum=1e-6), closer=CLOSER)
     most_solver_steps: int = parameter(
         "1",
         "solver steps without a heel strike after which a run is given up",

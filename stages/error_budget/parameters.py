@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy.tolerances import LOOSER, ConstraintTolerance, Level, PenaltyTolerance, checked
+from stages.biped.accuracy.tolerances import CLOSER, ConstraintTolerance, Level, PenaltyTolerance, checked
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -30,20 +30,20 @@ class Settings:
     cycle_share: float = parameter("1", "the same between cycles", bound=Bound(above=0, maximum=0.2))
     constraint_tolerance: float | None = parameter(
         "1", "tolerance of the constraint model, dimensionless; null: analytic.tolerance",
-        bound=Bound(minimum=1e-13, maximum=1e-3), looser=LOOSER)
+        bound=Bound(minimum=1e-13, maximum=1e-3), closer=CLOSER)
     constraint_fine_tolerance: float = parameter(
         "1", "the tighter one that measures its integration error",
-        bound=Bound(minimum=1e-14, maximum=1e-3), looser=LOOSER)
+        bound=Bound(minimum=1e-14, maximum=1e-3), closer=CLOSER)
     penalty_tolerance: float | None = parameter(
         "1", "tolerance of the penalty model, in leg lengths and pendulum times; null: multibody.tolerance",
-        bound=Bound(minimum=1e-12, maximum=1e-3), looser=LOOSER)
+        bound=Bound(minimum=1e-12, maximum=1e-3), closer=CLOSER)
     limit_tolerance: float = parameter(
         "1",
         "tolerance of the penalty model in limits, where only contact is fast",
-        bound=Bound(minimum=1e-11, maximum=1e-3), looser=LOOSER)
+        bound=Bound(minimum=1e-11, maximum=1e-3), closer=CLOSER)
     penalty_fine_tolerance: float = parameter(
         "1", "the tighter one that measures its integration error",
-        bound=Bound(minimum=1e-11, maximum=1e-3), looser=LOOSER)
+        bound=Bound(minimum=1e-11, maximum=1e-3), closer=CLOSER)
     paper_constraint_tolerance: float = parameter(
         "1", "tolerance of the paper's constraint model", bound=Bound(minimum=1e-13, maximum=1e-3)
     )
@@ -56,10 +56,10 @@ class Settings:
     points: int = parameter("1", "points of the curves over a step", bound=Bound(minimum=51, maximum=100_001))
     checked: int = parameter(
         "1", "steps with random laws of the budget that Exudyn walks too",
-        bound=Bound(minimum=0, maximum=10), looser=0)
+        bound=Bound(minimum=0, maximum=10), closer=0)
     checked_tolerance: float | None = parameter(
         "1", "tolerance of Exudyn's solver in what it walks too; null: a hundredth of penalty_tolerance",
-        bound=Bound(minimum=1e-11, maximum=1e-6), looser=LOOSER)
+        bound=Bound(minimum=1e-11, maximum=1e-6), closer=CLOSER)
 
     def broken_rules(self) -> Iterator[Broken]:
         """The fine tolerances are tighter."""

@@ -35,7 +35,7 @@ from stages.extremes.result import Finding, Result
 from stages.extremes.watchdog import compute
 from stages.studies.result import as_columns
 
-#: Why the stage is not run once more at looser settings of solvers.
+#: Why the stage is not run once more at closer settings of solvers.
 ONCE = "it is a map of what the solvers bear, at tolerances of its own"
 #: Gives the verdict on a point, from the usual parameters and those at the point.
 Evaluate = Callable[[Parameters, Parameters, Point], Finding]

@@ -21,7 +21,7 @@ from stages.figures.first_screen import answers, title
 from stages.figures.parameters import Parameters
 from stages.figures.result import NOT_DRAWN, Caption, Result
 
-#: Why the stage is not run once more at looser settings of solvers.
+#: Why the stage is not run once more at closer settings of solvers.
 ONCE = "it draws what the other stages computed"
 
 

@@ -24,7 +24,7 @@ from stages.imu.trial.body import BodySensor
 from stages.imu.trial.trial import Trial, read_trial
 from stages.imu.trial.walk import ensemble_of
 
-#: Why the stage is not run once more at looser settings of solvers.
+#: Why the stage is not run once more at closer settings of solvers.
 ONCE = "it reads recordings, and solves nothing"
 
 

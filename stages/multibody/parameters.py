@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stages.biped.accuracy.estimate import finer_explicit
-from stages.biped.accuracy.tolerances import LOOSER, Accuracy, Level, PenaltyTolerance, accuracy
+from stages.biped.accuracy.tolerances import CLOSER, Accuracy, Level, PenaltyTolerance, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.blocks import Blocks
@@ -28,10 +28,10 @@ class Settings(PenaltyTolerance):
     largest_step: float = parameter("s", "largest step of the explicit solver", bound=Bound(above=0, maximum=1e-2))
     implicit_solver: str = parameter("-", "solver of the joints assembly", choices=("trapezoidal", "generalized_alpha"))
     rolling_step: float = parameter(
-        "s", "step of the implicit solver away from heel strike", bound=Bound(above=0, maximum=1e-2), looser=2.0
+        "s", "step of the implicit solver away from heel strike", bound=Bound(above=0, maximum=1e-2), closer=0.5
     )
     impact_step: float = parameter(
-        "s", "step of the implicit solver around heel strike", bound=Bound(above=0, maximum=1e-2), looser=2.0
+        "s", "step of the implicit solver around heel strike", bound=Bound(above=0, maximum=1e-2), closer=0.5
     )
     impact_window: float = parameter("s", "time after heel strike with impact_step", bound=Bound(minimum=0, maximum=1))
     longest_step: float | None = parameter(
@@ -52,7 +52,7 @@ class Settings(PenaltyTolerance):
     )
     coarse: float = parameter(
         "1", "tolerance on the way to the gait and in its derivatives; the gait's own is no looser",
-        bound=Bound(minimum=1e-10, maximum=1e-6), default=1e-7, looser=LOOSER)
+        bound=Bound(minimum=1e-10, maximum=1e-6), default=1e-7, closer=CLOSER)
     accuracy: str | Accuracy = accuracy("tolerance and largest_step, or rolling_step and impact_step of the joints")
 
     @classmethod

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
-from stages.biped.accuracy.tolerances import LOOSER, Level
+from stages.biped.accuracy.tolerances import CLOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
 from stages.ground.blocks import Blocks
@@ -28,7 +28,7 @@ class Settings:
         bound=Bound(minimum=1e-3, maximum=0.5))
     tolerance: float = parameter(
         "1", "tolerance of a step of the families, in leg lengths and pendulum times",
-        bound=Bound(minimum=1e-13, maximum=1e-9), looser=LOOSER)
+        bound=Bound(minimum=1e-13, maximum=1e-9), closer=CLOSER)
     angle_from: float = parameter("1", "least stance angle of a start, over the gait's", bound=Bound(above=0))
     angle_to: float = parameter("1", "largest stance angle of a start, over the gait's", bound=Bound(above=0))
     rate_from: float = parameter("1", "least stance rate of a start, over the gait's", bound=Bound(minimum=0))

@@ -35,7 +35,7 @@ from stages.twin.machine.tree import ConnectorTree
 
 PAPER, DEFAULT = "paper", "default"
 TRAPEZOIDAL, ALPHA = "trapezoidal", "generalized_alpha"
-#: Why the stage is not run once more at looser settings of solvers.
+#: Why the stage is not run once more at closer settings of solvers.
 ONCE = "it measures the errors of solvers"
 #: Tolerance of the compiled penalty walker where it confirms a reference.
 TIGHT = 1e-12

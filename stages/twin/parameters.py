@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from stages.biped.accuracy.tolerances import LOOSER, Accuracy, Level, accuracy, scaled
+from stages.biped.accuracy.tolerances import CLOSER, Accuracy, Level, accuracy, scaled
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.biped.rubber import Rubber
@@ -44,7 +44,7 @@ class Settings(Rubber):
     sampling_rate_hz: float = parameter("Hz", "rate of the sampled signals", bound=Bound(above=0, maximum=1e5))
     tolerance: float = parameter(
         "1", "absolute tolerance of the solver, one number in m, rad, m/s and rad/s, whatever the robot's size",
-        bound=Bound(minimum=1e-11, maximum=LOOSEST), looser=LOOSER)
+        bound=Bound(minimum=1e-11, maximum=LOOSEST), closer=CLOSER)
     largest_step: float = parameter("s", "largest step of the solver", bound=Bound(above=0, maximum=1e-2))
     longest_step: float | None = parameter(
         "s", "time without a heel strike after which the walk counts as stalled; null: some three steps of its size",

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.scales import Following, followed, outsole
-from stages.biped.accuracy.tolerances import LOOSER, Level
+from stages.biped.accuracy.tolerances import CLOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.ground.contact_law import ContactLaw
@@ -27,7 +27,7 @@ class Settings:
         bound=Bound(above=0, maximum=0.05))
     tolerance: float = parameter(
         "1", "absolute tolerance of the solver in m, rad, m/s, rad/s",
-        bound=Bound(minimum=1e-11, maximum=1e-6), looser=LOOSER)
+        bound=Bound(minimum=1e-11, maximum=1e-6), closer=CLOSER)
     difference: float = parameter(
         "1", "step of the finite differences out of the plane, in the section's scales",
         bound=Bound(minimum=1e-5, maximum=1e-1))

@@ -201,7 +201,7 @@ class Inputs:
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
-    """The result at looser settings: of the rungs the first two and the last, the others as they were."""
+    """The result at closer settings: of the rungs the first two and the last, the others as they were."""
     first, *others = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
     fewer = ladder(parameters, inputs, [first, *others[-1:]])
     gaits, pairs = {row.name: row for row in fewer.rungs}, {row.name: row for row in fewer.same_machine}

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy.tolerances import LOOSER, Level
+from stages.biped.accuracy.tolerances import CLOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw
@@ -32,7 +32,7 @@ class Settings:
     steps: int = parameter("1", "steps to walk after a push", bound=Bound(minimum=4, maximum=1000))
     tolerance: float | None = parameter(
         "1", "absolute tolerance of the solver in m, rad, m/s, rad/s; null: ten times twin.tolerance",
-        bound=Bound(minimum=1e-11, maximum=1e-4), looser=LOOSER)
+        bound=Bound(minimum=1e-11, maximum=1e-4), closer=CLOSER)
     rate_hz: float = parameter("Hz", "rate of the histories", bound=Bound(above=0, maximum=1e4))
     sideways_speeds: tuple[float, ...] = parameter("m/s", "speeds to the side")
     roll_rates: tuple[float, ...] = parameter("rad/s", "rates of roll")

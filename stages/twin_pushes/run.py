@@ -30,7 +30,7 @@ class Inputs:
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
-    """The result at looser settings: of each kind the largest push that is survived, or the smallest, and the others as
+    """The result at closer settings: of each kind the largest push that is survived, or the smallest, and the others as
     they were."""
     few = [(kind, size or fatal) for kind, _, size, fatal in result.limits()]
     found = dict(zip(few, walks_after(few, parameters, inputs), strict=True))

@@ -10,7 +10,7 @@ import pytest
 from pipeline.commands.claims import Claim as Shown
 from pipeline.commands.claims import as_text
 from stages.comparison.claims import calibration, contact, figure_8, gait, judge, numerics, twin
-from stages.comparison.claims.judge import judged
+from stages.comparison.claims.judge import SAFE, judged
 from stages.comparison.determinants import Determinants, digits_of, of_walk
 from stages.comparison.result import FAILS, HOLDS, UNDECIDED, UNKNOWN
 from stages.comparison.tables import side_by_side
@@ -179,8 +179,8 @@ STABLE = CASES[3][0]
 
 
 def beside(measured, **changes):
-    """What looser solvers measure: the same but for these changes."""
-    return of(measured, **{key: measured.numbers[key] + change for key, change in changes.items()})
+    """What closer solvers measure where the errors are these."""
+    return of(measured, **{key: measured.numbers[key] + error / SAFE for key, error in changes.items()})
 
 
 def test_a_verdict_that_its_error_could_change_is_not_decided():
@@ -194,19 +194,19 @@ def test_a_verdict_that_its_error_could_change_is_not_decided():
     assert judged(PARAMETERS, near, beside(near, multibody=1e-3)).verdict == HOLDS
 
 
-def test_numbers_carry_what_they_differ_by_and_none_where_looser_solvers_have_none():
+def test_numbers_carry_what_they_differ_by_and_none_where_closer_solvers_have_none():
     claim = judged(PARAMETERS, STABLE, beside(STABLE, constraint=2e-9, multibody=-6e-7))
     assert [number.error for number in claim.numbers] == pytest.approx([2e-9, 6e-7])
     assert "± 6e-07" in str(claim.numbers[1]) and (claim.verdict, claim.beside) == (HOLDS, "")
-    for looser in (None, of(STABLE, multibody=math.nan)):
-        claim = judged(PARAMETERS, STABLE, looser)
+    for closer in (None, of(STABLE, multibody=math.nan)):
+        claim = judged(PARAMETERS, STABLE, closer)
         assert math.isnan(claim.numbers[1].error) and "±" not in str(claim.numbers[1])
         assert (claim.verdict, claim.beside) == (HOLDS, UNKNOWN)
     shown = as_text(Shown(**{**dataclasses.asdict(claim), "numbers": []}), 80)
     assert "stable_gait: holds (errors unknown here)\n" in shown
 
 
-def test_a_claim_stands_where_looser_solvers_do_not_get_there():
+def test_a_claim_stands_where_closer_solvers_do_not_get_there():
     assert judge.measured_of(STABLE.about, None) is None
     assert judge.measured_of(STABLE.about, object()) is None, "an error that nobody foresaw"
 

@@ -94,10 +94,10 @@ def test_results_of_some_stages_are_compared_without_a_row_for_all_that_is_missi
 
 
 def in_first_form(content: bytes, *gone: str, **units: str) -> bytes:
-    """An artefact as 0.1.0 wrote it: other words, a group for each row, no looser result; without the fields `gone`."""
+    """An artefact as 0.1.0 wrote it: other words, a group for each row, no closer result; without the fields `gone`."""
 
     def copy(group, into):
-        for name in (name for name in hdf5.members_of(group) if name not in ("looser", "row")):
+        for name in (name for name in hdf5.members_of(group) if name not in ("closer", "row")):
             item = group[name]
             if name in gone:
                 continue

@@ -37,10 +37,10 @@ def result(given):
 
 
 def test_for_errors_the_largest_push_of_each_kind_that_is_survived_is_walked_again(given, result):
-    looser = again(*given, result)
-    assert [one is other for one, other in zip(looser.walks, result.walks, strict=True)] == [
+    closer = again(*given, result)
+    assert [one is other for one, other in zip(closer.walks, result.walks, strict=True)] == [
         False, True, False, False, False]
-    np.testing.assert_array_equal(looser.walks[0].roll, result.walks[0].roll)  # at the same settings
+    np.testing.assert_array_equal(closer.walks[0].roll, result.walks[0].roll)  # at the same settings
 
 
 def test_a_soft_push_is_walked_off_and_a_hard_one_is_not(result):

@@ -35,9 +35,9 @@ class Level:
     level: str = parameter("-", "accuracy of the whole study", choices=LEVELS, default=PAPER)
 
 
-#: A stage is run once more at so many times its tolerances: what its numbers then differ by are their errors. At five
-#: times more numbers are off by more than that (13 % for 7 %, benchmarks/stated_errors.py): adaptive steps scatter.
-LOOSER = 10.0
+#: A stage is run once more at so many times its tolerances: what its numbers then differ by tells their errors. Looser
+#: solvers tell less: adaptive steps scatter, so two tolerances differ by too much or by little, by chance.
+CLOSER = 0.1
 #: Finest tolerance of the constraint model that is allowed.
 FINEST = 1e-14
 #: Engines are compared at this share of a stage's tolerance, and no finer than round-off lets Exudyn's solver go.
@@ -52,7 +52,7 @@ class ConstraintTolerance:
 
     tolerance: float = parameter(
         "1", "absolute and relative tolerance of a step, in leg lengths and pendulum times",
-        bound=Bound(minimum=FINEST, maximum=1e-3), looser=LOOSER)
+        bound=Bound(minimum=FINEST, maximum=1e-3), closer=CLOSER)
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class PenaltyTolerance:
 
     tolerance: float = parameter(
         "1", "absolute tolerance of Exudyn's solver, one number in m, rad, m/s and rad/s, whatever the robot's size",
-        bound=Bound(minimum=1e-11, maximum=1e-3), looser=LOOSER)
+        bound=Bound(minimum=1e-11, maximum=1e-3), closer=CLOSER)
 
 
 def checked(tolerance: float) -> float:
@@ -113,5 +113,5 @@ def accuracy(chosen: str) -> Any:
         choices=(CUSTOM,),
         otherwise=f"errors by {', '.join(Accuracy.__annotations__)} as {{hip_position_m: 1e-5}}",
         default=CUSTOM,
-        looser=CUSTOM,
+        closer=CUSTOM,
     )

@@ -261,7 +261,7 @@ def one_step(
     design: DesignPoint, found: tuple[Vector, Vector, Vector], run: MeasuredRun, model: Model, known: Sequence[Known]
 ) -> RunFit:
     """One whole step of Gauss and Newton from what a fit of the run found: its shared parameters (d,), own (o,) and
-    unknowns (k,). For a fit at rest, how far that leads with a looser model is its error.
+    unknowns (k,). For a fit at rest, how far that leads with a closer model is its error.
 
     Raises StepFailed where the robot does not walk it.
     """

@@ -1,6 +1,6 @@
 """All claims in the paper's order: which apply to a biped, their four parts, and what numerical errors could change.
 
-The error of a number is what it differs by where all stages solved more loosely.
+The error of a number is told by what it differs by where all stages solved more closely.
 """
 
 from __future__ import annotations
@@ -32,28 +32,30 @@ STATEMENTS = {
         (one for topic in (numerics, contact, gait, figure_8, twin, measurement, calibration)
          for one in topic.STATEMENTS), key=in_the_papers_order)
 }  # fmt: skip
+#: Errors are so many times what closer solvers change, as those of artefacts are.
+SAFE = 3.0
 #: What a claim on the method asks of a biped: legs that take double stance.
 OF_THE_METHOD = ("biped.legs",)
 
 
-def judge(e: Evidence, looser: Evidence | None = None) -> tuple[Claim, ...]:
-    """Every claim, measured and judged; `looser` is what looser solvers gave. Claims on the paper's biped are not
+def judge(e: Evidence, closer: Evidence | None = None) -> tuple[Claim, ...]:
+    """Every claim, measured and judged; `closer` is what closer solvers gave. Claims on the paper's biped are not
     judged for another one.
     """
-    return tuple(judged(e.parameters, one.measured(e), measured_of(one, looser)) for one in STATEMENTS.values())
+    return tuple(judged(e.parameters, one.measured(e), measured_of(one, closer)) for one in STATEMENTS.values())
 
 
-def measured_of(one: Statement, looser: Evidence | None) -> Measured | None:
-    """What looser solvers measure; None where they do not get there: errors are then unknown, and the claim stands."""
+def measured_of(one: Statement, closer: Evidence | None) -> Measured | None:
+    """What closer solvers measure; None where they do not get there: errors are then unknown, and the claim stands."""
     with contextlib.suppress(Exception):
-        return one.measured(looser) if looser else None
+        return one.measured(closer) if closer else None
     return None
 
 
-def judged(parameters: Parameters, measured: Measured, looser: Measured | None = None) -> Claim:
+def judged(parameters: Parameters, measured: Measured, closer: Measured | None = None) -> Claim:
     """One claim. Numbers whose errors are unknown are judged as if they had none, and that is said."""
     about, judgement = measured.about, measured.judge(parameters.settings)
-    known = numbers(measured, looser)
+    known = numbers(measured, closer)
     beside = UNKNOWN if any(math.isnan(one.error) for one in known if math.isfinite(one.value)) else ""
     verdict, condition, causes = judgement.verdict, judgement.condition, judgement.reasons
     for number, other in other_verdicts(measured, parameters.settings, known):
@@ -128,10 +130,10 @@ def quantity(value: Any, unit: str) -> str:
     return text if unit in ("1", "-", "") else f"{text} {unit}"
 
 
-def numbers(measured: Measured, looser: Measured | None) -> tuple[Number, ...]:
-    """The numbers of a claim, each with what it differs by from the looser one of its name as its error."""
-    others = dict(named(looser.numbers)) if looser else {}
-    return tuple(Number(name, measured.unit(name), value, abs(value - others.get(name, math.nan)))
+def numbers(measured: Measured, closer: Measured | None) -> tuple[Number, ...]:
+    """The numbers of a claim, each with its error: `SAFE` times what it differs by from the closer one of its name."""
+    others = dict(named(closer.numbers)) if closer else {}
+    return tuple(Number(name, measured.unit(name), value, SAFE * abs(value - others.get(name, math.nan)))
                  for name, value in named(measured.numbers))  # fmt: skip
 
 
