@@ -1,7 +1,5 @@
 """What the watchdog's test lets its processes do; a module of its own, for they import it."""
 
-from __future__ import annotations
-
 import os
 import time
 

@@ -1,7 +1,5 @@
 """What only the process whose number stands in the variable FIRST can import."""
 
-from __future__ import annotations
-
 import os
 
 from stages.extremes.parameters import RIGHT

@@ -1,7 +1,5 @@
 """A made-up result of every stage that figures show: nothing in it changes when the models do."""
 
-from __future__ import annotations
-
 from functools import cache
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """The pictures of questions and of the package `bipedstudy`, from made-up answers."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

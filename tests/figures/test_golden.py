@@ -2,21 +2,21 @@
 
 Golden pictures hold for one version of Matplotlib, named in drawn_by.txt, which is edited by hand for another.
 For a new figure and after a wanted change: `python -m pytest tests/figures/test_golden.py --write-golden`, and look at
-what it wrote.
-"""
+what it wrote."""
 
-from __future__ import annotations
-
+import dataclasses
 from pathlib import Path
 
 import matplotlib
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 
 from pipeline.report.figures import TOLERANCE, difference, rms
 from stages.drawing import style
-from stages.figures.drawn import NAMES, figure
-from tests.figures.made_up_results import drawn, shown
+from stages.figures.drawn import NAMES, contact_laws, figure, two_models
+from tests.comparison.made_up import DEFAULTS, make_study, make_walk
+from tests.figures.made_up_results import comparison, drawn, multibody, shown
 
 GOLDEN = Path(__file__).parents[1] / "baseline"
 DRAWN_BY = GOLDEN / "drawn_by.txt"
@@ -78,3 +78,139 @@ def test_a_thousandth_more_in_the_data_is_seen(name, tmp_path):
 
 def test_every_golden_picture_belongs_to_a_figure():
     assert {path.stem for path in GOLDEN.glob("*.png")} == set(PICTURES)
+
+
+# --- What figures show is what they are given, in the units that their axes say.
+
+
+def labels(figure):
+    return [
+        text for axes in figure.get_axes() if axes.axison for text in (axes.get_xlabel(), axes.get_ylabel()) if text
+    ]
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_every_axis_label_carries_a_unit(name):
+    found = labels(shown(name))
+    assert all("[" in label and "]" in label for label in found), found
+
+
+def test_figure_08_shows_the_walks_and_their_difference_in_millimetres():
+    faster = multibody()
+    faster.walk = make_walk(speed=0.31)
+    position, _, difference, *_ = drawn("figure_08_hip_motion", multibody=faster).get_axes()
+    time, shown = position.lines[0].get_data()
+    assert shown == pytest.approx(make_walk().hip_position[: len(time), 0])
+    time, shown = difference.lines[0].get_data()
+    assert shown == pytest.approx(1e3 * 0.01 * time, abs=1e-6)
+
+
+def test_figure_16_says_what_is_synthetic():
+    synthetic, measured = shown("figure_16_measurement"), drawn(
+        "figure_16_measurement", comparison=comparison("measured"))
+    said, not_said = (" ".join(text.get_text() for axes in figure.get_axes() for text in axes.texts)
+                      for figure in (synthetic, measured))  # fmt: skip
+    for words in ("SYNTHETIC", "RMSE", "multiple correlation", "ICC(A,1)", "bias", "limit of agreement",
+                  "inside the envelope"):  # fmt: skip
+        assert words in said
+    assert "mHz" in synthetic.get_supxlabel() and "SYNTHETIC" not in not_said
+
+
+def test_figure_02_takes_one_whole_contact():
+    walk = make_walk()
+    contact = two_models.contact(walk, 1, 0)
+    landed = walk.heel_strike_time[walk.heel_strike_leg == 1][0]
+    lifted = walk.toe_off_time[(walk.toe_off_leg == 1) & (walk.toe_off_time > landed)][0]
+    assert contact.time[0] == pytest.approx(-0.01, abs=1e-3)
+    assert contact.time[-1] == pytest.approx(lifted - landed + 0.02, abs=1e-3)
+
+
+def test_figure_04_shows_the_laws_of_the_ground():
+    millimetre = np.array([1e-3])
+    for exponent in contact_laws.EXPONENTS:  # k_c is in N/mm^e: at 1 mm every exponent gives the same force
+        assert contact_laws.spring_force(DEFAULTS, exponent, millimetre) == pytest.approx([1e5])
+    depths = np.array([-1e-5, 0.0, 0.5e-4, 1e-4, 1e-3])
+    assert contact_laws.damping(DEFAULTS, depths) == pytest.approx([0.0, 0.0, 5e3, 1e4, 1e4])
+    spring, ramp, whole = shown("figure_04_normal_force").get_axes()
+    depth, damping = ramp.lines[0].get_data()
+    assert 1e3 * damping == pytest.approx(contact_laws.damping(DEFAULTS, 1e-3 * depth))
+    depth, force = spring.lines[2].get_data()
+    assert 1e3 * force == pytest.approx(contact_laws.spring_force(DEFAULTS, 2.2, 1e-3 * depth))
+    pressed, rest, let_out = (line.get_ydata() for line in whole.lines[:3])
+    assert np.all(pressed >= rest) and np.all(rest >= let_out) and let_out.max() > 0.0
+
+
+def test_figure_05_lays_each_variation_over_the_constraint_model():
+    study, walk = make_study(), make_walk()
+    figure = shown("figure_05_contact_parameters")
+    for row, (key, *_, factor) in enumerate(contact_laws.ROWS):
+        impact, after = figure.get_axes()[2 * row : 2 * row + 2]
+        exact, default, *varied, chosen = [line for line in impact.lines if len(line.get_xdata()) > 10]
+        leg = walk.ground_reaction[:, 1, 1]
+        assert np.delete(exact.get_ydata(), np.flatnonzero(np.isnan(exact.get_ydata()))) == pytest.approx(leg)
+        assert default.get_ydata() == pytest.approx(study.default_force[:, 1])
+        assert chosen.get_ydata() == pytest.approx(study.chosen_force[:, 1]) and chosen.get_linestyle() == "--"
+        rows = study.variations.rows(key)
+        assert len(varied) == len(rows) == 2
+        for line, row in zip(varied, rows):
+            assert line.get_xdata() == pytest.approx(1e3 * study.time)
+            assert line.get_ydata() == pytest.approx(study.variations.force[row, :, 1])
+        texts = [text.get_text() for text in after.get_legend().get_texts()]
+        assert texts == [f"{factor * value:g}" for value in getattr(DEFAULTS, key) * np.array([1.0, 0.5, 2.0])]
+        for panel in (impact, after):  # no curve leaves at the top
+            assert panel.get_ylim()[1] > np.nanmax([np.nanmax(line.get_ydata()) for line in panel.lines])
+    *differences, chosen, limit = figure.get_axes()[-2].lines
+    assert len(differences) == len(contact_laws.ROWS)
+    for line in differences:
+        values, found = line.get_data()
+        assert values == pytest.approx([0.5, 1.0, 2.0]) and found == pytest.approx([1.0, 2.0, 4.0]), "mm"
+    assert chosen.get_ydata() == pytest.approx([0.2] * 2)
+    assert limit.get_ydata() == pytest.approx([0.25] * 2), "the rigid limit"
+
+
+def test_the_figure_of_contact_sets_shows_distances_that_do_not_cancel():
+    limit = make_study().limit
+    cost, stiffness, parts, period, length = shown("contact_sets").get_axes()
+    for axes, places in (
+        (cost, [400, 800, 1600, 3200]),
+        (stiffness, [one.law.contact_stiffness for one in limit.family]),
+    ):
+        values, far = axes.lines[1].get_data()
+        assert values == pytest.approx(places)
+        assert far == pytest.approx([1e3 * one.position_parts.sum() for one in limit.family])
+        assert axes.lines[2].get_ydata() == pytest.approx([6.2]) and axes.lines[3].get_ydata() == pytest.approx([0.62])
+        assert axes.lines[4].get_ydata() == pytest.approx([0.25] * 2)
+    bars = [bar.get_width() for bar in parts.patches[:3]]
+    assert bars == pytest.approx([0.4, 0.2, 0.02]) and parts.lines[0].get_xdata() == pytest.approx([0.2] * 2)
+    assert period.lines[0].get_ydata() == pytest.approx([0.4, 0.2, 0.1, 0.05]), "ms"
+    assert length.lines[0].get_ydata() == pytest.approx([1e3 * abs(one.step_length) for one in limit.family]), "mm"
+
+
+def test_without_a_rigid_limit_the_figures_say_so():
+    study = dataclasses.replace(make_study(), limit=None, candidates=None, limit_outcome="the foot slips away")
+    assert drawn("contact_sets", contact_study=study).get_axes()[0].get_title() == "the foot slips away"
+    assert drawn("figure_05_contact_parameters", contact_study=study)
+
+
+def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do():
+    study = make_study()
+    law, force, hip, creep = shown("figure_06_friction").get_axes()
+    slip, coefficient = law.lines[0].get_data()
+    assert np.interp([-0.1, 0.0, 0.1, 1.0], slip, coefficient) == pytest.approx([-1.1, 0.0, 1.1, 1.0], abs=1e-6)
+    assert force.lines[1].get_ydata() == pytest.approx(study.default_force[:, 0])
+    values, found = hip.lines[0].get_data()
+    assert values == pytest.approx([0.05, 0.1, 0.2]) and found == pytest.approx([1.0, 2.0, 4.0])
+    values, speed = creep.lines[1].get_data()
+    assert values == pytest.approx([0.5, 1.0, 2.0]) and speed == pytest.approx([2.0, 4.0, 8.0])
+
+
+def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():
+    bars = shown("twin_ladder").get_axes()[0].patches
+    ends = [end for bar in bars for end in (bar.get_x(), bar.get_x() + bar.get_width())]
+    assert ends == pytest.approx([480.0, 490.0, 490.0, 470.0])
+
+
+def test_a_fall_is_crossed_where_it_happened():
+    roll, yaw, _ = shown("twin_pushes").get_axes()
+    (cross,) = (line for line in yaw.lines if line.get_marker() == "x")
+    assert len(roll.lines) == 3 and cross.get_xydata()[0] == pytest.approx([2.0, np.degrees(0.4)])

@@ -1,7 +1,5 @@
 """Own bipeds through the whole study: each gets its report, with every figure or the reason why there is none."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

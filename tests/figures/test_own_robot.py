@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import json
 import re
 from functools import cache
 from pathlib import Path
@@ -21,8 +22,8 @@ from stages.figures.drawn import figure, gait_animation, robot_in_space, robot_s
 from stages.figures.view import SMALL, by_group, of_twin
 from stages.stability.parameters import Parameters as Stability
 from stages.twin.parameters import Parameters
-from tests.comparison.made_up import make_walk
-from tests.figures.made_up_results import given
+from tests.comparison.made_up import make_walk, resampled
+from tests.figures.made_up_results import drawn, given
 
 #: Leg length [m], foot radius and height of its mass as shares of it, and whether there are parts.
 ROBOTS = [(0.1, 0.25, 0.3, "parts"), (0.5, 0.25, 0.3, "planar"), (1.2, 0.6, 0.05, "parts"), (1.2, 0.0, 0.0, "planar"),
@@ -74,11 +75,11 @@ def test_a_foot_that_stands_is_drawn_on_the_ground(shares):
     for angle in (-0.3, 0.18):
         hip = np.array([0.0, radius + (0.995 * length - radius) * np.cos(angle)])  # its springs are loaded
         pose = view.Pose(hip, np.full(2, angle), np.full(2, 0.005 * length))
-        for drawn in bodies_of(known):
+        for shown in bodies_of(known):
             for group in ("inner_foot", "outer_foot"):
-                lowest = pose.placed(drawn[group], group).corners[..., 1].min()
+                lowest = pose.placed(shown[group], group).corners[..., 1].min()
                 assert abs(lowest) < 0.01 * length, (angle, group, lowest / length)
-            assert pose.robot(drawn).corners[..., 1].min() > -0.01 * length
+            assert pose.robot(shown).corners[..., 1].min() > -0.01 * length
 
 
 @pytest.mark.parametrize(("name", "shares"), CASES)
@@ -142,3 +143,48 @@ def test_marks_and_forces_of_the_animation_suit_the_robot():
     usual = gait_animation.content(gait_animation.sources(walk, walk, walk), 0.083, 0.0)
     assert (large["limit"], large["mark"], usual["mark"]) == (2500.0, 1.0, 0.1)
     assert large["arrow"] * large["limit"] == pytest.approx(10.0 * usual["arrow"] * usual["limit"])
+
+
+# --- The animation shows the walks' own samples, on common times, to the stated resolution.
+
+
+@pytest.fixture(scope="module")
+def walks():
+    return make_walk(), make_walk(period=0.51), make_walk(speed=0.31, steps=6)
+
+
+def test_poses_and_forces_are_those_of_the_walks(walks):
+    shown = gait_animation.content(gait_animation.sources(*walks), 0.083, np.radians(2))
+    assert shown["count"] == int(walks[2].time[-1] * gait_animation.FRAME_RATE) + 1, "the shortest walk decides"
+    time = np.arange(shown["count"]) / shown["rate"]
+    for source, walk in zip(shown["sources"], walks, strict=True):
+        for key, signal, unit in (
+            ("hip", walk.hip_position, gait_animation.POSITION),
+            ("angle", walk.leg_angle, gait_animation.ANGLE),
+            ("length", walk.leg_length, gait_animation.POSITION),
+            ("force", walk.ground_reaction, gait_animation.FORCE),
+        ):
+            columns = signal.reshape(len(walk.time), -1)
+            expected = np.column_stack([np.interp(time, walk.time, column) for column in columns.T])
+            assert np.reshape(source[key], expected.shape) * unit == pytest.approx(expected, abs=0.5001 * unit), key
+
+
+def test_the_scale_of_forces_leaves_impacts_out_and_the_gait_in(walks):
+    assert gait_animation.content(gait_animation.sources(*walks), 0.083, 0.0)["limit"] == 15.0, "all walks carry 9 N"
+
+
+def test_the_scale_of_forces_does_not_follow_the_samples(walks):
+    """Half of this walk's samples lie in half a millisecond of impact, as in walks sampled densely around one."""
+    walk = walks[0]
+    time = np.sort(np.concatenate([walk.time, np.linspace(0.3501, 0.3506, len(walk.time))]))
+    dense = resampled(walk, time)
+    dense.ground_reaction[(time > 0.35) & (time < 0.351), 0, 1] = 700.0
+    assert gait_animation.content(gait_animation.sources(dense, *walks[1:]), 0.083, 0.0)["limit"] == 15.0
+
+
+def test_the_page_holds_the_data_once_and_no_address():
+    page = drawn("gait_animation")
+    data = page.split('class="data">')[1].split("</script>")[0]
+    assert json.loads(data)["count"] > 100
+    assert "DATA<" not in page and "://" not in page
+    assert len(page) < 250_000

@@ -1,23 +1,27 @@
 """Figures of the study, of questions and of the package as a referee reads them."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json
+from itertools import combinations
 from types import SimpleNamespace
+from unittest.mock import patch
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PathCollection
+from matplotlib.text import Text
+from matplotlib.ticker import FixedLocator
 
 from benchmarks import tradeoff
 from benchmarks.extremes_table import DOCS
+from stages.drawing import style
 from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import at_level, figure, given_to, work_and_extremes
 from tests.figures import question_pictures
 from tests.figures.made_up_results import comparison, drawn, parameters, results
-from tests.figures.referee import complaints
 from tests.figures.test_golden import PICTURES
 
 pytestmark = pytest.mark.usefixtures("drawing")
@@ -102,3 +106,124 @@ def test_turned_texts_overlap_only_where_they_meet(apart, count):
     for shift in (0.0, apart):
         axes.text(0.2 + shift, 0.2, "a long turned text", rotation=60)
     assert len(complaints(axes.figure)) == count
+
+
+# --- What a referee sees of a figure: texts that overlap or leave it, letters too small, axes without units, idle
+# panels.
+
+
+#: The smallest letter [points], in figures that are shown at the size they are made for.
+SMALLEST = 7.0
+#: Boxes are those of whole lines, with room for accents and tails: so much of it may be shared [points].
+SHARED = 1.0
+DPI = 100
+#: Width of a figure on a phone of 390 px, and pixels an inch there: a point is 1/72 of it.
+PHONE, INCH = 358.0, 96.0
+#: Pixels an inch that the report gives a piece, where there is room.
+PIECE = 100.0
+
+
+def complaints(figure, phone=False):
+    """Everything a referee has to say of a figure, a sentence each; of one of the report also on a phone."""
+    FigureCanvasAgg(figure)
+    with style.laid_out(figure, DPI):
+        texts = drawn_texts(figure)
+        words = {id(text): "".join(text.get_text().split("\n"))[:40] for text in texts}
+        boxes = [corners(text, figure) for text in texts]
+        width, height = (size * DPI for size in figure.get_size_inches())
+        room = 0.5 * DPI / 72
+        pairs = combinations(zip(texts, boxes), 2)
+        said = [f"{words[id(one)]!r} overlaps {words[id(other)]!r}"
+                for (one, box), (other, beside) in pairs if overlap(box, beside)]  # fmt: skip
+        said += [f"{words[id(text)]!r} leaves the picture" for text, box in zip(texts, boxes)
+                 if (box < -room).any() or (box[:, 0] > width + room).any() or (box[:, 1] > height + room).any()]
+        said += [f"{words[id(text)]!r} has {text.get_fontsize():g} points" for text in texts
+                 if text.get_fontsize() < SMALLEST]
+        for axes in (axes for axes in figure.get_axes() if axes.axison and axes.get_visible()):
+            name = axes.get_title(loc="left") or axes.get_title() or axes.get_ylabel() or "a panel"
+            said += [f"{name!r} has no unit along {way}" for way in "xy" if not has_unit(axes, way)]
+            said += [f"{name!r} shows nothing"] * idle(axes)
+        if phone:
+            least = min(text.get_fontsize() for text in texts) * scale_on_a_phone(figure)
+            said += [f"the smallest letter has {least:.1f} points on a phone"] * (least < SMALLEST)
+    plt.close(figure)
+    return said
+
+
+def scale_on_a_phone(figure):
+    """By how much the widest piece of a figure is smaller on a phone than in print; the report enlarges a little."""
+    whole, *parts = ([float(number) for number in box.split()] for box in style.pieces(figure).split(";")[:-1])
+    widest = max(part[2] for part in parts) if len(parts) > 1 else whole[0]
+    return min(PIECE, PHONE / widest) / INCH
+
+
+def drawn_texts(figure):
+    """The texts that are drawn, in their order; an empty one is not."""
+    texts, draw = [], Text.draw
+
+    def kept(text, renderer):
+        if text.get_visible() and text.get_text().strip():
+            texts.append(text)
+        draw(text, renderer)
+
+    with patch.object(Text, "draw", kept):
+        figure.draw(figure.canvas.get_renderer())
+    return list({id(text): text for text in texts}.values())
+
+
+def corners(text, figure):
+    """Corners (4, 2) [pixels] of a text's box, one after another."""
+    renderer = figure.canvas.get_renderer()
+    upright = Text.get_window_extent(text, renderer)
+    turn = np.radians(text.get_rotation())
+    if np.isclose(turn % (np.pi / 2), 0.0):
+        half = 0.5 * np.array([upright.width, upright.height])
+        turn = 0.0
+    else:
+        rotation = text.get_rotation()
+        text.set_rotation(0)
+        level = Text.get_window_extent(text, renderer)
+        text.set_rotation(rotation)
+        half = 0.5 * np.array([level.width, level.height])
+    middle = 0.5 * np.array([upright.x0 + upright.x1, upright.y0 + upright.y1])
+    across = half * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    return middle + across @ [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]
+
+
+def overlap(one, other):
+    """Whether two rectangles share more than a text may: no line along a side of one of them parts them."""
+    shared = SHARED * DPI / 72
+    for box in (one, other):
+        for along in (box[1] - box[0], box[2] - box[1]):
+            along = along / max(np.linalg.norm(along), 1e-9)
+            a, b = one @ along, other @ along
+            if min(a.max(), b.max()) - max(a.min(), b.min()) <= shared:
+                return False
+    return True
+
+
+def has_unit(axes, way):
+    """Whether an axis with numbers has a label with a unit: its own, or that of its column, row, figure or strip."""
+    axis = getattr(axes, f"{way}axis")
+    numbers = [label for label in axis.get_ticklabels() if label.get_visible() and label.get_text()]
+    words = isinstance(axis.get_major_locator(), FixedLocator)
+    if words or not numbers or not axis.get_tick_params()["labelleft" if way == "y" else "labelbottom"]:
+        return True
+    whole = [axes.figure, axes.get_figure(root=True)]
+    labels = [axis.get_label_text(), *(getattr(part, f"get_sup{way}label")() for part in whole)]
+    return any("[" in label and "]" in label for label in labels)
+
+
+def idle(axes):
+    """Whether nothing is drawn in a panel, or nothing that lies in it."""
+    low, high = np.sort([axes.get_xlim(), axes.get_ylim()]).T
+
+    def inside(points):
+        points = np.ma.filled(np.ma.asarray(points, dtype=float), np.nan)
+        return ((points >= low) & (points <= high)).all(axis=1).any()
+
+    lines = [line for line in axes.lines if line.get_transform() == axes.transData]
+    points = [one for one in axes.collections if isinstance(one, PathCollection)]
+    others = [one for one in axes.collections if not isinstance(one, PathCollection)]
+    return not (axes.patches or axes.images or others or any(inside(line.get_xydata()) for line in lines)
+                or any(inside(one.get_offsets()) for one in points))

@@ -1,15 +1,27 @@
-"""Drawings of the robot: its parts are where the walk has them, gravity points down, nothing is lost in the cutting."""
+"""Drawings of the robot: its parts where the walk has them, its symbols, and the report's first picture in space."""
 
 import dataclasses
+import json
 import math
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from pipeline.parameters.loading import load
+from stages.biped.design import Biped
+from stages.comparison.claims.judge import STATEMENTS
+from stages.comparison.parameters import Parameters as Comparison
+from stages.drawing import style
 from stages.figures import view
-from stages.figures.drawn import figure_09_section
+from stages.figures.drawn import figure_09_section, robot_symbols
+from stages.figures.drawn import robot_in_space as robot
+from stages.figures.drawn.robot_symbols import DrawnLeg, Page, formula
+from stages.figures.parameters import Parameters as OfFigures
 from stages.ground.blocks import Blocks, BlocksDoNotFit
 from stages.stability.parameters import Parameters as Stability
 from stages.twin.exports.solids import box, ring
@@ -17,6 +29,8 @@ from stages.twin.machine.parts import Part
 from stages.twin.parameters import Parameters
 from stages.twin.ramp import laid
 from tests.comparison.made_up import make_walk
+from tests.figures.made_up_results import drawn, given, machine, parameters, twin
+from tests.figures.test_golden import same_version
 
 NATURAL, RADIUS = 0.333, 0.083
 
@@ -107,3 +121,179 @@ def test_there_are_blocks_for_steps_of_any_length(repository, step):
     assert ramp.lanes[0].length <= blocks.block_length
     with pytest.raises(BlocksDoNotFit):
         laid(dataclasses.replace(settings, scene="ramp"), blocks, 1.5)
+
+
+# --- The drawing of the biped: all symbols, the design's own lengths, readable on light and dark pages.
+
+
+ROOT = Path(__file__).parents[2]
+COLOUR = re.compile(r"(?:stroke|fill): (#[0-9a-f]{6})")
+
+
+@pytest.fixture(scope="module")
+def picture():
+    """The drawing of the study's own parameters."""
+    values = load(ROOT / "params", [], {"figures": OfFigures}, [OfFigures, Comparison, Stability])["figures"]
+    with style.drawing():
+        return robot_symbols.draw(SimpleNamespace(parameters=values))
+
+
+def symbols_in(picture):
+    """Symbols in the picture, from what Matplotlib notes beside their outlines."""
+    return {symbol for words in re.findall("<!-- (.*?) -->", picture) for symbol in re.findall(r"\$[^$]*\$", words)}
+
+
+def test_every_symbol_of_the_parameters_is_in_the_drawing_and_no_unknown_one(picture):
+    symbols = {field.metadata["symbol"] for field in dataclasses.fields(Biped)
+               if field.metadata.get("symbol") and field.metadata["unit"] != "s"}  # a time has no place in a drawing
+    motion = {formula(symbol) for symbol in ("theta", "psi", "L_1", "L_2", "alpha")} | {"$x$", "$y$", "$g$"}
+    assert len(symbols) > 25
+    assert symbols_in(picture) == {formula(symbol) for symbol in symbols} | motion
+
+
+def test_symbols_are_set_as_mathematics():
+    assert formula("L_nat_2") == r"$L_{\mathrm{nat},2}$"
+    assert formula("tau_h") == r"$\tau_{h}$"
+    assert formula("k") == "$k$"
+
+
+def test_it_is_a_picture_of_its_own_and_has_a_title(picture):
+    root = ElementTree.fromstring(picture)
+    assert root.tag.endswith("svg") and root.attrib["role"] == "img" and root[0].text == robot_symbols.TITLE
+    assert len(picture) < 80_000
+
+
+def test_every_colour_has_its_place_on_a_dark_page(picture):
+    rules, body = picture.split("</style>", 1)
+    used = set(COLOUR.findall(body))
+    assert {robot_symbols.FIRST.lower(), robot_symbols.OTHER.lower()} < used
+    assert used <= set(COLOUR.findall(rules)) == {colour.lower() for colour in robot_symbols.DARK}
+
+
+def test_words_and_lines_stand_out_from_both_pages():
+    """Contrast by WCAG 2: 3 for lines and large signs."""
+
+    def light(colour):
+        parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] + 0.05
+
+    for colour, other in robot_symbols.DARK.items():
+        if colour != "#FFFFFF":
+            assert light("#FFFFFF") / light(colour) > 3.0
+            assert light(other) / light("#121416") > 3.0
+
+
+def test_a_leg_is_drawn_with_the_designs_lengths():
+    figure, axes = plt.subplots()
+    leg = DrawnLeg(Page(axes, 0.0), 0.1 + 0.3j, 0.2, 0.333, 0.083, 0.1, "#000000")
+    leg.draw()
+    x, y = max((line.get_data() for line in axes.lines), key=lambda data: len(data[0]))
+    plt.close(figure)
+    centre = leg.at(0.0, 0.25)
+    assert abs(centre - leg.hip) == pytest.approx(0.25) and centre.real > leg.hip.real
+    assert abs(x + 1j * y - centre) == pytest.approx(0.083)
+    assert abs(leg.at(0.0, 0.233) - leg.at(0.0, 0.333)) == pytest.approx(0.1)
+
+
+@same_version
+def test_the_picture_of_the_docs_is_that_of_the_parameters(picture):
+    assert (ROOT / "docs/robot.svg").read_text() == picture, "make readme"
+
+
+# --- The robot of the report's first picture: its parts are the bill's, its poses the walks', at the same phases.
+
+
+def scene(**other):
+    return robot.scene(given("robot_in_space", **other))
+
+
+def shown(page):
+    return json.loads(page.split('class="data">')[1].split("</script>")[0])
+
+
+def test_poses_are_those_of_the_last_stride_at_even_phases():
+    walk, moving = twin().walk, scene()
+    begin, end = walk.heel_strike_time[walk.heel_strike_leg == 0][-2:]
+    assert moving["loops"] and moving["duration"] == pytest.approx(end - begin, abs=1e-6)
+    assert moving["count"] == round(robot.FRAME_RATE * (end - begin))
+    time = begin + np.arange(moving["count"]) / moving["count"] * (end - begin)
+    for key, signal, unit in (
+        ("angle", walk.leg_angle, "angle"),
+        ("length", walk.leg_length, "length"),
+        ("force", walk.ground_reaction, "force"),
+        ("hip", walk.hip_position - [np.interp(begin, walk.time, walk.hip_position[:, 0]), 0.0], "length"),
+    ):
+        columns = signal.reshape(len(walk.time), -1).T
+        expected = np.column_stack([np.interp(time, walk.time, column) for column in columns])
+        step = moving["units"][unit]
+        found = np.reshape(moving["twin"][key], expected.shape) * step
+        assert found == pytest.approx(expected, abs=0.5001 * step), key
+
+
+def test_twin_and_ghost_begin_at_one_place_and_each_goes_on_by_its_own_stride():
+    moving = scene()
+    assert moving["twin"]["hip"][0] == moving["ghost"]["hip"][0] == 0
+    assert moving["twin"]["advance"] == pytest.approx(0.3 * 2 * 0.51, abs=1e-6), "speed times two steps"
+    assert moving["ghost"]["advance"] == pytest.approx(0.3 * 2 * 0.5, abs=1e-6)
+
+
+def test_every_part_of_the_bill_that_has_a_shape_is_shown():
+    bill, found = machine().parts, scene()["parts"]
+    solids = [part for part in bill if part.shape != "point"]
+    for part, row in zip(solids, found):
+        assert (row["group"], row["shape"], row["axis"]) == (part.group, part.shape, part.axis)
+        assert (tuple(row["size"]), tuple(row["place"]), row["pieces"]) == (part.size, part.position, part.pieces)
+    others = {row["group"] for row in found[len(solids) :]}
+    assert others == {"inner_frame", "outer_frame", "inner_foot", "outer_foot", "ghost_frame", "ghost_foot"}
+
+
+def test_an_outsole_is_shown_and_the_legs_are_longer_by_it():
+    known = parameters()
+    known.twin = machine(outsole=2e-3)
+    shown = given("robot_in_space")
+    shown.parameters = known
+    moving = robot.scene(shown)
+    assert len(moving["parts"]) == len(scene()["parts"]) + 2
+    assert moving["natural"] == {"twin": pytest.approx(0.335), "ghost": 0.333}
+    assert moving["radius"] == pytest.approx(0.085)
+
+
+def test_a_walk_without_a_stride_is_shown_once_from_end_to_end():
+    short, walk = twin(), make_walk(steps=2)
+    short.walk = dataclasses.replace(walk, heel_strike_time=walk.heel_strike_time[:1], heel_strike_leg=np.array([0]))
+    moving = scene(twin=short)
+    assert not moving["loops"] and moving["duration"] == pytest.approx(walk.time[-1], abs=1e-6)
+
+
+def test_the_numbers_are_the_results_and_lead_to_claims_that_are_judged():
+    page = drawn("robot_in_space")
+    found = re.findall(r'href="#claim-(\w+)"><b>([^<]*)</b> <span>([^<]*)<', page)
+    assert [number for _, number, _ in found] == ["2.072 Hz", "0.19 mm", "0.60"] and "2.0400 ± 0.0005 Hz" in found[0][2]
+    assert {claim for claim, _, _ in found} <= set(STATEMENTS)
+    fell = twin()
+    fell.outcome = "fell"
+    assert "the twin: fell<" in drawn("robot_in_space", twin=fell)
+
+
+def test_the_page_has_the_same_bytes_twice_and_no_address():
+    page = drawn("robot_in_space")
+    assert page == drawn("robot_in_space")
+    assert "://" not in page and not re.search("@[A-Z]+@", page)
+    assert shown(page)["count"] > 100 and len(page) < 80_000
+
+
+def test_the_drawing_leans_with_the_slope_and_shows_both_feet_of_a_pair():
+    def paths(degrees):
+        steep = given("robot_in_space")
+        known = vars(parameters()) | {"slope": SimpleNamespace(angle=np.radians(degrees))}
+        steep.parameters = SimpleNamespace(**known)
+        return re.findall(r'<path class="([^"]*)" d="([^"]*)"', robot.draw(steep))
+
+    level, steep = paths(0.0), paths(10.0)
+    assert level[0][0] == "ramp" and len(level) == 1 + sum(
+        row["pieces"] for row in scene()["parts"] if not row["group"].startswith("ghost")
+    )
+    corners = [np.array(re.findall(r"(-?[\d.]+) (-?[\d.]+)", one[0][1]), float) for one in (level, steep)]
+    slopes = [(across[1, 1] - across[0, 1]) / (across[1, 0] - across[0, 0]) for across in corners]
+    assert slopes == pytest.approx([0.0, np.tan(np.radians(10.0))], abs=1e-3), "down to the right"

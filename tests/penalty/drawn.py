@@ -1,7 +1,5 @@
 """Contact sets and designs drawn by a seed, for checks of one engine against the other; hard ones are among them."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 

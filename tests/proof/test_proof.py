@@ -1,7 +1,5 @@
 """The prover: its equations against the derivation's, its enclosures against known answers, and what it must refuse."""
 
-from __future__ import annotations
-
 import json
 import sys
 import time

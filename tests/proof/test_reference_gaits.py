@@ -1,7 +1,5 @@
 """Ten reference gaits: every one is walked again by the program in docs/reference_gaits.md, which shares no code."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import json

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from stages.biped.design import Biped
-from stages.twin.machine.contact import HINGE, PITCH, SLIDE, X, Y
+from stages.multibody.assembly.inventory import take_inventory
+from stages.twin.machine.contact import COUNT, HINGE, PITCH, SLIDE, X, Y
 from stages.twin.machine.machine import FRAME_BODY, Build, build, pieces
 from stages.twin.machine.projection import project, with_numbers_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.measures import mechanical_energy
+from stages.twin.walking.record import pair_axes, point_motion
 
 IN_PLANE = [X, Y, PITCH, HINGE, *SLIDE]
 
@@ -148,3 +150,112 @@ def test_a_machine_takes_a_hip_without_frames(machine):
     assert found.hip_mass == pytest.approx(0.3, rel=1e-14)
     assert found.frame_mass == found.leg(1).frame_mass == 0.0
     assert found.leg_inertia == pytest.approx(1.1e-3, rel=1e-12)
+
+
+# --- Kinematics of points against finite differences, and of sensors against the planar definition.
+
+
+H = 1e-4
+
+
+def states(time):
+    """A smooth motion of all coordinates and its first two derivatives."""
+    k = np.arange(11)
+    speed, scale = 1.0 + 0.3 * k, 0.3 / (1.0 + k)
+    angle = time[:, None] * speed + k
+    return scale * np.sin(angle), scale * speed * np.cos(angle), -scale * speed**2 * np.sin(angle)
+
+
+@pytest.mark.parametrize(("pair", "slide"), [(0, None), (0, 6), (0, 7), (1, None), (1, 9), (1, 10)])
+def test_velocity_and_acceleration_are_derivatives(pair, slide):
+    time = np.linspace(0.0, 2.0, 7)
+    place = np.array([0.02, -0.2, 0.07])
+
+    def motion(t):
+        q, v, a = states(t)
+        return point_motion(q, v, a, pair_axes(q, v, a, pair), place, slide)
+
+    now, before, after = motion(time), motion(time - H), motion(time + H)
+    assert now.velocity == pytest.approx((after.position - before.position) / (2 * H), abs=1e-7)
+    assert now.acceleration == pytest.approx((after.velocity - before.velocity) / (2 * H), abs=1e-6)
+
+
+@pytest.mark.parametrize("pair", [0, 1])
+def test_axes_turn_with_the_spin(pair):
+    time = np.linspace(0.0, 2.0, 7)
+    now, before, after = (pair_axes(*states(t), pair) for t in (time, time - H, time + H))
+    for axis in ("forward", "upward", "lateral"):
+        change = (getattr(after, axis) - getattr(before, axis)) / (2 * H)
+        assert change == pytest.approx(np.cross(now.spin, getattr(now, axis)), abs=1e-7)
+    assert now.spin_rate == pytest.approx((after.spin - before.spin) / (2 * H), abs=1e-6)
+
+
+def test_planar_pose_has_the_axes_of_the_walk():
+    q = np.zeros((1, 11))
+    q[0, 5], q[0, 8] = 0.3, -0.5
+    for pair, angle in ((0, 0.3), (1, -0.2)):
+        axes = pair_axes(q, 0 * q, 0 * q, pair)
+        assert axes.forward[0] == pytest.approx([np.cos(angle), np.sin(angle), 0.0])
+        assert axes.upward[0] == pytest.approx([-np.sin(angle), np.cos(angle), 0.0])
+        assert axes.lateral[0] == pytest.approx([0.0, 0.0, 1.0])
+
+
+# --- The twin's inventory: bodies of which an empty one weighs nothing, coordinates, four feet.
+
+
+@pytest.mark.parametrize(("legs", "held"), [("compliant", (6, 11, 11, 4)), ("rigid", (2, 7, 7, 0))])
+def test_the_twin_holds_what_is_named(parameters, legs, held):
+    """Rigid legs have no slides and no springs."""
+    machine = build(dataclasses.replace(parameters.biped, legs=legs), parameters.settings)
+    tree = SpatialTree(machine, parameters.slope, parameters.contact)
+    found = take_inventory(tree.mbs, len(tree.feet))
+    assert (found.bodies, found.coordinates, found.joints, found.springs) == held
+    assert (found.contact_pairs, found.sensors, found.recorded_bytes) == (4, 3, 0)
+    assert tree.position().shape == tree.velocity().shape == (11,)
+
+
+# --- Motion without ground: gravity alone, and what must not change.
+
+
+@pytest.fixture(scope="module")
+def tumbling(machine, fly):
+    free = dataclasses.replace(machine, damping=np.zeros(4))
+    rates = np.array([0.2, 0.5, -0.1, 0.4, -0.3, 0.8, 0.02, -0.03, -1.1, 0.01, 0.04])
+    return free, fly(free, rates)
+
+
+def test_a_machine_at_rest_falls_as_a_stone(machine, parameters, fly):
+    record = fly(machine, np.zeros(COUNT))
+    gravity = np.array([*parameters.slope.gravity_vector, 0.0])
+    fallen = 0.5 * gravity * record.time[:, None] ** 2 + [0.0, 3.0, 0.0]
+    assert record.time[-1] > 0.2
+    assert abs(record.position[:, :3] - fallen).max() < 1e-9
+    assert abs(record.position[:, 3:]).max() < 1e-9
+
+
+def test_energy_is_kept_in_flight_and_the_mass_centre_flies_a_parabola(tumbling, parameters):
+    machine, record = tumbling
+    gravity, t = np.array([*parameters.slope.gravity_vector, 0.0]), record.time[:, None]
+    energy, moment = mechanical_energy(machine, record.position, record.velocity)
+    assert np.ptp(energy - moment @ gravity) < 1e-8
+    free = moment / machine.mass - 0.5 * gravity * t**2
+    straight = free[0] + (free[-1] - free[0]) * t / t[-1]
+    assert abs(free - straight).max() < 1e-8
+
+
+def test_angular_momentum_is_kept_in_flight(tumbling):
+    machine, record = tumbling
+    states = record.position, record.velocity, record.acceleration
+    axes = [pair_axes(*states, pair) for pair in (0, 1)]
+    momentum, moment, linear = 0.0, 0.0, 0.0
+    for index, body in enumerate(machine.bodies):
+        slide = None if index % 3 == 0 else SLIDE[(index // 3) * 2 + index % 3 - 1]
+        pair = axes[index // 3]
+        motion = point_motion(*states, pair, body.centre, slide)
+        frame = np.stack([pair.forward, pair.upward, pair.lateral], axis=2)
+        spin = np.einsum("nij,jk,nk->ni", frame, body.inertia, pair.components(pair.spin))
+        momentum = momentum + spin + body.mass * np.cross(motion.position, motion.velocity)
+        moment, linear = moment + body.mass * motion.position, linear + body.mass * motion.velocity
+    about_centre = momentum - np.cross(moment, linear) / machine.mass
+    assert abs(about_centre[0]).max() > 1e-3
+    assert abs(about_centre - about_centre[0]).max() < 1e-8
