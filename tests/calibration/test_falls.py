@@ -11,6 +11,7 @@ from stages.analytic.errors import StepFailed
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following.follower import Follower
+from stages.calibration.following.step import Belief, Step
 from stages.calibration.following.stream import STAMP, Stream, rows_of
 from stages.calibration.following.track import Track, follow
 from stages.calibration.information.identifiability import SLOPE
@@ -127,6 +128,24 @@ def test_a_step_whose_end_would_be_before_its_start_goes_on_as_long_as_usual(mon
     track._end()
     assert track._until == begins + track._period + track._follower.settling
 
+
+def test_a_robot_that_walks_on_where_the_likeliest_would_fall_is_followed():
+    """A push leaves it at the brink of a fall; the samples that come show that it did not."""
+    track = Track(follower(), made(3, 5)[0])
+    step, robot, period = track._step, track._follower, track._period
+    rate = robot.anywhere.names.index("start_psi_rate")
+    mean, covariance = step.known.mean.copy(), step.known.covariance.copy()
+    covariance[rate, rate] += (3.0 * mean[rate]) ** 2
+    mean[rate] *= 6.0
+    brink = Belief(mean, covariance, step.sampling)
+    with pytest.raises(StepFailed):
+        robot.walked(mean, step.sampling, period)
+    reached = robot.mid_stance(mean) + 0.2 * period
+    for found in (robot.nearer(Step(robot.anywhere, robot.wrong, brink, mean, step.walked), period, reached),
+                  track._begun(brink, mean)):
+        assert found.at[rate] < mean[rate] and found.ends > reached
+        off = found.at - mean
+        assert off @ np.linalg.pinv(covariance) @ off < 3.0 * len(off)
 
 
 @pytest.mark.slow

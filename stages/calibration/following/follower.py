@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -30,6 +32,8 @@ from stages.calibration.parameters import Settings
 AHEAD = 1.2
 #: A change of the unknowns with which the robot falls is halved so often at most.
 HALVED = 5
+#: Robots that are drawn of what is known where it falls with all of these.
+DRAWN = 12
 #: Walks are solved to this: of a state, sensors and dampers leave less open than a calibration's tolerance.
 TOLERANCE = 1e-9
 #: Errors of a walk, in tolerances of its integrator: of Table 1's robot over a step, against 1e-13.
@@ -154,11 +158,12 @@ class Follower:
 
     def nearer(self, step: Step, period: float, reached: float) -> Step:
         """A step about what its samples tell, or about the largest of halves of the way there with which the robot
-        walks until a time [s] that is `reached`."""
+        walks until a time [s] that is `reached`; or about the first drawn robot that does, as where a push leaves it at
+        the brink of a fall that does not come."""
         moved = step.known.mean - step.at
-        for halved in range(HALVED):
+        halves = (step.at + moved / 2**halved for halved in range(HALVED))
+        for there in chain(halves, drawn(step.known)):
             with contextlib.suppress(StepFailed):
-                there = step.at + moved / 2**halved
                 return step.about(there, self.walked(there, step.sampling, period, reached))
         raise StepFailed("no robot near this one walks as the samples say")
 
@@ -185,3 +190,9 @@ class Follower:
         covariance = grown @ known.covariance @ grown.T + np.diag(wrong**2)
         return Belief(mean + grown @ (known.mean - step.at), 0.5 * (covariance + covariance.T),
                       replace(step.sampling, first_leg=leg, since=since))
+
+
+def drawn(belief: Belief) -> Iterator[Vector]:
+    """Some unknowns (n,) as likely as they are known."""
+    yield from np.random.default_rng(0).multivariate_normal(
+        belief.mean, belief.covariance, DRAWN, "ignore", method="eigh")
