@@ -1,7 +1,5 @@
 """The house's rules: who may import whom, and that dvc.yaml declares what the code really uses."""
 
-from __future__ import annotations
-
 import ast
 import os
 import re

@@ -1,7 +1,5 @@
 """What every file of this study says of itself, as netCDF readers name it. `CITATION.cff` and `LICENSE` say more."""
 
-from __future__ import annotations
-
 ATTRIBUTES = {
     "title": "bipedstudy: a reproducible study of a passive biped walker",
     "license": "BSD-3-Clause",

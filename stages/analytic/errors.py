@@ -1,7 +1,5 @@
 """What the analytic stage refuses, with its reason."""
 
-from __future__ import annotations
-
 
 class NoGait(ValueError):
     """The design has no gait of the kind asked for; the message says why."""

@@ -1,7 +1,5 @@
 """How this room's functions are compiled: as the constraint walkers' are, kept with all their sources."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from stages.analytic.compiled import SOURCES, kept_in

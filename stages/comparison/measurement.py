@@ -9,11 +9,10 @@ import numpy as np
 
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
-from stages.comparison.stride import NoEvidence, Stride, stride_bounds, through_low_pass
+from stages.comparison.agreement import NoEvidence, Stride, last_bounds, through_low_pass
 from stages.imu.result import Result as Ingested
 from stages.imu.result import Run
-from stages.imu.strikes.step_times import INNER, OUTER, HeelStrikes
-from stages.imu.strikes.step_times import stride_bounds as bounds_of_strikes
+from stages.imu.strikes.step_times import INNER, OUTER, HeelStrikes, stride_bounds
 from stages.imu.trial.agreement import Agreement, FrequencyDifference, agreement, frequency_difference
 
 RATE = "hip_lateral_rate"
@@ -85,17 +84,14 @@ def compare_leg(imu: Ingested, twin: Walk, simple: Walk, skipped: int) -> LegAgr
 
 def stride_angles(run: Run, points: int, skipped: int) -> np.ndarray:
     """The leg's angle (s, p) over each stride of a run that the ingest registered."""
-    bounds = bounds_of_strikes(HeelStrikes(run.heel_strike_time, run.heel_strike_leg), skipped)
+    bounds = stride_bounds(HeelStrikes(run.heel_strike_time, run.heel_strike_leg), skipped)
     phase = np.linspace(0.0, 1.0, points)
     return np.array([np.interp(start + (end - start) * phase, run.leg.time, run.leg.angle) for start, end in bounds])
 
 
 def of_walk(walk: Walk, points: int, path_points: int) -> LegCurves:
     """The inner leg and the hip of a model's last whole stride. Raises NoEvidence if it has none."""
-    bounds = stride_bounds(walk)
-    if not bounds:
-        raise NoEvidence("the walk is too short for a whole stride: nothing to compare")
-    start, end = bounds[-1]
+    start, end = last_bounds(walk)
     landed = walk.heel_strike_time[(walk.heel_strike_leg == OUTER) & (walk.heel_strike_time > start)]
     stride, stance = np.linspace(start, end, points), np.linspace(start, float(landed[0]), path_points)
 

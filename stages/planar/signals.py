@@ -4,8 +4,6 @@ The motion is recorded at every solver step: events, energy and what is sampled 
 not named has no sensor in Exudyn and no rows in the result.
 """
 
-from __future__ import annotations
-
 #: Force of the ground on each foot; specific force and angular velocity of both sensors; of each foot in contact its
 #: slip velocity and its penetration.
 GROUND_REACTION, IMU, SLIP, PENETRATION = SIGNALS = ("ground_reaction", "imu", "slip", "penetration")

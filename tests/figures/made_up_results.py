@@ -11,14 +11,13 @@ from stages.analytic.result import Basin, RecordedFamily, Turn
 from stages.biped.accuracy.tolerances import Level
 from stages.calibrated_twin.result import Check, Number, Pair, Robot
 from stages.calibration.result import FittedRun, Followed, HeldOut, Trace
-from stages.comparison.agreement import HipDifference
-from stages.comparison.stride import last_stride
+from stages.comparison.agreement import HipDifference, last_stride
 from stages.drawing import style
 from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
 from stages.ground.blocks import Blocks
-from stages.model_error.measures import NAMES
+from stages.model_error.result import NAMES
 from stages.model_error.result import Result as ModelError
 from stages.rough_ground.result import MODELS, DesignNorm, OnHeight, Reached
 from stages.rough_ground.result import Result as RoughGround

@@ -14,7 +14,7 @@ from pipeline import SealedLoader
 
 #: What computes, reads and decides: code of the engine and of stages.
 SOURCES = ("pipeline/graph.py", "pipeline/study.py", "pipeline/cache/hdf5.py", "stages/imu/export.py",
-           "stages/biped/kinematics.py", "stages/ground/laws.py", "stages/comparison/stride.py")  # fmt: skip
+           "stages/biped/kinematics.py", "stages/ground/laws.py", "stages/comparison/agreement.py")  # fmt: skip
 
 
 @pytest.fixture

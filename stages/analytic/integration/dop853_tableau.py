@@ -4,8 +4,6 @@ Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., Spr
 The system is autonomous, so the nodes c are not needed. `A[i]` holds row i + 1 up to the diagonal.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 A = np.zeros((12, 12))
