@@ -21,8 +21,9 @@ from scipy.stats import binom
 
 import bipedstudy as bs
 from stages.model_error.choice import MULTIPLIER, Ladder
+from stages.model_error.measures import NAMES
 from stages.model_error.miss import Learnt
-from stages.model_error.result import NAMES, PENALTY, SHARED, TWIN
+from stages.model_error.result import PENALTY, SHARED, TWIN
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS, NoRung
 

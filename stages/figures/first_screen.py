@@ -19,7 +19,8 @@ from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
 from stages.comparison.result import Result as Comparison
 from stages.figures.entry import Inputs
 from stages.imu.result import Result as Ingested
-from stages.model_error.result import EVEN, NAMES, SHARED, WIDTH
+from stages.model_error.measures import NAMES
+from stages.model_error.result import EVEN, SHARED, WIDTH
 from stages.model_error.result import Result as ModelError
 from stages.twin.result import with_doubt
 

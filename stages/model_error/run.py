@@ -15,9 +15,10 @@ import numpy as np
 
 from stages.biped.processes import Progress, ignore
 from stages.model_error.designs import draws, kind, numbers
+from stages.model_error.measures import MEASURES
 from stages.model_error.miss import Learnt
 from stages.model_error.parameters import Parameters
-from stages.model_error.result import MEASURES, PENALTY, SHARED, TWIN, Result
+from stages.model_error.result import PENALTY, SHARED, TWIN, Result
 from stages.model_error.rungs import RUNGS, Design, NoRung
 
 #: The second run for the errors of a stage's numbers is made here gait by gait.

@@ -27,7 +27,8 @@ from stages.analytic.walk.recording import crossing_state
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Friction, Slope
-from stages.model_error.result import MODELS, NAMES, PRICES
+from stages.model_error.measures import NAMES
+from stages.model_error.result import MODELS, PRICES
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import Settings as PenaltySettings
 from stages.penalty.walk import simulate

@@ -17,7 +17,7 @@ from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import figure, given_to
 from stages.figures.parameters import Settings
 from stages.ground.blocks import Blocks
-from stages.model_error.result import NAMES
+from stages.model_error.measures import NAMES
 from stages.model_error.result import Result as ModelError
 from stages.rough_ground.result import MODELS, DesignNorm, OnHeight, Reached
 from stages.rough_ground.result import Result as RoughGround

@@ -16,10 +16,11 @@ from pipeline.errors import ArtefactError
 from pipeline.questions.asking import Asked
 from stages.biped.question import WrongOption
 from stages.model_error.choice import Ladder, below_one
+from stages.model_error.measures import NAMES, Allowed, errors
 from stages.model_error.miss import Learnt, Miss, covering
 from stages.model_error.questions import map
 from stages.model_error.questions.ask import Options, ask
-from stages.model_error.result import MODELS, NAMES, PENALTY, TWIN, WIDTH, Allowed, Result, errors
+from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result
 from stages.model_error.run import design_of, further, further_draws, walked
 from stages.model_error.rungs import RUNGS
 

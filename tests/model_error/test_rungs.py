@@ -9,9 +9,10 @@ from stages.biped.design import BeyondModel
 from stages.biped.question import WrongOption
 from stages.ground.blocks import Blocks
 from stages.model_error.designs import NUMBERS, draws, kind, numbers
+from stages.model_error.measures import NAMES
 from stages.model_error.miss import Learnt, ridge
 from stages.model_error.questions.design import Options, ask
-from stages.model_error.result import MODELS, NAMES, PENALTY, SHARED, TWIN, Result
+from stages.model_error.result import MODELS, PENALTY, SHARED, TWIN, Result
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS, NoRung
 from stages.twin.machine.machine import build

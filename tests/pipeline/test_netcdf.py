@@ -20,7 +20,7 @@ from pipeline.cache import artefact, hdf5
 from pipeline.cache.hdf5 import ROWS
 from pipeline.graph import read as read_graph
 from stages.biped.quantity import quantity
-from stages.model_error.result import MEASURES
+from stages.model_error.measures import MEASURES
 from stages.studies.result import EnginesDisagree
 from tests.pipeline.test_artefact import Everything, example, inner
 

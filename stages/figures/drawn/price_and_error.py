@@ -10,7 +10,8 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
-from stages.model_error.result import MEASURES, MODELS, PRICES, Result
+from stages.model_error.measures import MEASURES
+from stages.model_error.result import MODELS, PRICES, Result
 
 COLOURS = style.ANALYTIC, style.SECOND, style.MULTIBODY, style.THIRD
 MARKERS = "osD^"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, option
-from stages.model_error.result import NAMES, UNITS, Allowed, errors, learnt_by
+from stages.model_error.measures import NAMES, UNITS, Allowed, errors, learnt_by
 
 if TYPE_CHECKING:
     from stages.model_error.choice import Answered, Stability

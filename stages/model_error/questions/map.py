@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Column, Question, option, refuse
-from stages.model_error.result import errors, learnt_by
+from stages.model_error.measures import errors, learnt_by
 
 if TYPE_CHECKING:
     import numpy as np
