@@ -1,7 +1,5 @@
 """The notebook that asks every question runs from top to bottom, and leaves no declared question out."""
 
-from __future__ import annotations
-
 import ast
 import json
 

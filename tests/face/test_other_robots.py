@@ -1,7 +1,5 @@
 """Whole studies of robots that are not Table 1's come to an end: every stage, every figure, the report."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

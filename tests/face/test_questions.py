@@ -1,13 +1,19 @@
-"""Every question of the command line can be asked from Python, with parameters by name."""
+"""What people import: every question with parameters by name, arrays with units, and examples that run as shown."""
 
-from __future__ import annotations
+import doctest
+import importlib
+import re
+from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
+import bipedstudy
 import bipedstudy as bs
 from pipeline.errors import StudyError
 from pipeline.questions.command import questions
 from pipeline.study import locate
+from stages.biped.quantity import quantity
 
 BOX = {"count": 3, "vary": {"biped.hip_mass": {"low": 0.3, "high": 0.33}}}
 
@@ -66,3 +72,80 @@ def _study(folder):
 
     assert CliRunner().invoke(init, [str(folder / "mine")]).exit_code == 0
     return folder / "mine"
+
+
+# --- Arrays of a result carry names, units and dimensions.
+
+
+@dataclass(frozen=True)
+class Fall:
+    time: np.ndarray = quantity("s", "time", symbol="t")
+    place: np.ndarray = quantity("m", "place x, y", symbol="x")
+    mass: float = quantity("kg", "mass", symbol="m")
+    stable: bool = quantity("1", "whether it stands")
+
+
+FALL = Fall(np.arange(3.0), np.ones((3, 2)), 2.0, True)
+
+
+def test_an_array_knows_what_it_is():
+    place = bs.array(FALL, "place")
+    assert (place.unit, place.symbol, place.dimensions) == ("m", "x", ("time", "place_1"))
+    assert repr(place) == "place [m] (time 3 x place_1 2): place x, y"
+    assert np.array_equal(np.asarray(place), FALL.place)
+    assert list(bs.arrays(FALL)) == ["time", "place", "mass"]
+
+
+def test_an_unknown_array_is_told_with_the_nearest():
+    with pytest.raises(StudyError, match=r'no array "plaice".*did you mean "place"'):
+        bs.array(FALL, "plaice")
+
+
+def test_a_dataset_has_units_and_a_time_axis():
+    pytest.importorskip("xarray")
+    found = bs.dataset(FALL)
+    assert found.place.attrs["units"] == "m" and float(found.place.sel(time=1.0)[0]) == 1.0
+
+
+# --- The examples page and the docstrings of the package that people import run as they stand.
+
+
+BLOCK = re.compile(r"```python\n(.*?)```", re.S)
+
+
+def test_the_examples_page_runs_from_top_to_bottom(repository, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    known: dict[str, object] = {}
+    blocks = BLOCK.findall((repository / "docs/examples.md").read_text(encoding="utf-8"))
+    assert len(blocks) >= 6
+    first = BLOCK.findall((repository / "README.md").read_text(encoding="utf-8"))
+    assert len(first) == 1
+    for block in [*first, *blocks]:
+        exec(compile(block, "docs/examples.md", "exec"), known)
+    said = capsys.readouterr().out
+    assert known["gait"].stable and "foot_radius = -1 m is not allowed" in said
+    assert (tmp_path / "walk.png").stat().st_size > 10_000
+    slower = known["frequencies"]
+    assert len(set(slower)) == len(slower), "another mass is another gait"
+
+
+def test_the_docstrings_show_what_is_so():
+    done = doctest.testmod(importlib.import_module("bipedstudy.results"))
+    assert done.attempted > 10 and done.failed == 0
+
+
+def test_every_name_that_is_offered_is_there():
+    assert all(callable(getattr(bipedstudy, name)) for name in bipedstudy.__all__)
+    assert {*dir(bipedstudy)} > {*bipedstudy.__all__} and "ask" in dir(bipedstudy)
+    with pytest.raises(AttributeError, match="it has Array, StudyError"):
+        bipedstudy.gaits  # noqa: B018
+
+
+def test_settings_are_texts_or_mappings_of_values():
+    given = {"biped.hip_mass": np.float64(0.4), "biped.strike_time": None, "analytic.steps": np.int64(5)}
+    one, other = (bipedstudy.parameters("analytic", *settings) for settings in (
+        [given], ["biped.hip_mass=0.4", "analytic.steps=5"]))  # fmt: skip
+    assert one == other and one.biped.hip_mass == 0.4
+    for wrong, words in ((3, "3 is no setting"), ({"biped.hip_mass": -1}, "hip_mass = -1 kg is not allowed")):
+        with pytest.raises(bipedstudy.StudyError, match=words):
+            bipedstudy.parameters("analytic", wrong)

@@ -1,7 +1,5 @@
 """The wheel works in any folder, whatever lies beside it."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The toy study of `toy.py` as fixtures: fresh, with the command line, or run once already."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import shutil

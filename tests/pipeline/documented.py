@@ -1,7 +1,5 @@
 """The commands and other code that the documents show, taken from their text."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ what it damaged, and were not there any more or were computed again. *Wrong* are
 stored under a key, and are not what an undisturbed run makes.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

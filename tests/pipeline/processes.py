@@ -1,7 +1,5 @@
 """Processes that a run has started, as the system knows them (`/proc`)."""
 
-from __future__ import annotations
-
 import contextlib
 from pathlib import Path
 

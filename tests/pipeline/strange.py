@@ -5,8 +5,6 @@ the file is refused, and once the file is gone the study has the right results. 
 something else than the right results. *Lost*: a stage that the file does not belong to computed again.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import json

@@ -1,7 +1,5 @@
 """Strange dvc.yaml: edits of the toy study's own, as (what it is, text to replace, what stands there then)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 _FALL = "  fall:\n    cmd: bipedstudy run fall"

@@ -1,7 +1,5 @@
 """Results go to HDF5 and come back, with the same bytes every time."""
 
-from __future__ import annotations
-
 import random
 import time
 from dataclasses import dataclass, field, replace
@@ -181,18 +179,12 @@ def test_an_artefact_of_another_format_is_refused_by_its_number(tmp_path, form, 
     assert f"x.h5: {sentence}" in str(refused.value)
 
 
-def test_an_artefact_of_another_class_is_one_sentence():
-    with pytest.raises(ArtefactError, match=r"x\.h5: its fields do not fit this version of the study"):
-        artefact.decode(artefact.encode(inner(), {}), Everything, "x.h5")
-
-
-@pytest.mark.parametrize(
-    "changes", [{"inner": ()}, {"masses": (1.0, 2.0)}, {"rows": np.zeros(3)}, {"count": inner()}, {"flags": {"a": 1.0}}]
-)
-def test_a_field_that_is_stored_as_another_kind_is_one_sentence(changes):
+@pytest.mark.parametrize("other", [inner(), *(example(**changes) for changes in (
+    {"inner": ()}, {"masses": (1.0, 2.0)}, {"rows": np.zeros(3)}, {"count": inner()}, {"flags": {"a": 1.0}}))])
+def test_an_artefact_of_another_class_or_kind_is_one_sentence(other):
     """Values for a dataclass, a mapping or a table; a group for a number or an array."""
-    with pytest.raises(ArtefactError, match="do not fit this version"):
-        artefact.decode(artefact.encode(example(**changes), {}), Everything, "x.h5")
+    with pytest.raises(ArtefactError, match=r"x\.h5: its fields do not fit this version of the study"):
+        artefact.decode(artefact.encode(other, {}), Everything, "x.h5")
 
 
 def test_an_artefact_cut_anywhere_is_never_a_traceback_and_never_taken_for_whole():

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import os
 import re
+import shutil
 import subprocess
 
-from pipeline.cache import artefact
+import pytest
+
+from pipeline.cache import artefact, disk
 from pipeline.cache.sources import Sources, SyntaxMemo
+from pipeline.execution.display import Display
+from pipeline.execution.executor import bring_up_to_date
 from tests.pipeline.toy import HOME
 
 ALL = {"fall", "bounce", "side", "picture"}
@@ -62,19 +69,25 @@ def test_two_studies_in_two_folders_have_the_same_bytes(done, finished):
     assert done.results() == finished.results()
 
 
-def test_a_parameter_reruns_only_what_uses_it(done):
-    done.edit("params/ground.yaml", "value: 1e5", "value: 2e5")
-    assert how(done.run()) == {"bounce", "picture"}
-    done.edit("params/ground.yaml", "9.81", "9.82")
-    assert how(done.run()) == {"fall", "bounce", "picture"}
-    done.edit("params/picture.yaml", "title: fall", "title: autumn")
-    assert how(done.run()) == {"picture"}
+MOTION, PARAMETERS = "PACKAGE/body/motion.py", "params/ground.yaml"
 
 
-def test_units_sources_and_the_form_of_a_number_are_not_parameters(done):
-    done.edit("params/ground.yaml", "value: 1e5", "value: 100000")
-    done.edit("params/ground.yaml", "standard value", "measured")
-    assert how(done.run()) == set()
+@pytest.mark.parametrize(("edits", "again"), [
+    ([(PARAMETERS, "value: 1e5", "value: 2e5")], {"bounce", "picture"}),
+    ([(PARAMETERS, "9.81", "9.82")], {"fall", "bounce", "picture"}),
+    ([("params/picture.yaml", "title: fall", "title: autumn")], {"picture"}),
+    ([(PARAMETERS, "value: 1e5", "value: 100000"), (PARAMETERS, "standard value", "measured")], set()),
+    ([(MOTION, "# Galileo", "# Galileo Galilei, Discorsi"), (MOTION, "Free fall.", "Way fallen from rest."),
+      ("PACKAGE/fall/run.py", "settings = parameters.settings", "settings  =  ( parameters . settings )")], set()),
+    ([(MOTION, "0.5 * gravity", "0.25 * gravity")], {"fall", "bounce", "picture"}),
+    ([("PACKAGE/bounce/run.py", "distance[-1]", "distance[0]")], {"bounce", "picture"}),
+    ([("PACKAGE/fall/run.py", "np.linspace(0, 1, settings.steps)", "np.linspace(0, 1, num=settings.steps)")], {"fall"}),
+], ids=["a parameter", "one of all", "of the last", "unit and form", "comments and layout", "code of all",
+        "code of one", "code that gives the same result"])  # fmt: skip
+def test_an_edit_reruns_only_what_its_meaning_reaches(done, edits, again):
+    for edit in edits:
+        done.edit(*edit)
+    assert how(done.run()) == again
 
 
 def test_undoing_an_edit_computes_nothing(done):
@@ -91,27 +104,6 @@ def test_set_is_an_edit_that_leaves_the_file_alone(done):
     assert how(done.run("ground.contact_stiffness=3e5")) == {"bounce", "picture"}
     assert done.run()["bounce"] == "restored"
     assert done.run("fall.parts.1.mass=0.5")["fall"] == "computed"
-
-
-def test_comments_layout_and_docstrings_rerun_nothing(done):
-    done.edit("PACKAGE/body/motion.py", "# Galileo", "# Galileo Galilei, Discorsi")
-    done.edit("PACKAGE/body/motion.py", '"""Free fall."""', '"""Way fallen from rest."""')
-    done.edit("PACKAGE/fall/run.py", "settings = parameters.settings", "settings  =  ( parameters . settings )")
-    assert how(done.run()) == set()
-
-
-def test_code_reruns_the_stages_that_import_it_and_no_others(done):
-    done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.25 * gravity")
-    assert how(done.run()) == {"fall", "bounce", "picture"}
-    done.edit("PACKAGE/bounce/run.py", "distance[-1]", "distance[0]")
-    assert how(done.run()) == {"bounce", "picture"}
-
-
-def test_code_that_gives_the_same_result_does_not_rerun_what_follows(done):
-    done.edit(
-        "PACKAGE/fall/run.py", "t = np.linspace(0, 1, settings.steps)", "t = np.linspace(0, 1, num=settings.steps)"
-    )
-    assert how(done.run()) == {"fall"}
 
 
 def test_sources_are_read_once_in_a_moment_and_afresh_in_the_next(tmp_path):
@@ -211,3 +203,59 @@ def test_times_go_to_the_side_log(done):
     lines = [json.loads(line) for line in (done.root / "results/log.jsonl").read_text().splitlines()]
     assert lines[-1]["stage"] == "fall" and lines[-1]["how"] == "computed" and lines[-1]["seconds"] > 0
     assert 0.0 < lines[-1]["processor_seconds"] < 60.0
+
+
+# --- One cache for many: `--cache` takes from another results folder what was computed there, and only reads it.
+
+
+def lay(folder):
+    """How all lies in a folder: names, times, modes and content."""
+    return {path.relative_to(folder): (path.lstat().st_mtime_ns, path.stat().st_mode, disk.read(path))
+            for path in folder.rglob("*")}  # fmt: skip
+
+
+def test_twenty_users_find_all_in_a_cache_that_is_only_read(done, tmp_path):
+    before, lab = done.results(), tmp_path / "lab"
+    shutil.move(done.root / "results", lab)
+    for path in [*lab.rglob("*"), lab]:
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    first = lay(lab)
+    for user in range(20):
+        study = dataclasses.replace(done.study(), results=tmp_path / f"user{user}", cache=lab / ".cache")
+        values = study.parameters(tuple(study.graph.stages))
+        with disk.locked(study.results, "results", "run-all", False, print):
+            outcomes = bring_up_to_date(study, values, Display())
+        assert {outcome.how for outcome in outcomes} == {"restored"}
+        for name, content in before.items():
+            place = study.results / name
+            assert place.read_bytes() == content and os.access(place, os.W_OK) and place.stat().st_nlink == 1
+    again = dataclasses.replace(study, cache=None)
+    assert {outcome.how for outcome in bring_up_to_date(again, values, Display())} == {"current"}
+    assert lay(lab) == first
+    for path in [lab, *lab.rglob("*")]:
+        path.chmod(0o755)
+
+
+def test_what_the_shared_cache_lacks_or_holds_damaged_is_computed_into_the_own_one(ran):
+    shutil.move(ran.root / "results", ran.root / "lab")
+    (ran.root / "lab/fall.h5").unlink()
+    for path in (ran.root / "lab/.cache").glob("*/results/side.bin"):
+        path.write_bytes(b"damaged")
+    first = lay(ran.root / "lab")
+    code, out, _ = ran.command("status", "--cache", "lab")
+    assert code == 0 and out.count("in cache") == 4
+    code, out, errors = ran.command("run-all", "--cache", "lab/.cache")
+    hows = {line.split()[0]: line.split()[1] for line in out.splitlines() if line[:1].isalpha()}
+    assert (code, errors) == (0, "") and hows["fall"] == hows["bounce"] == "restored" and hows["side"] == "computed"
+    assert ran.command("run", "fall", "--cache", "lab", "--set", "fall.height=3")[0] == 0
+    assert ran.command("run", "fall", "--cache", "lab")[1].split()[1] == "restored"
+    assert lay(ran.root / "lab") == first
+    code, _, errors = ran.command("run-all", "--cache", "nowhere")
+    assert code == 2 and "nowhere" in errors
+
+
+def test_a_shared_cache_without_results_says_so(ran):
+    (ran.root / "lab").mkdir()
+    code, out, errors = ran.command("run-all", "--cache", "lab")
+    said = "note: lab has no stored results: what is not in results is computed\n"
+    assert (code, errors, out.count(" current ")) == (0, said, 4)

@@ -1,7 +1,5 @@
 """`bipedstudy clean`: what lies in the results folder stays current, all else of the cache goes, with its size."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

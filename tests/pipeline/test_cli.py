@@ -1,7 +1,5 @@
 """The command line: what it prints, its exit codes, and how quick it is."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -269,37 +267,19 @@ def test_where_nobody_reads_on_it_ends_as_by_that_signal(ran, arguments, code):
     assert process.wait() == code and bool(errors) == (code == 2) and "Traceback" not in errors
 
 
-def test_the_command_line_loads_nothing_heavy(repository):
-    code = (
-        "import sys; from pipeline.cli import cli; "
-        "[cli.get_command(None, name) for name in cli.list_commands(None)]; "
-        "print(sorted({'numpy', 'scipy', 'matplotlib', 'exudyn', 'h5py', 'rich', 'sympy', 'numba'} & set(sys.modules)))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=repository, text=True, capture_output=True, check=True)
-    assert done.stdout == "[]\n"
+MAIN = "from pipeline.cli import main\ntry: main([{}])\nexcept SystemExit: pass\n"
+HEAVY = {"numpy", "scipy", "matplotlib", "exudyn", "h5py", "rich", "sympy", "numba", "stages.fall.run"}
 
 
-def test_looking_at_the_study_loads_nothing_heavy(repository):
-    code = (
-        "import sys\n"
-        "from pipeline.cli import main\n"
-        "try: main(['run-all', '--dry-run'])\n"
-        "except SystemExit: pass\n"
-        "print(sorted({'numpy', 'scipy', 'h5py', 'matplotlib', 'exudyn', 'numba', 'rich'} & set(sys.modules)))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=repository, text=True, capture_output=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"
-
-
-def test_a_run_with_nothing_to_do_loads_nothing_heavy(ran, repository):
-    code = (
-        f"import sys; sys.path[:0] = [{str(ran.root)!r}, {str(repository)!r}]\n"
-        "from pipeline.cli import main\n"
-        "try: main(['run-all'])\n"
-        "except SystemExit: pass\n"
-        "print(sorted({'numpy', 'h5py', 'rich', 'stages.fall.run'} & set(sys.modules)))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ran.root, text=True, capture_output=True, check=True)
+@pytest.mark.parametrize(("code", "own"), [
+    ("from pipeline.cli import cli; [cli.get_command(None, name) for name in cli.list_commands(None)]\n", True),
+    (MAIN.format("'run-all', '--dry-run'"), True), (MAIN.format("'run-all'"), False),
+], ids=["all commands", "a dry run", "a run with nothing to do"])  # fmt: skip
+def test_what_computes_nothing_loads_nothing_heavy(ran, repository, code, own):
+    code = (f"import sys; sys.path[:0] = {[] if own else [str(ran.root), str(repository)]}\n{code}"
+            f"print(sorted({HEAVY} & set(sys.modules)))")  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", code], cwd=repository if own else ran.root, text=True,
+                          capture_output=True, check=True)  # fmt: skip
     assert done.stdout.splitlines()[-1] == "[]"
 
 

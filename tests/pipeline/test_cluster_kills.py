@@ -1,7 +1,5 @@
 """A sweep on a cluster whose scheduler, workers and client are killed at random moments loses nothing."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """`bipedstudy compare OTHER`: what changed between two results folders, as text, JSON, CSV and a page."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

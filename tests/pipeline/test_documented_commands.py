@@ -1,20 +1,24 @@
 """Every command in the documents: it is one that the program knows, and it works as it stands there."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
 import sqlite3
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
 import pytest
 
+from pipeline import reference
 from pipeline.cli import cli
+from pipeline.parameters import yaml_text
+from pipeline.study import locate
+from stages.figures.drawn import NAMES, figure
 from tests import commands
+from tests.figures.made_up_results import given
 from tests.imu.stand_in import make_database, make_run
 from tests.pipeline import documented
 
@@ -171,3 +175,118 @@ def test_the_tutorial_works_as_it_is_written(repository, tmp_path):
     found = dict(re.findall(r"^(analytic|multibody|imu) .*?(\d\.\d+) (?:Hz|\+-)", done.stdout, flags=re.M))
     frequencies = [float(word) for word in found.values()]
     assert len(frequencies) == 3 and max(frequencies) / min(frequencies) < 1.01, found
+
+
+# --- The reference is complete and current.
+
+
+def test_the_reference_is_current(repository):
+    written = (repository / "docs/reference.md").read_text()
+    assert written == reference.text(locate(start=repository)), "run: python -m pipeline.reference"
+
+
+def test_the_reference_names_every_parameter_of_every_file(repository):
+    text = (repository / "docs/reference.md").read_text()
+    for path in (repository / "params").glob("*.yaml"):
+        for key, entry in yaml_text.read(path, path.name).value.items():
+            assert f"- `{path.stem}.{key}` (" in text
+            for row in entry.value["rows"].value if "rows" in entry.value else ():
+                assert all(f"- `{column}` (" in text for column in row.value)
+
+
+def test_the_reference_names_every_command_and_option(repository):
+    text = (repository / "docs/reference.md").read_text()
+    parts = re.split(r"^### bipedstudy ", text, flags=re.M)[1:]
+    sections = {part.split()[0]: part for part in parts}
+    context = click.Context(cli)
+    assert set(cli.list_commands(context)) == set(sections)
+    for name in cli.list_commands(context):
+        command = cli.get_command(context, name)
+        assert command.help, name
+        for option in command.params:
+            if isinstance(option, click.Option) and option.opts[0] not in ("--params", "--results", "--set", "--json"):
+                assert option.help, f"{name} {option.opts[0]} has no help"
+                assert all(f"`{word}`" in sections[name] for word in option.opts), f"{name} {option.opts}"
+
+
+def test_the_site_has_every_page_and_the_page_of_stages_every_stage(repository):
+    index = (repository / "docs/index.md").read_text().splitlines()
+    assert {path.stem for path in (repository / "docs").glob("*.md")} - set(index) == {"index"}
+    stages = (repository / "docs/stages.md").read_text()
+    assert [name for name in locate(start=repository).graph.stages if f"| `{name}` |" not in stages] == []
+
+
+def test_the_pages_name_files_that_are_there(repository):
+    """A Python file in backquotes is one of the checkout, by its whole path or the end of it."""
+    tops = ("pipeline", "stages", "tests", "benchmarks", "docs")
+    there = [f"/{path.relative_to(repository).as_posix()}" for top in tops for path in (repository / top).rglob("*.py")]
+    for page in (*(repository / "docs").glob("*.md"), repository / "README.md"):
+        named = re.findall(r"`((?:\w+/)*\w+\.py)`", page.read_text(encoding="utf-8"))
+        assert [name for name in named if not any(path.endswith(f"/{name}") for path in there)] == [], page.name
+
+
+# --- Sentences of the pages, the help, the claims and the captions are short enough to be read once.
+
+
+PAGES = [HOME / "README.md", *sorted((HOME / "docs").glob("*.md"))]
+MOST = 35
+PRIVATE = re.compile(
+    r"\b(foret\w+|yardsticks?|unsaid|rungs?|g[ai]ves? way|by turns|once weighed|felt|feels?|leaves? open)\b"
+)
+_NOT_PROSE = re.compile(
+    r"^```.*?^```|^\$\$.*?\$\$|<!--.*?-->|^\|.*?$|^## Parameters\n\nBy file.*|^#.*?$|^!\[.*?$"
+    r"|^- \*(?:says|rests on|shown in)\*.*?$",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+def too_long(text: str) -> list[str]:
+    """The sentences of a text in Markdown that have too many words or semicolons."""
+    return [sentence for sentence in sentences(text) if sentence.count(";") > 1 or longest(sentence) > MOST]
+
+
+def sentences(text: str) -> Iterator[str]:
+    """The sentences of the paragraphs and of the items of lists."""
+    for block in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )", _NOT_PROSE.sub("\n\n", text)):
+        words = re.sub(r"`[^`]*`|\$[^$]*\$", "code", " ".join(block.split()))
+        words = re.sub(r"\]\([^)]*\)", "]", words)
+        yield from filter(None, re.split(r"(?<=[.!?])[\"')*_\]]*\s+", words))
+
+
+def longest(sentence: str) -> int:
+    """The words of a sentence's longer part, where a semicolon divides it."""
+    return max(sum(any(map(str.isalnum, word)) for word in part.split()) for part in sentence.split(";"))
+
+
+def test_the_count_finds_what_is_too_long():
+    assert too_long("one " * 35 + "end.") and not too_long("one " * 34 + "end.")
+    assert too_long("a; b; c.") and not too_long("a; " + "b " * 35)
+    assert not too_long("| " + "one " * 40 + "|\n\n```\n" + "one " * 40 + "\n```\n")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_sentences_of_a_page_are_short(page):
+    assert too_long(page.read_text(encoding="utf-8")) == []
+
+
+def test_sentences_of_the_help_are_short():
+    context = click.Context(cli)
+    for name in cli.list_commands(context):
+        command = cli.get_command(context, name)
+        options = [item.help or "" for item in command.params if isinstance(item, click.Option)]
+        assert too_long("\n\n".join([command.help or "", command.short_help or "", *options])) == [], name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_sentences_of_a_caption_are_short(name):
+    assert too_long(figure(name).caption(given(name))) == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_page_has_no_words_with_a_private_meaning(page):
+    words = re.sub(r"`[^`]*`", "", _NOT_PROSE.sub("", page.read_text(encoding="utf-8")))
+    assert PRIVATE.findall(words) == []
+
+
+def test_the_pages_are_no_longer_than_a_newcomer_reads():
+    assert sum(len(page.read_text(encoding="utf-8").split()) for page in PAGES if page.parent.name == "docs") <= 40_000

@@ -1,7 +1,5 @@
 """`dvc repro` and `bipedstudy run-all` build the same study from the same dvc.yaml."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,16 +1,22 @@
 """A stage that fails, crashes, meets a full disk or is edited while it runs leaves one sentence and valid results."""
 
-from __future__ import annotations
-
+import contextlib
 import errno
 import os
+import random
+import signal
 import sys
+import threading
+import time
+from pathlib import Path
 
 import pytest
 
 from pipeline.cache import disk
-from pipeline.errors import StageFailed
+from pipeline.errors import StageFailed, StudyError
+from pipeline.execution import process
 from pipeline.execution.executor import Planner, State
+from tests.pipeline.processes import started, workers
 
 unix = pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
 
@@ -68,18 +74,21 @@ def test_a_stage_that_lacks_an_out_is_refused(done):
         done.run()
 
 
-def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
-    """The key is made from one text, the worker meets another."""
-    from pipeline.execution import process
-
+def before_a_worker(monkeypatch, stage, edit, *arguments):
+    """Do something when the worker of a stage is about to start."""
     original = process.Worker.__init__
 
-    def edit_first(self, job, *arguments):
-        if job.stages[-1].name == "fall":
-            done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.6 * gravity")
-        original(self, job, *arguments)
+    def edit_first(self, job, *others):
+        if job.stages[-1].name == stage:
+            edit(*arguments)
+        original(self, job, *others)
 
     monkeypatch.setattr(process.Worker, "__init__", edit_first)
+
+
+def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
+    """The key is made from one text, the worker meets another."""
+    before_a_worker(monkeypatch, "fall", done.edit, "PACKAGE/body/motion.py", "0.5 * gravity", "0.6 * gravity")
     with pytest.raises(StageFailed, match=r"body/motion.py was edited while it ran, so its result was not kept"):
         done.run("fall.height=3")
     monkeypatch.undo()
@@ -88,16 +97,7 @@ def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
 
 
 def test_an_input_edited_while_the_run_goes_on_is_not_used(done, monkeypatch):
-    from pipeline.execution import process
-
-    original = process.Worker.__init__
-
-    def edit_first(self, job, *arguments):
-        if job.stages[-1].name == "bounce":
-            (done.root / "results/fall.h5").write_bytes(b"someone else")
-        original(self, job, *arguments)
-
-    monkeypatch.setattr(process.Worker, "__init__", edit_first)
+    before_a_worker(monkeypatch, "bounce", (done.root / "results/fall.h5").write_bytes, b"someone else")
     with pytest.raises(StageFailed, match=r"its input results/fall.h5 was changed by someone else meanwhile"):
         done.run("ground.contact_stiffness=7")
 
@@ -188,3 +188,182 @@ def test_a_file_cut_off_while_it_is_written_leaves_the_old_one(tmp_path, monkeyp
         disk.write(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+# --- Runs killed or interrupted at any moment leave valid results and no process behind.
+
+
+proc = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to find the workers")
+
+
+def kill_at_a_random_moment(toy, seconds):
+    process = toy.start("run-all", "--force", "--wait")
+    time.sleep(seconds)
+    process.kill()
+    process.communicate()
+
+
+def survives(toy, chance, count):
+    """Kill `count` runs; after each, every file is valid and the next run is right."""
+    code, _, errors = toy.command("run-all")
+    assert code == 0, errors
+    right = toy.results()
+    for _ in range(count):
+        kill_at_a_random_moment(toy, chance.uniform(0.05, 1.6))
+        for name, content in toy.results().items():
+            assert content == right[name] or name.endswith(".part")
+    code, _, errors = toy.command("run-all", "--wait")
+    assert code == 0, errors
+    assert toy.results() == right
+    assert not list((toy.root / "results/.cache").glob("making-*"))
+
+
+@unix
+@pytest.mark.parametrize(("kills", "seed"), [(4, 1), pytest.param(200, 2, marks=pytest.mark.slow)])
+def test_killed_runs_leave_valid_results(toy_with_commands, kills, seed):
+    survives(toy_with_commands, random.Random(seed), kills)
+
+
+@unix
+@proc
+def test_a_worker_ends_with_the_run_that_started_it(toy_with_commands):
+    toy = toy_with_commands
+    process = toy.start("run", "fall", "--set", "fall.behaviour=sleep")
+    there = wait_for(lambda: workers(process.pid) and started(process.pid))
+    process.kill()
+    process.communicate()
+    assert wait_for(lambda: not any(alive(pid) for pid in there))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a stopped process cannot notice")
+def test_a_stopped_worker_ends_with_the_run_that_started_it(toy_with_commands):
+    toy = toy_with_commands
+    process = toy.start("run", "fall", "--set", "fall.behaviour=sleep")
+    logs = "results/.cache/making-*/stage.log"
+    assert wait_for(lambda: [path for path in toy.root.glob(logs) if path.stat().st_size])  # it sleeps
+    (worker,) = wait_for(lambda: workers(process.pid))  # by now the one that it is going to be
+    os.kill(worker, signal.SIGSTOP)
+    process.kill()
+    process.communicate()
+    try:
+        assert wait_for(lambda: not alive(worker), 10.0)
+    finally:
+        with contextlib.suppress(OSError):
+            os.kill(worker, signal.SIGKILL)
+
+
+@unix
+@proc
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_keeps_what_it_has(ran, number):
+    toy = ran
+    before = toy.results()
+    process = toy.start("run-all", "--set", "fall.behaviour=sleep")
+    there = wait_for(lambda: workers(process.pid) and started(process.pid))
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=50)
+    assert process.returncode == 128 + number
+    said = " ".join(errors.split())
+    assert said.startswith("note: results of fall.behaviour = well give way to those of sleep; they are kept"), said
+    assert said.endswith("error: stopped; everything computed before is kept") and said.count("error") == 1, said
+    assert toy.results() == before
+    assert wait_for(lambda: not any(alive(pid) for pid in there))
+
+
+def alive(pid):
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return file.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def wait_for(condition, seconds=45.0):
+    """What `condition` gives once it is true; None after less time than a sleeping stage takes to end by itself."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        found = condition()
+        if found:
+            return found
+        time.sleep(0.02)
+    return None
+
+
+# --- One run at a time for each results folder.
+
+
+def hold(folder):
+    return disk.locked(folder, str(folder), "bipedstudy run-all", False, pytest.fail)
+
+
+def test_a_second_run_names_the_holder(tmp_path):
+    with hold(tmp_path):
+        with pytest.raises(StudyError) as caught, hold(tmp_path):
+            pass
+        (sentence,) = caught.value.sentences
+        assert f"is in use by process {os.getpid()} (bipedstudy run-all, since 20" in sentence
+        assert "wait for it with --wait" in sentence
+        assert caught.value.exit_code == 2
+    with hold(tmp_path):
+        pass
+
+
+def test_waiting_ends_with_the_holder(tmp_path):
+    entered, waited_for = threading.Event(), threading.Event()
+    told = []
+
+    def first():
+        with hold(tmp_path):
+            entered.set()
+            waited_for.wait(60)
+
+    def waiting(sentence):
+        told.append(sentence)
+        waited_for.set()
+
+    thread = threading.Thread(target=first)
+    thread.start()
+    entered.wait()
+    with disk.locked(tmp_path, "results", "bipedstudy run-all", True, waiting):
+        assert len(told) == 1 and told[0].endswith("; waiting")
+    thread.join()
+
+
+def test_a_lock_left_by_a_killed_process_is_harmless(tmp_path):
+    path = tmp_path / ".cache/lock"
+    path.parent.mkdir()
+    path.write_text('{"pid": 1, "command": "bipedstudy run-all", "since": "2001-01-01 00:00:00"}')
+    with hold(tmp_path):
+        pass
+
+
+@pytest.mark.parametrize("wait", [False, True])
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EBADF, errno.EINVAL, errno.EIO, errno.EOPNOTSUPP])
+def test_a_system_that_gives_no_lock_says_why(tmp_path, monkeypatch, number, wait):
+    """A disk of another machine may have none: that is not another run, and waiting for it has no end."""
+
+    def refuse(file):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(disk, "_try", refuse)
+    with pytest.raises(StudyError) as caught, disk.locked(tmp_path, "results", "bipedstudy run", wait, pytest.fail):
+        pass
+    (sentence,) = caught.value.sentences
+    assert sentence.startswith(f"results: the system gives no lock there ({os.strerror(number)}); ")
+
+
+def test_a_results_folder_that_cannot_be_written_is_one_sentence(tmp_path):
+    (tmp_path / "results").write_text("a file")
+    sentence = r"results: cannot be written \(.*\); choose another folder with --results"
+    with pytest.raises(StudyError, match=sentence), hold(tmp_path / "results"):
+        pass
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits the size of files")
+def test_where_nothing_is_to_be_written_a_full_disk_is_no_failure(ran):
+    assert ran.command("run-all")[0] == 0, "the report names the study's folder, which is a copy"
+    full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)); "
+    for command in ("status", "run fall", "run-all", "run-all --json", "clean --dry-run", "clean"):
+        code, out, errors = ran.command(*command.split(), before=full)
+        assert (code, errors) == (0, "") and out, command
+    assert ran.command("run", "side", "--force", before=full)[0] == 1, "as no byte can be written there"

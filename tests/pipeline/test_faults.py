@@ -1,7 +1,5 @@
 """Faults of `faults.py`: nothing valid is lost, nothing wrong is called current. `benchmarks/faults.py` does more."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import random

@@ -1,7 +1,5 @@
 """`bipedstudy figures --check`: what differs is found, said and drawn."""
 
-from __future__ import annotations
-
 import json
 import shutil
 

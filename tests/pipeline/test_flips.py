@@ -1,7 +1,5 @@
 """A flipped bit in any file of results and cache is never believed, costs no dead end, and is never unexplained."""
 
-from __future__ import annotations
-
 import json
 import random
 
@@ -22,13 +20,9 @@ def flipped(toy, flips, seed):
     assert count.survived == flips and {*count.hit} == {*study.files()}
 
 
-def test_thirty_flips(done):
-    flipped(done, 30, 1)
-
-
-@pytest.mark.slow
-def test_a_thousand_flips(done):
-    flipped(done, 1000, 2)
+@pytest.mark.parametrize(("flips", "seed"), [(30, 1), pytest.param(1000, 2, marks=pytest.mark.slow)])
+def test_flips(done, flips, seed):
+    flipped(done, flips, seed)
 
 
 def test_every_flip_of_the_kept_syntax_is_seen(done):

@@ -1,7 +1,5 @@
 """Workers are forked from a process that loaded what they import from other packages, once; it is never in the way."""
 
-from __future__ import annotations
-
 import errno
 import os
 import py_compile
@@ -71,18 +69,14 @@ def test_a_package_that_starts_threads_is_loaded_by_each_worker(done, package):
     assert len(told()) == 1
 
 
-def test_a_package_that_cannot_be_loaded_fails_its_stage_alone(done, package):
-    package("raise ZeroDivisionError('no luck')")
+@pytest.mark.parametrize(("code", "said"), [
+    ("raise ZeroDivisionError('no luck')", "ZeroDivisionError: no luck; the full account is in "),
+    ("import signal\nos.kill(os.getpid(), signal.SIGSEGV)", "its process was ended by the system (SIGSEGV); the full"),
+], ids=["cannot be loaded", "crashes when it is loaded"])  # fmt: skip
+def test_a_package_that_fails_as_it_is_loaded_fails_its_stage_alone(done, package, code, said):
+    package(code)
     done.edit(SIDE, "import loud\n", "")
-    with pytest.raises(StageFailed, match=r"^stage fall: ZeroDivisionError: no luck; the full account is in "):
-        done.run("side.seed=5")
-    assert done.run("side.seed=5", names=("side",)) == {"side": "current"}
-
-
-def test_a_package_that_crashes_when_it_is_loaded_fails_its_stage_alone(done, package):
-    package("import signal\nos.kill(os.getpid(), signal.SIGSEGV)")
-    done.edit(SIDE, "import loud\n", "")
-    with pytest.raises(StageFailed, match=r"^stage fall: its process was ended by the system \(SIGSEGV\); the full"):
+    with pytest.raises(StageFailed, match="^stage fall: " + re.escape(said)):
         done.run("side.seed=5", jobs=1)
     assert done.run("side.seed=5", names=("side",)) == {"side": "current"}
 

@@ -1,7 +1,5 @@
 """dvc.yaml is the graph, and what the pipeline does not understand in it is refused."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

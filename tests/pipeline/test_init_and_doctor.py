@@ -1,7 +1,5 @@
 """`bipedstudy init` lays out a study that works; `bipedstudy doctor` finds what is wrong; completion completes."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -1,7 +1,5 @@
 """What Python keeps compiled of this program and of a study's stages: a flipped bit is never believed."""
 
-from __future__ import annotations
-
 import importlib.util
 import random
 import shutil

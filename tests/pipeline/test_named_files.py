@@ -1,7 +1,5 @@
 """Files that a parameter names are inputs like any other: their content decides what is current."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

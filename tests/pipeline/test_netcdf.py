@@ -1,7 +1,5 @@
 """Other people's tools understand the files: xarray, h5py and pandas in three lines each."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import importlib

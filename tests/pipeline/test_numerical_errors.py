@@ -1,7 +1,5 @@
 """The error of a number is by what it differs where solvers are closer: in the file, in `show`, in stages below."""
 
-from __future__ import annotations
-
 import io
 import json
 from dataclasses import dataclass, field

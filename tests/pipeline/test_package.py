@@ -1,7 +1,5 @@
 """A package holds all that results follow from, is the same bytes twice, and is computed again wherever it lies."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

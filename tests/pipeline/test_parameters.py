@@ -1,7 +1,5 @@
 """Parameters are checked before anything runs, and every error is reported at once."""
 
-from __future__ import annotations
-
 import math
 import os
 

@@ -1,7 +1,5 @@
 """What a stage can be asked: options, answers as text, JSON and picture, files it leaves, and going on after a stop."""
 
-from __future__ import annotations
-
 import json
 import random
 import shutil

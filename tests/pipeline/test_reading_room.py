@@ -1,7 +1,5 @@
 """The process that reads files from outside: what it cannot do, what it may take, and what it says of both."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

@@ -1,9 +1,10 @@
 """The report: made of intact results only, never written without need, the same bytes without times."""
 
-from __future__ import annotations
+import json
 
 import pytest
 
+from pipeline.commands import claims
 from pipeline.errors import StudyError
 from pipeline.report import page
 from pipeline.report.page import entries
@@ -34,19 +35,13 @@ def test_without_times_the_same_results_give_the_same_bytes(done):
     assert b"seconds" not in first.lower().split(b"<main")[1]
 
 
-def test_it_states_the_parameters_that_were_used(done):
-    done.run("ground.contact_stiffness=2e5")
-    text = bare(done).decode()
-    row = next(line for line in text.splitlines() if ">contact_stiffness<" in line)
-    assert ">2e5<" in row and "set for this run; the file says 1e5" in row
-
-
-def test_it_does_not_list_what_no_file_states_and_nobody_set(done):
+@pytest.mark.parametrize(("key", "value", "said"), [
+    ("ground.contact_stiffness", "2e5", "the file says 1e5"), ("fall.label", "mine", "the file does not state it")])
+def test_it_states_the_parameters_that_were_used_and_none_that_nobody_set(done, key, value, said):
     assert b">label<" not in bare(done)
-    done.run("fall.label=mine")
-    text = bare(done).decode()
-    row = next(line for line in text.splitlines() if ">label<" in line)
-    assert ">mine<" in row and "set for this run; the file does not state it" in row
+    done.run(f"{key}={value}")
+    row = next(line for line in bare(done).decode().splitlines() if f">{key.partition('.')[2]}<" in line)
+    assert f">{value}<" in row and f"set for this run; {said}" in row
 
 
 def test_damaged_or_missing_results_are_refused_with_a_sentence(done):
@@ -87,3 +82,59 @@ def test_run_all_writes_it_and_the_command_marks_what_is_stale(toy_with_commands
     assert errors == ("note: not current: fall, bounce, picture (fall.yaml: height 2 -> 3); make them current with: "
                       "bipedstudy run picture; the page says so\n")  # fmt: skip
     assert "fall.yaml: height 2 -&gt; 3" in (toy.root / "page.html").read_text(encoding="utf-8")
+
+
+# --- A proof beside the results: what claims and report say of it, by where it was made and of which parameters.
+
+
+TOLD = {"says": {"force": "proven for a toy"}, "picture": {"extra": False}}
+
+
+@pytest.fixture
+def ran(toy, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "settings"))
+    toy.run()
+    return toy.study()
+
+
+def beside(study):
+    (claim,) = claims.read(study).claims
+    return claim.full_verdict
+
+
+def test_proven_is_said_of_a_proof_of_the_very_design_that_was_made_here(ran):
+    assert beside(ran) == "does not hold"
+    before = page.seal(ran, page.entries(ran), True, {})
+    content = json.dumps(TOLD).encode()
+    claims.keep_proof(ran, content)
+    assert beside(ran) == "does not hold (proven for a toy)"
+    assert page.seal(ran, page.entries(ran), True, {}) != before
+    shown = page.render(ran, page.entries(ran), False, {}).decode()
+    assert "<strong>Proven for a toy.</strong>" in shown and "(proven for a toy)" in shown
+    (ran.results / "proof.json").write_bytes(json.dumps({**TOLD, "picture": {"extra": True}}).encode())
+    assert beside(ran) == "does not hold"
+
+
+def test_a_file_from_elsewhere_or_an_edited_one_is_not_called_proven(ran):
+    (ran.results / "proof.json").write_bytes(json.dumps(TOLD).encode())
+    assert beside(ran) == "does not hold (a proof file says so, not checked here)"
+    assert "A proof file says so, not checked here." in page.render(ran, page.entries(ran), False, {}).decode()
+    claims.keep_proof(ran, json.dumps(TOLD).encode())
+    (ran.results / "proof.json").write_bytes(json.dumps(TOLD, indent=1).encode())
+    assert beside(ran) == "does not hold (a proof file says so, not checked here)"
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"{}", b'{"says": []}', b'{"says": {"force": "proven"}}',
+                                     b'{"says": {"force": "x"}, "picture": []}'])  # fmt: skip
+def test_what_is_no_proof_of_any_parameters_says_nothing(ran, content):
+    (ran.results / "proof.json").write_bytes(content)
+    assert claims.proven(ran) == {}
+
+
+def test_a_study_without_a_stage_of_claims_has_its_report(toy, ran):
+    graph = ran.root / "dvc.yaml"
+    graph.write_text(graph.read_text().replace(", results/claims.yaml", ""))
+    claims.keep_proof(ran, json.dumps(TOLD).encode())
+    without = toy.study()
+    assert claims.proven(without) == {}
+    assert b"Proven for a toy" not in page.render(without, page.entries(without), False, {})

@@ -1,7 +1,5 @@
 """A stage that says no is a result: kept, told by every command, and what can do without it is computed."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipeline.errors import StageFailed

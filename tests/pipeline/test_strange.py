@@ -1,7 +1,5 @@
 """Strange files and graphs: refused with a sentence, or harmless; never a hang, a traceback or a wrong result."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """Sweeps: points, keys, and that whatever happens to workers, no point is lost and none is there twice."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

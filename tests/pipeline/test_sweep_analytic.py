@@ -1,7 +1,5 @@
 """A sweep of the real analytic stage: rows are what the model says itself, a design without a gait is a row."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import h5py

@@ -1,7 +1,5 @@
 """Sweeps on a dask cluster of this machine: the same table, also when dask's workers are killed half way."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import signal

@@ -1,15 +1,17 @@
 """How far a value in a parameter file may be off: what is read, what is refused, and what makes a value exact."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import shutil
+from types import SimpleNamespace
 
 import pytest
 
+from pipeline.commands.run import _say_what_gives_way
+from pipeline.errors import StudyError
 from pipeline.parameters import loading, value
 from pipeline.parameters.value import half_width
+from pipeline.parameters.yaml_text import parse
 from pipeline.study import Study, locate
 from pipeline.sweep.chain import Chain
 from pipeline.sweep.spec import read
@@ -52,27 +54,24 @@ def test_a_value_is_exact_unless_something_is_said():
     assert half_width({"value": 3, "uncertainty": 0}) == 0.0
 
 
-@pytest.mark.parametrize("entry, words", [
-    ("{value: 0.3, printed: 0.300}", "hip_mass is printed as 0.3; write the digits as text"),
-    ('{value: 0.3, printed: "3e-1"}', "hip_mass is printed as '3e-1'; write the digits as text"),
-    ('{value: 0.3, printed: "0.3", uncertainty: 0.1}', "hip_mass has both an uncertainty and digits as printed"),
-    ("{value: 0.3, uncertainty: -0.1}", "hip_mass has the uncertainty -0.1; allowed: a number >= 0"),
-    ("{value: 0.3, uncertainty: .inf}", "hip_mass has the uncertainty inf; allowed: a number >= 0"),
-    ("{value: 0.3, uncertainty: yes}", "hip_mass has the uncertainty 'yes'; allowed: a number >= 0"),
+@pytest.mark.parametrize("key, entry, words", [
+    *(("biped.hip_mass", entry, f"hip_mass {words}") for entry, words in (
+        ("{value: 0.3, printed: 0.300}", "is printed as 0.3; write the digits as text"),
+        ('{value: 0.3, printed: "3e-1"}', "is printed as '3e-1'; write the digits as text"),
+        ('{value: 0.3, printed: "0.3", uncertainty: 0.1}', "has both an uncertainty and digits as printed"),
+        ("{value: 0.3, uncertainty: -0.1}", "has the uncertainty -0.1; allowed: a number >= 0"),
+        ("{value: 0.3, uncertainty: .inf}", "has the uncertainty inf; allowed: a number >= 0"),
+        ("{value: 0.3, uncertainty: yes}", "has the uncertainty 'yes'; allowed: a number >= 0"))),
+    ("biped.legs", "{value: rigid, uncertainty: 1}", 'legs has a part "uncertainty", which only a number can have'),
+    *(("twin.tolerance", entry, words) for entry, words in (
+        ("{value: 1e-6, levels: [1e-5, 1e-6]}", "tolerance has levels that are not a list of 3 values"),
+        ("{value: 1e-6, levels: 1e-5}", "levels that are not a list of 3 values: draft, paper, reference"),
+        ("{value: 1e-6, levels: [1e-5, 1e-6, -1e-7]}", "tolerance = -1e-07 is not allowed; allowed: "))),
 ])
-def test_what_cannot_be_is_one_sentence(entry, words):
-    from pipeline.errors import StudyError
-
+def test_what_cannot_be_is_one_sentence(key, entry, words):
     with pytest.raises(StudyError) as refused:
-        study(f"biped.hip_mass={entry}").parameters(["analytic"])
+        study(f"{key}={entry}").parameters(["twin"])
     assert len(refused.value.sentences) == 1 and words in refused.value.sentences[0]
-
-
-def test_a_word_has_no_uncertainty():
-    from pipeline.errors import StudyError
-
-    with pytest.raises(StudyError, match='legs has a part "uncertainty", which only a number can have'):
-        study("biped.legs={value: rigid, uncertainty: 1}").parameters(["analytic"])
 
 
 def test_the_paper_prints_table_1_and_the_slope_and_nothing_else_is_rounded():
@@ -116,3 +115,52 @@ def test_a_section_without_half_widths_stays_as_it_is():
     biped = study().parameters(["analytic"])["analytic"].biped
     assert value.without(biped, ["hip_mass"]) is biped
     assert value.derived(type(biped)) == () and dataclasses.is_dataclass(biped)
+
+
+# --- The level of a study: what values are at each, what is refused, and what an edited value means.
+
+
+def at_level(*settings: str, asked: str = "") -> Study:
+    return dataclasses.replace(locate(settings=settings, start=HOME), requested=(("accuracy", asked),))
+
+
+def at(text: str, level: str) -> object:
+    return value.at_level(parse(text, "a text"), level).plain()["value"]
+
+
+@pytest.mark.parametrize("level, value", [*zip(value.LEVELS, (1e-5, 1e-7, 1e-9), strict=True)])
+def test_a_value_is_that_of_its_level_unless_it_was_edited(level, value):
+    assert at("{value: 1e-7, levels: [1e-5, 1e-7, 1e-9]}", level) == value
+    assert at("{value: 2e-7, levels: [1e-5, 1e-7, 1e-9]}", level) == 2e-7
+    assert at("{value: [1, 2], levels: [[1], [1, 2], [1, 2, 3]]}", level) == {1e-5: [1], 1e-7: [1, 2]}.get(
+        value, [1, 2, 3])
+    assert at("{value: 3}", level) == 3
+
+
+def test_an_unknown_level_is_told_with_those_there_are():
+    with pytest.raises(StudyError, match=r'level = "rough" is not allowed; allowed: draft, paper, reference'):
+        at_level("accuracy.level=rough").parameters(["twin"])
+    with pytest.raises(StudyError, match=r'--accuracy drft: the form is .*; did you mean "draft"'):
+        at_level(asked="drft").parameters(["twin"])
+
+
+def test_every_level_of_every_file_is_allowed_and_every_stage_says_at_which_it_is():
+    found = at_level()
+    for level in value.LEVELS:
+        values = at_level(asked=level).parameters(found.graph.stages)
+        assert {name for name, one in values.items() if one.level.level == level} == set(found.graph.stages)
+    files = {path.stem: parse(path.read_text(), path.name).value for path in found.params.glob("*.yaml")}
+    spread = {f"{file}.{key}" for file, entries in files.items() for key, entry in entries.items()
+              if value.has_levels(entry) and len({str(one.plain()) for one in entry.value[value.OF_LEVELS].value}) > 1}
+    assert len(spread) > 5
+
+
+def test_results_of_a_higher_level_do_not_give_way_without_a_word():
+    values = at_level(asked="draft").parameters(["twin"])
+    notes: list[str] = []
+    for kept, words in (("paper", "are of accuracy paper and give way to draft"), ("draft", ""), (None, "")):
+        last = None if kept is None else SimpleNamespace(ingredients={"parameters": {"accuracy": {"level": kept}}})
+        store = SimpleNamespace(current=lambda name, last=last: last)
+        notes.clear()
+        _say_what_gives_way(SimpleNamespace(store=store, settings=()), values, SimpleNamespace(note=notes.append))  # type: ignore[arg-type]
+        assert bool(notes) == bool(words) and words in "".join(notes)

@@ -3,8 +3,6 @@
 fall -> bounce -> picture, and side by itself. `fall.behaviour` chooses what goes wrong.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import subprocess
