@@ -15,7 +15,7 @@ from pipeline.parameters.value import declared
 #: Metadata of a field that a closer run changes: a factor on its value, the most that it may be (a whole number), or
 #: the word in its place.
 CLOSER = "closer"
-#: Tolerances below this change nothing but round-off: in their place as much looser ones are taken.
+#: Tolerances below this change nothing but round-off.
 FINEST = 1e-12
 #: Coordinates are the same where they are to so many decimals.
 _DECIMALS = 12
@@ -25,7 +25,9 @@ Rows = tuple[np.ndarray, np.ndarray]
 
 
 def closer(parameters: Any) -> Any:
-    """A stage's parameters with all settings of solvers as much closer as their fields say, whatever their bounds."""
+    """A stage's parameters with all settings of solvers as much closer as their fields say, or as much looser where
+    round-off or a bound forbids that.
+    """
     return dataclasses.replace(parameters, **{name: _section(each) for name, each in vars(parameters).items()})
 
 
@@ -42,7 +44,8 @@ def _closer(value: Any, field: dataclasses.Field[Any]) -> Any:
         return by
     if isinstance(by, int):
         return min(value, by)
-    return float(f"{value * by if value * by >= FINEST else value / by:.12g}")
+    near = float(f"{value * by:.12g}")
+    return near if near >= FINEST and field.metadata["bound"].holds(near) else float(f"{value / by:.12g}")
 
 
 def differences(one: Any, other: Any, above: str = "") -> Iterator[tuple[str, tuple[float, float]]]:

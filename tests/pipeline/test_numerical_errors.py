@@ -1,5 +1,6 @@
 """The error of a number is by what it differs where solvers are closer: in the file, in `show`, in stages below."""
 
+import dataclasses
 import io
 import json
 from dataclasses import dataclass, field
@@ -154,10 +155,12 @@ def test_closer_settings_are_so_many_times_the_tolerances_whatever_is_requested(
     assert closer(given["campaign"]).runs.runs == given["campaign"].runs.runs
 
 
-def test_settings_that_round_off_would_hide_are_looser():
-    study = Study(ROOT, ROOT / "params", ROOT / "results", (), requested=(("accuracy", "reference"),))
-    given = study.parameters(("analytic",))["analytic"]
-    assert given.settings.tolerance == 1e-12 and closer(given).settings.tolerance == 1e-11
+@pytest.mark.parametrize(("stage", "tolerance", "second"), [
+    ("analytic", 1e-12, 1e-11), ("analytic", 1e-11, 1e-12), ("multibody", 1e-11, 1e-10), ("multibody", 1e-10, 1e-11)])
+def test_settings_that_round_off_or_a_bound_forbids_are_looser(stage, tolerance, second):
+    given = Study(ROOT, ROOT / "params", ROOT / "results").parameters((stage,))[stage]
+    given = dataclasses.replace(given, settings=dataclasses.replace(given.settings, tolerance=tolerance))
+    assert closer(given).settings.tolerance == second
 
 
 @dataclass(frozen=True)
