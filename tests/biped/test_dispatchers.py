@@ -157,6 +157,7 @@ def command(tmp_path, repository):
     return run
 
 
+@pytest.mark.slow
 def test_a_command_answers_the_same_and_finds_its_machine_code_again(command, tmp_path, repository):
     first, again = command("gait", "--json"), command("gait", "--json")
     assert (first.returncode, again.returncode) == (0, 0), first.stderr
