@@ -64,11 +64,11 @@ def init(folder: Path, update: bool, no_workflow: bool, form: options.Form) -> N
         raise StudyError(f"{str(folder)!a}: is no name in UTF-8, as that of a study's folder must be")
     readme = (face() / "new_study.md").read_text(encoding="utf-8").format(name=target.name)
     files = {**_given(), **checks, "README.md": readme.encode(), ".gitignore": b"results/\n"}
-    with disk.whole(target) as unfinished:
+    files[FILE_NAME] = files.pop(FILE_NAME)  # without it, the last, a folder is no study
+    # An empty folder may be where the user stands, or a mounted one: it stays the same folder.
+    with contextlib.nullcontext(target) if target.exists() else disk.whole(target) as place:
         for name, content in files.items():
-            disk.write(unfinished / name, content)
-        if target.exists():
-            target.rmdir()
+            disk.write(place / name, content)
     form.give([f"a new study is in {shown(target)}; next: cd {shown(target)}, and see its README.md"],
               {"study": shown(target)})
 

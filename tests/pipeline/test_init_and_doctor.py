@@ -34,6 +34,15 @@ def test_a_new_study_has_the_same_stages_and_every_parameter(tmp_path, repositor
     assert not list(tmp_path.glob(".mine*"))
 
 
+def test_a_new_study_in_the_folder_where_one_stands_leaves_it_in_place(tmp_path, repository):
+    place = tmp_path / "mine"
+    place.mkdir()
+    before = place.stat().st_ino
+    assert bipedstudy(place, "init", ".", PYTHONPATH=str(repository))[0] == 0
+    assert place.stat().st_ino == before
+    assert bipedstudy(place, "status", PYTHONPATH=str(repository))[0] == 0
+
+
 def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed(tmp_path, repository):
     bipedstudy(tmp_path, "init", "mine", PYTHONPATH=str(repository))
     path, slope = tmp_path / "mine/dvc.yaml", tmp_path / "mine/params/ground.yaml"
