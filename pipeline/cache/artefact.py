@@ -41,7 +41,8 @@ _WITH_ZEROS, _ZEROS = "with zeros in place of these digits: ", "0" * 64
 #: numbers have none.
 ERROR, _WITHOUT = "numerical_error", "without_errors"
 _SHORT = 8
-#: Errors are so many times what closer settings change: of drawn robots 96 of 100 then are smaller, 94 at twice that.
+#: Errors are so many times what closer settings change: 98 to 99 of 100 of drawn robots lie within, 95 to 99 within two
+#: times (benchmarks/stated_errors.py).
 SAFE = 3.0
 #: Part of the largest error beside it that a number has at least.
 SHARED = 0.03
