@@ -13,18 +13,11 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.scales import quickness
 from stages.calibrated_twin.result import Result as CalibratedTwin
 from stages.campaign.result import Result as Campaign
-from stages.comparison.agreement import (
-    ModelAgreement,
-    NoEvidence,
-    Stride,
-    TwinAgreement,
-    compare_models,
-    compare_twin,
-    last_stride,
-)
+from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
 from stages.comparison.ingest_score import IngestScore, score_ingest
 from stages.comparison.measurement import MeasurementAgreement, compare_measurement
 from stages.comparison.parameters import Parameters
+from stages.comparison.stride import NoEvidence, Stride, last_stride
 from stages.contact_study.result import Result as ContactStudy
 from stages.error_budget.result import Result as ErrorBudget
 from stages.imu.result import Result as Ingested

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from stages.biped.processes import Progress, each_in_a_process, ignore
-from stages.comparison.agreement import NoEvidence
 from stages.comparison.measurement import MeasurementAgreement
+from stages.comparison.stride import NoEvidence
 from stages.comparison.tables import as_yaml
 from stages.figures.drawn import NAMES, draw, figure
 from stages.figures.entry import Inputs

@@ -9,17 +9,9 @@ import pytest
 from scipy.signal import butter, freqs
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.comparison.agreement import (
-    Stride,
-    between_cycles,
-    creep_velocity,
-    from_same_start,
-    last_stride,
-    normalised_rms,
-    overlay,
-    through_low_pass,
-)
+from stages.comparison.agreement import between_cycles, creep_velocity, from_same_start, overlay
 from stages.comparison.measurement import compare_leg, of_walk
+from stages.comparison.stride import Stride, last_stride, normalised_rms, through_low_pass
 from stages.imu.strikes.step_times import INNER, OUTER
 from tests.comparison.made_up import make_walk, resampled
 

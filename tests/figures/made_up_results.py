@@ -11,7 +11,8 @@ from stages.analytic.result import Basin, RecordedFamily, Turn
 from stages.biped.accuracy.tolerances import Level
 from stages.calibrated_twin.result import Check, Number, Pair, Robot
 from stages.calibration.result import FittedRun, Followed, HeldOut, Trace
-from stages.comparison.agreement import HipDifference, last_stride
+from stages.comparison.agreement import HipDifference
+from stages.comparison.stride import last_stride
 from stages.drawing import style
 from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import figure, given_to

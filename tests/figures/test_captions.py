@@ -12,8 +12,8 @@ import yaml
 
 from stages.analytic.result import Uncertainty, Validity
 from stages.biped import processes
-from stages.comparison.agreement import NoEvidence
 from stages.comparison.claims.judge import STATEMENTS
+from stages.comparison.stride import NoEvidence
 from stages.comparison.tables import as_yaml
 from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure

@@ -11,7 +11,7 @@ from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun
 from stages.imu.judgement.evidence import confirmed, swept
 from stages.imu.result import Evidence
-from stages.imu.strikes.heel_strikes import STRIKE, Samples, at_onsets, lift_after, responses
+from stages.imu.strikes.impact_onset import STRIKE, Samples, at_onsets, lift_after, responses
 from stages.imu.strikes.step_times import UNKNOWN, HeelStrikes, step_times
 from stages.imu.trial.body import leg_angle
 from stages.imu.trial.trial import Trial, read_trial

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from stages.comparison.agreement import NoEvidence
 from stages.comparison.evidence import Evidence
 from stages.comparison.parameters import Settings
 from stages.comparison.result import OPEN, Judgement
+from stages.comparison.stride import NoEvidence
 
 #: In place of a unit: each row of the numbers says its own, in its second place.
 OF_ITS_ROW = "of its row"

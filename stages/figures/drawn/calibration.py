@@ -14,7 +14,7 @@ from stages.calibrated_twin.result import Result, Robot
 from stages.calibration.reports.sensor_picture import by_phase, fit_picture, rms_by_part
 from stages.calibration.result import HALF_WIDTH, FittedRun, Followed, HeldOut
 from stages.calibration.result import Result as Calibration
-from stages.comparison.agreement import NoEvidence
+from stages.comparison.stride import NoEvidence
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
 

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.comparison.agreement import last_stride, there, through_low_pass
 from stages.comparison.measurement import LegAgreement, MeasurementAgreement
+from stages.comparison.stride import last_stride, there, through_low_pass
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
 from stages.imu.trial.agreement import Agreement, FrequencyDifference

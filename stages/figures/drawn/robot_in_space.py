@@ -18,7 +18,7 @@ import numpy as np
 from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
 from stages.biped.walk import Walk
-from stages.comparison.agreement import there
+from stages.comparison.stride import there
 from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.entry import Entry, Given
 from stages.figures.view import COLOURS as PAIRS

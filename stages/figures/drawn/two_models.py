@@ -13,8 +13,9 @@ from matplotlib.patches import Patch
 
 from stages.biped.accuracy.scales import scales_of, size
 from stages.biped.walk import Walk
-from stages.comparison.agreement import overlay, there
+from stages.comparison.agreement import overlay
 from stages.comparison.result import DOES_NOT_APPLY
+from stages.comparison.stride import there
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
 
