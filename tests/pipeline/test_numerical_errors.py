@@ -17,6 +17,7 @@ from pipeline.home import stage_module
 from pipeline.study import Study
 from stages.biped.accuracy.tolerances import CLOSER, CUSTOM
 from stages.biped.quantity import quantity
+from stages.comparison.claims import judge
 
 ROOT = Path(__file__).resolve().parents[2]
 #: The toy's settings that stand for a solver's.
@@ -52,6 +53,10 @@ def test_a_number_carries_its_error_and_hands_it_on(toy):
         assert below["force"].attrs["numerical_error"] == pytest.approx(SAFE * 0.5 * below["force"][()], rel=0.05)
     assert not any(each.path.startswith("closer") for each in artefact.tree(content, "fall"))
     assert errors(toy, "side") == ({}, ""), "it has no solver, and reads none's result"
+
+
+def test_claims_are_as_safe_as_artefacts():
+    assert judge.SAFE == SAFE, "neither imports the other"
 
 
 def test_what_the_solver_chooses_has_no_error_and_says_why():

@@ -44,6 +44,7 @@ from stages.calibration.estimation.run_fit import (
     fit_run,
     lowest,
     run_equations,
+    sizes_and_lowest,
 )
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling
@@ -212,10 +213,9 @@ class Joint:
                 return None
             return Point(x, found.cost, found.matrix[d:, d:], found.right[d:], found)
 
-        sizes = np.concatenate([design_sizes(there, self.model.own), self.model.layout.sizes])
-        low = np.concatenate([lowest(there, self.model.own), np.full(len(self.model.layout.names), -np.inf)])
         try:
-            ended = least_squares(evaluate, begin, sizes, low, SHORTER)
+            ended = least_squares(
+                evaluate, begin, *sizes_and_lowest(there, self.model.own, self.model.layout), SHORTER)
         except ValueError:
             raise StepFailed("the robot does not walk the run") from None
         return ended.point.state, ended.point.x, ended.evaluations

@@ -215,6 +215,12 @@ def lowest(design: DesignPoint, names: Sequence[str]) -> Vector:
     return np.array(low)
 
 
+def sizes_and_lowest(design: DesignPoint, names: Sequence[str], layout: Layout) -> tuple[Vector, Vector]:
+    """Usual changes and least values (n,) of parameters, and after them of a run's unknowns, which have no least."""
+    return (np.concatenate([design_sizes(design, names), layout.sizes]),
+            np.concatenate([lowest(design, names), np.full(len(layout.names), -np.inf)]))
+
+
 def horizons(
     run: MeasuredRun, louder_still: float = 1.0, least: float = 0.0, quick: float = 1.0
 ) -> list[tuple[float, float]]:
@@ -341,8 +347,7 @@ def _fit(
     One that comes to where the last horizon of an `other` began, which came to rest, is that.
     """
     d, o = len(model.shared), len(model.of_design)
-    sizes = np.concatenate([design_sizes(design, model.of_design), model.layout.sizes])
-    low = np.concatenate([lowest(design, model.of_design), np.full(len(model.layout.names), -np.inf)])
+    sizes, low = sizes_and_lowest(design, model.of_design, model.layout)
     first, evaluations, approach = x[:d].copy(), 0, np.nan
     waiting, reached, again = list(ends), 0.0, 0
     strike_sd = STRIKE_SD / quickness(design.biped, design.slope.gravity)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -162,10 +162,20 @@ class Follower:
         the brink of a fall that does not come."""
         moved = step.known.mean - step.at
         halves = (step.at + moved / 2**halved for halved in range(HALVED))
-        for there in chain(halves, drawn(step.known)):
+        found = self.walking(halves, step.known, period, reached)
+        if found is None:
+            raise StepFailed("no robot near this one walks as the samples say")
+        return step.about(*found)
+
+    def walking(
+        self, among: Iterable[Vector], belief: Belief, period: float, reached: float = -math.inf
+    ) -> tuple[Vector, Walked] | None:
+        """The first of some unknowns (n,), and then of drawn ones of a belief, with which the robot walks as `walked`
+        has it, and that walk; None if it does with none."""
+        for there in chain(among, drawn(belief)):
             with contextlib.suppress(StepFailed):
-                return step.about(there, self.walked(there, step.sampling, period, reached))
-        raise StepFailed("no robot near this one walks as the samples say")
+                return there, self.walked(there, belief.sampling, period, reached)
+        return None
 
     def mid_stance(self, at: Vector) -> float:
         """The time of mid-stance, or of a step's other start [s], in unknowns (n,)."""

@@ -10,14 +10,13 @@ import contextlib
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.following.follower import Follower, drawn
+from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.following.step import Belief, Sample, Step
@@ -205,11 +204,10 @@ class Track:
     def _begun(self, belief: Belief, at: Vector) -> Step:
         """A step with the unknowns `at` (n,), or with drawn ones where it falls with those."""
         follower = self._follower
-        for there in chain((at,), drawn(belief)):
-            with contextlib.suppress(StepFailed):
-                walked = follower.walked(there, belief.sampling, self._period)
-                return Step(follower.anywhere, follower.wrong, belief, there, walked)
-        raise StepFailed("the robot falls before its next heel strike")
+        found = follower.walking((at,), belief, self._period)
+        if found is None:
+            raise StepFailed("the robot falls before its next heel strike")
+        return Step(follower.anywhere, follower.wrong, belief, *found)
 
     def _enter(self, step: Step) -> None:
         """Go on to a step."""
