@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import os
 import signal
 import subprocess
@@ -38,3 +39,29 @@ def python(
     """What comes of `python -c code arguments` in this folder and environment; its standard input is empty."""
     return subprocess.run([sys.executable, "-c", code, *arguments], cwd=cwd, env=env, text=True, capture_output=True,
                           stdin=subprocess.DEVNULL, timeout=timeout)  # fmt: skip
+
+
+#: Runs each of its arguments as a command, and prints what came of each as JSON.
+_EACH = """
+import contextlib, io, json, shlex, sys
+from pipeline.cli import main
+told = []
+for words in sys.argv[1:]:
+    sys.argv, out, errors = ["bipedstudy"], io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors):
+        try:
+            main(shlex.split(words))
+        except SystemExit as end:
+            told.append((words, (end.code, out.getvalue(), errors.getvalue())))
+sys.__stdout__.write("\\n" + json.dumps(told))
+"""
+
+
+def each(*typed: str, cwd: Path, env: Mapping[str, str]) -> dict[str, tuple[int, str, str]]:
+    """Exit code, standard output and errors of commands as they are typed, one after another in one process of its own.
+
+    For what computes nothing: most of such a command's time goes into its start.
+    """
+    done = python(_EACH, *typed, cwd=cwd, env=env)
+    assert done.returncode == 0, done.stderr
+    return {words: tuple(told) for words, told in json.loads(done.stdout.splitlines()[-1])}

@@ -12,7 +12,7 @@ import pytest
 
 from pipeline.execution import process
 from pipeline.room import confine
-from tests.pipeline.toy import Toy, agreed, with_commands, written
+from tests.pipeline.toy import Toy, copied, with_commands, written
 
 _serial = itertools.count()
 
@@ -87,13 +87,11 @@ def own_server() -> None:
 def finished_with_commands(tmp_path_factory: pytest.TempPathFactory) -> Toy:
     """A toy study for the command line that has been run once; tests take a copy, `ran`."""
     toy = with_commands(tmp_path_factory.mktemp("finished"))
-    code, _, errors = toy.command("run-all")
-    assert code == 0, errors
+    toy.says("run-all")
     return toy
 
 
 @pytest.fixture
 def ran(finished_with_commands: Toy, tmp_path: Path) -> Toy:
     """A toy study for the command line that has been run once, free to be spoilt."""
-    shutil.copytree(finished_with_commands.root, tmp_path, copy_function=shutil.copy, dirs_exist_ok=True)
-    return agreed(replace(finished_with_commands, root=tmp_path))
+    return copied(finished_with_commands, tmp_path)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import sys
 from types import SimpleNamespace
 
@@ -11,74 +12,75 @@ from pipeline import graph
 from pipeline.commands import house
 from pipeline.parameters import yaml_text
 from tests import commands
+from tests.pipeline.toy import HOME
+
+CHECKS = (".github/workflows/figures.yml", ".gitlab-ci.yml")
 
 
-def bipedstudy(folder, *arguments, **environment):
-    code = "from pipeline.cli import main; main()"
-    home = os.pathsep.join(path for path in sys.path if path)
-    done = commands.python(code, *arguments, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment})
-    return done.returncode, done.stdout, done.stderr
+def bipedstudy(folder, *words, **environment):
+    """What comes of commands in a folder, each with its words in one text."""
+    home = os.pathsep.join([str(HOME), *(path for path in sys.path if path)])
+    return [*commands.each(*words, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment}).values()]
 
 
-def test_a_new_study_has_the_same_stages_and_every_parameter(tmp_path, repository):
-    code, out, errors = bipedstudy(tmp_path, "init", "mine", PYTHONPATH=str(repository))
+@pytest.fixture(scope="module")
+def laid_out(tmp_path_factory):
+    """A new study, and what `init` and `status` said of it; tests take a copy."""
+    folder = tmp_path_factory.mktemp("laid")
+    (init,) = bipedstudy(folder, "init mine")
+    assert not list(folder.glob(".mine*"))
+    return folder / "mine", init
+
+
+@pytest.fixture
+def mine(laid_out, tmp_path):
+    return shutil.copytree(laid_out[0], tmp_path / "mine")
+
+
+def test_a_new_study_has_the_same_stages_and_every_parameter(laid_out, repository):
+    study, (code, out, errors) = laid_out
     assert (code, errors) == (0, "") and "cd mine" in out
-    found = graph.read(tmp_path / "mine")
+    found = graph.read(study)
     assert list(found.stages) == list(graph.read(repository).stages)
     of_program = [name for name in found.stages if name not in found.usual]
     assert of_program == ["tradeoff", "extremes"], "what measures the program runs when it is named"
     assert not {*of_program} & {each for name in found.usual for each in found.upstream(name)}
-    code, out, errors = bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))
+    ((code, out, errors),) = bipedstudy(study, "status")
     assert code == 0, errors
     assert out.splitlines()[0].split() == ["analytic", "stale", "never", "run"]
-    assert not list(tmp_path.glob(".mine*"))
 
 
-def test_a_new_study_in_the_folder_where_one_stands_leaves_it_in_place(tmp_path, repository):
-    place = tmp_path / "mine"
-    place.mkdir()
+def test_a_new_study_in_the_folder_where_one_stands_leaves_it_in_place_and_gets_its_checks_later(tmp_path):
+    (place := tmp_path / "mine").mkdir()
     before = place.stat().st_ino
-    assert bipedstudy(place, "init", ".", PYTHONPATH=str(repository))[0] == 0
-    assert place.stat().st_ino == before
-    assert bipedstudy(place, "status", PYTHONPATH=str(repository))[0] == 0
+    laid, none = bipedstudy(place, "init . --no-workflow", "init . --no-workflow --update --json")
+    assert laid[0] == 0 and place.stat().st_ino == before and (place / "dvc.yaml").exists()
+    assert json.loads(none[1]) == {} and not [check for check in CHECKS if (place / check).exists()]
+    (place / ".gitlab-ci.yml").write_text("mine")
+    ((_, added, _),) = bipedstudy(tmp_path, "init mine --update --json")
+    assert json.loads(added) == {"mine/.github/workflows/figures.yml": "added"}
+    assert (place / ".gitlab-ci.yml").read_text() == "mine"
 
 
-def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed(tmp_path, repository):
-    bipedstudy(tmp_path, "init", "mine", PYTHONPATH=str(repository))
-    path, slope = tmp_path / "mine/dvc.yaml", tmp_path / "mine/params/ground.yaml"
+def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed(mine):
+    path, slope = mine / "dvc.yaml", mine / "params/ground.yaml"
     now = path.read_text()
     earlier = now.replace("      - params/comparison.yaml:\n", "      - params/biped.yaml:\n", 1)
     path.write_text(earlier)
     slope.write_text(slope.read_text().replace("value: 2.0", "value: 2.5"))
-    mine = slope.read_text()
-    (tmp_path / "mine/params/imu.yaml").unlink()
-    code, _, errors = bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))
+    own = slope.read_text()
+    (mine / "params/imu.yaml").unlink()
+    (code, _, errors), (_, out, _) = bipedstudy(mine, "status", "init . --update --json")
     assert code == 2 and "since 0.2.0 stage figures makes results/figures" in errors
     assert errors.rstrip().endswith("write it anew with: bipedstudy init . --update")
-    code, out, errors = bipedstudy(tmp_path / "mine", "init", ".", "--update", "--json", PYTHONPATH=str(repository))
-    assert code == 0, errors
     assert json.loads(out) == {"dvc.yaml": "written anew; the old one is dvc.yaml.old", "params/imu.yaml": "added"}
     assert path.read_text() == now and path.with_suffix(".yaml.old").read_text() == earlier
-    assert slope.read_text() == mine, "parameters are the user's own"
-    assert bipedstudy(tmp_path / "mine", "status", PYTHONPATH=str(repository))[0] == 0
+    assert slope.read_text() == own, "parameters are the user's own"
+    assert bipedstudy(mine, "status")[0][0] == 0
 
 
-def test_a_study_of_an_earlier_version_gets_its_checks_unless_they_are_left_out(tmp_path, repository):
-    bipedstudy(tmp_path, "init", "mine", "--no-workflow", PYTHONPATH=str(repository))
-    words = ("init", "mine", "--update", "--json")
-    assert json.loads(bipedstudy(tmp_path, *words, "--no-workflow", PYTHONPATH=str(repository))[1]) == {}
-    (tmp_path / "mine/.gitlab-ci.yml").write_text("mine")
-    added = json.loads(bipedstudy(tmp_path, *words, PYTHONPATH=str(repository))[1])
-    assert added == {"mine/.github/workflows/figures.yml": "added"}
-    assert (tmp_path / "mine/.gitlab-ci.yml").read_text() == "mine"
-
-
-def test_a_new_study_brings_its_checks_for_github_and_gitlab_unless_they_are_left_out(tmp_path, repository):
-    checks = (".github/workflows/figures.yml", ".gitlab-ci.yml")
-    for name, options in (("mine", ()), ("plain", ("--no-workflow",))):
-        assert bipedstudy(tmp_path, "init", name, *options, PYTHONPATH=str(repository))[0] == 0
-        assert [(tmp_path / name / check).exists() for check in checks] == [not options] * 2
-    github, gitlab = (yaml_text.read(tmp_path / "mine" / check, check).value for check in checks)
+def test_a_new_study_brings_its_checks_for_github_and_gitlab(laid_out):
+    github, gitlab = (yaml_text.read(laid_out[0] / check, check).value for check in CHECKS)
     steps = github["jobs"].value["figures"].value["steps"].value
     scripts = ([step.value["run"].value for step in steps if "run" in step.value],
                [line.value for line in gitlab["figures"].value["script"].value])  # fmt: skip
@@ -88,17 +90,13 @@ def test_a_new_study_brings_its_checks_for_github_and_gitlab_unless_they_are_lef
         assert "if [ -d results/figures ]; then cp -R results/figures expected; fi" in lines
 
 
-def test_a_checkout_is_not_renewed(tmp_path, repository):
-    code, _, errors = bipedstudy(repository, "init", ".", "--update", PYTHONPATH=str(repository))
-    assert code == 2 and "is not a study that `init` laid out" in errors
-
-
-def test_init_never_writes_into_what_is_there(tmp_path, repository):
+def test_init_renews_no_checkout_and_never_writes_into_what_is_there(tmp_path, repository):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/notes.txt").write_text("mine")
-    code, _, errors = bipedstudy(tmp_path, "init", "mine", PYTHONPATH=str(repository))
-    assert (code, errors) == (2, "error: mine: is there already and not an empty folder; choose another\n")
+    there, checkout = bipedstudy(tmp_path, "init mine", f"init {repository} --update")
+    assert there == (2, "", "error: mine: is there already and not an empty folder; choose another\n")
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+    assert checkout[0] == 2 and "is not a study that `init` laid out" in checkout[2]
 
 
 @pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="all names are Unicode there")
@@ -109,7 +107,7 @@ def test_a_name_that_is_no_utf_8_is_one_sentence(tmp_path):
 
 
 def test_doctor_on_this_machine(repository):
-    code, out, errors = bipedstudy(repository, "doctor", "--json", PYTHONPATH=str(repository))
+    ((code, out, errors),) = bipedstudy(repository, "doctor --json")
     findings = {finding["what"]: finding for finding in json.loads(out)}
     assert {"exudyn", "versions", "results folder", "compile cache", "free disk", "cores"} <= set(findings), errors
     assert code == (1 if any(finding["state"] == "bad" for finding in findings.values()) else 0)
@@ -161,10 +159,11 @@ def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion(tmp_path, repository, shell):
-    code, out, _ = bipedstudy(tmp_path, PYTHONPATH=str(repository), _BIPEDSTUDY_COMPLETE=f"{shell}_source")
-    assert "bipedstudy" in out and "complete" in out
+def test_completion(tmp_path, shell):
+    code = "from pipeline.cli import main; main()"
+    asked = [{"_BIPEDSTUDY_COMPLETE": f"{shell}_source"}]
     if shell == "bash":
-        code, out, errors = bipedstudy(tmp_path, PYTHONPATH=str(repository), _BIPEDSTUDY_COMPLETE="bash_complete",
-                                       COMP_WORDS="bipedstudy sw", COMP_CWORD="1")  # fmt: skip
-        assert code == 0 and out.split() == ["plain,sweep"], errors
+        asked += [{"_BIPEDSTUDY_COMPLETE": "bash_complete", "COMP_WORDS": "bipedstudy sw", "COMP_CWORD": "1"}]
+    said = [commands.python(code, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(HOME), **each}).stdout
+            for each in asked]  # fmt: skip
+    assert "bipedstudy" in said[0] and "complete" in said[0] and said[1:] in ([], ["plain,sweep\n"])

@@ -34,16 +34,6 @@ def too_wide(text: str, columns: int) -> list[str]:
     return [line for line in text.splitlines() if len(line) > columns and len(line.split()) > 1]
 
 
-def printed(folder, *words: str, columns: int) -> str:
-    code = "import sys; from pipeline.cli import main; main()"
-    environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": str(columns)}
-    done = commands.python(code, *words, cwd=folder, env=environment)
-    if any(words in done.stderr for words in ("made by an earlier version", "do not fit this version")):
-        pytest.skip("the results are of an earlier version: bipedstudy run-all")
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 @pytest.fixture(scope="module")
 def study(repository):
     if not (repository / "results/claims.yaml").exists():
@@ -51,18 +41,23 @@ def study(repository):
     return repository
 
 
-@pytest.mark.parametrize("command", [*AT_ONCE, *(pytest.param(one, marks=pytest.mark.slow) for one in ASKED)])
-def test_a_command_and_an_answer_fit_80_columns(command, study):
-    text = printed(study, *command.split(), columns=80)
-    assert text and not too_wide(text, 80)
+@pytest.mark.parametrize("typed", [AT_ONCE, *(pytest.param((one,), marks=pytest.mark.slow) for one in ASKED)])
+def test_a_command_and_an_answer_fit_80_columns(typed, study):
+    environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "80"}
+    for words, (code, text, errors) in commands.each(*typed, cwd=study, env=environment).items():
+        if any(said in errors for said in ("made by an earlier version", "do not fit this version")):
+            pytest.skip("the results are of an earlier version: bipedstudy run-all")
+        assert code == 0 and text and not too_wide(text, 80), f"{words}: {text}{errors}"
 
 
-def test_commands_of_the_toy_study_fit_80_columns_and_use_more(ran):
+def test_commands_of_the_toy_study_fit_80_columns_and_rows_of_a_sweep_are_told_as_csv(ran):
     (ran.root / "sweep.yaml").write_text(SWEEP)
-    for words in (["run-all", "--force"], ["status"], ["graph"], ["show", "bounce"], ["sweep", "sweep.yaml"]):
-        code, text, errors = ran.command(*words, environment={"COLUMNS": "80"})
-        assert code == 0, errors
+    for words in ("run-all --force", "sweep sweep.yaml"):
+        text = ran.says(words, environment={"COLUMNS": "80"})
         assert text and not too_wide(text, 80), text
+    rows = list(csv.DictReader(io.StringIO(ran.refused("sweep sweep.yaml --csv")["sweep sweep.yaml --csv"][1])))
+    assert [float(row["fall.height"]) for row in rows] == [0.5, 1.0, 2.0]
+    assert {row["outcome"] for row in rows} == {"computed"}
 
 
 def test_a_wider_terminal_is_used_and_a_narrower_one_is_not(monkeypatch):
@@ -105,27 +100,13 @@ def test_what_fits_is_not_folded(monkeypatch):
 
 
 def test_a_path_in_an_artefact_and_csv(ran):
-    code, text, errors = ran.command("show", "fall", "--csv")
-    assert code == 0, errors
-    fields = list(csv.DictReader(io.StringIO(text)))
+    fields = list(csv.DictReader(io.StringIO(ran.says("show fall --csv"))))
     short = next(field for field in fields if field["value"] and not field["shape"])
-    code, text, errors = ran.command("show", "fall", short["path"].replace("/", "."))
-    assert code == 0 and text.split()[0] == short["value"], errors
-    code, _, errors = ran.command("show", "fall", short["path"] + "x")
-    assert code == 2 and "did you mean" in errors
-    code, text, errors = ran.command("status", "--csv")
-    assert code == 0 and [row["state"] for row in csv.DictReader(io.StringIO(text))] == ["current"] * 4
-    code, _, errors = ran.command("status", "--csv", "--json")
-    assert code == 2 and "exclude each other" in errors
-
-
-def test_the_rows_of_a_sweep_as_csv(ran):
-    (ran.root / "sweep.yaml").write_text(SWEEP)
-    code, text, errors = ran.command("sweep", "sweep.yaml", "--csv")
-    assert code == 0, errors
-    rows = list(csv.DictReader(io.StringIO(text)))
-    assert [float(row["fall.height"]) for row in rows] == [0.5, 1.0, 2.0]
-    assert {row["outcome"] for row in rows} == {"computed"}
+    told = ran.refused(f"show fall {short['path'].replace('/', '.')}", f"show fall {short['path']}x", "status --csv")
+    (code, text, _), (wrong, _, errors), (_, table, _) = told.values()
+    assert code == 0 and text.split()[0] == short["value"]
+    assert wrong == 2 and "did you mean" in errors
+    assert [row["state"] for row in csv.DictReader(io.StringIO(table))] == ["current"] * 4
 
 
 @dataclass(frozen=True)
@@ -147,25 +128,22 @@ class Parts:
 def test_a_table_in_an_artefact_as_text_csv_and_json(ran):
     result = Parts((Part("ball", True, 1.5), Part("shell of wood", False, None)))
     (ran.root / "parts.h5").write_bytes(artefact.encode(result, {"stage": "none", "key": "0"}))
-    code, text, errors = ran.command("show", "parts.h5", "parts")
-    assert (code, errors) == (0, "")
+    asked = ("show parts.h5 parts", "show parts.h5 parts --csv", "show parts.h5 parts.good --json")
+    text, table, plain = (out for code, out, errors in ran.refused(*asked).values())
     assert [line.split("  ") for line in text.splitlines() if "shell" in line] and "mass [kg]" in text
-    _, text, _ = ran.command("show", "parts.h5", "parts", "--csv")
-    rows = list(csv.DictReader(io.StringIO(text)))
+    rows = list(csv.DictReader(io.StringIO(table)))
     assert [(row["name"], row["good"], row["mass"]) for row in rows] == [
         ("ball", "true", "1.5"), ("shell of wood", "false", "")]  # fmt: skip
-    _, text, _ = ran.command("show", "parts.h5", "parts.good", "--json")
-    assert json.loads(text)["value"] == [True, False]
+    assert json.loads(plain)["value"] == [True, False]
 
 
 # --- Help, completion in the shell, and what a command says beside its answer.
 
 
 def test_a_run_with_other_parameters_says_whose_results_give_way(ran):
-    _, _, errors = ran.command("run", "fall", "--set", "fall.height=2.5")
-    assert "results of fall.height = 2 give way to those of 2.5" in errors and "come back at once" in errors
-    _, _, errors = ran.command("run", "fall", "--set", "fall.height=2.5")
-    assert "give way" not in errors
+    words = "run fall --set fall.height=2.5"
+    ran.says(words, "results of fall.height = 2 give way to those of 2.5", "come back at once")
+    assert "give way" not in ran.command(*words.split())[2]
 
 
 def test_without_arguments_there_is_plain_help(ran):

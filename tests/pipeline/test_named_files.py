@@ -97,9 +97,7 @@ def test_a_link_to_a_file_is_replaced_as_ever_and_a_file_is_no_folder(tmp_path):
 def test_every_command_that_writes_a_named_file_refuses_a_pipe_or_a_device(ran, no_files):
     (ran.root / "points.yaml").write_text("stage: fall\nkind: grid\nvary: {fall.steps: [2, 5]}\n")
     shutil.copytree(ran.root / "results", ran.root / "before")
-    commands = "report --into", "compare before --page", "tally --figure", "claims --into", "sweep points.yaml --out"
-    for path in (no_files[0], no_files[-1]):
-        for words in commands:
-            code, _, errors = ran.command(*words.split(), str(path))
-            assert (code, stat.S_ISREG(path.lstat().st_mode)) == (2, False), (words, errors)
-            assert "is a pipe, device or socket" in errors and errors.count("error:") == 1, (words, errors)
+    words = "report --into", "compare before --page", "tally --figure", "claims --into", "sweep points.yaml --out"
+    for typed, (code, _, errors) in ran.refused(*(f"{each} {path}" for each in words for path in no_files)).items():
+        assert code == 2 and "is a pipe, device or socket" in errors and errors.count("error:") == 1, (typed, errors)
+    assert not any(stat.S_ISREG(path.lstat().st_mode) for path in no_files)

@@ -2,7 +2,6 @@
 
 import json
 import random
-import shutil
 import signal
 import time
 from types import SimpleNamespace
@@ -37,20 +36,21 @@ def test_a_question_of_a_stage_is_a_command(toy):
     assert [line.split() for line in out.splitlines()[2:]] == [
         ["Numbers"], ["place", "number"], *([str(place), str(number)] for place, number in enumerate(NUMBERS))
     ]  # fmt: skip
+    assert toy.says("tally --jobs 1 --wanted 1:2", "none lies within", code=3).startswith("0 of 4 numbers")
 
 
 def test_its_answer_as_json_and_other_parameters(toy):
-    _, out, _ = toy.command("tally", "--json", "--set", "side.seed=4", "--count", "3", "--order", "sorted")
-    assert json.loads(out) == {"numbers": sorted(NUMBERS[1:]), "inside": 3}
-    _, out, _ = toy.command("tally", "--json", "--skip", str(NUMBERS[1]), "--skip", str(NUMBERS[3]),
-                            "--wanted", f"0:{min(NUMBERS[0], NUMBERS[2])}")  # fmt: skip
-    assert json.loads(out) == {"numbers": [NUMBERS[0], NUMBERS[2]], "inside": 1}
+    told = json.loads(toy.says("tally --json --set side.seed=4 --count 3 --order sorted"))
+    assert told == {"numbers": sorted(NUMBERS[1:]), "inside": 3}
+    told = json.loads(toy.says(f"tally --json --skip {NUMBERS[1]} --skip {NUMBERS[3]} --wanted "
+                               f"0:{min(NUMBERS[0], NUMBERS[2])}"))  # fmt: skip
+    assert told == {"numbers": [NUMBERS[0], NUMBERS[2]], "inside": 1}
 
 
 def test_help_lists_questions_by_stage_and_their_options_with_unit_range_and_default(toy):
-    _, out, _ = toy.command("--help")
-    assert "Questions to stage side:\n  tally  Draw numbers from the seed and those after it." in out
-    code, out, _ = toy.command("tally", "--help")
+    told = toy.refused("--help", "tally --help")
+    assert "Questions to stage side:\n  tally  Draw numbers from the seed and those after it." in told["--help"][1]
+    code, out, _ = told["tally --help"]
     words = " ".join(out.split())
     assert code == 0 and "Ends with 3 if none is wanted." in words
     for said in (
@@ -62,62 +62,53 @@ def test_help_lists_questions_by_stage_and_their_options_with_unit_range_and_def
         assert said in words
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (("--count", "0"), "--count = 0 is not allowed; allowed: >= 1 and <= 100"),
-        (("--count", "1.5"), "--count = 1.5 is not a whole number; allowed: >= 1 and <= 100"),
-        (("--count", "13"), "--count = 13 brings bad luck"),
-        (("--pause", "-1"), "--pause = -1 s is not allowed; allowed: >= 0 s"),
-        (("--pause", "soon"), '--pause = "soon" is not a number; allowed: >= 0 s'),
-        (("--wanted", "3"), "--wanted: '3' is not two numbers LOW:HIGH with LOW < HIGH"),
-        (("--order", "sort"), '--order = "sort" is not allowed; allowed: drawn, sorted; did you mean "sorted"?'),
-        (("--counts", "1"), "No such option '--counts'"),
-        (("--figure", "x.foo"), "x.foo: the ending names the format, one of "),
-        (("--into", "params"), "params: is there already, and is not replaced"),
-        (("--set", "side.seed=-1"), "--set side.seed=-1: seed = -1 is not allowed; allowed: >= 0"),
-    ],
-)
-def test_a_wrong_option_is_one_sentence_before_anything_is_computed(toy, arguments, sentence):
-    code, out, errors = toy.command("tally", "--marks", "marks", *arguments)
-    assert (code, out, marks(toy)) == (2, "", 0)
-    assert errors.startswith("error: " + sentence) and len(errors.splitlines()) == 1
+WRONG = {
+    "--count 0": "--count = 0 is not allowed; allowed: >= 1 and <= 100",
+    "--count 1.5": "--count = 1.5 is not a whole number; allowed: >= 1 and <= 100",
+    "--count 13": "--count = 13 brings bad luck",
+    "--pause -1": "--pause = -1 s is not allowed; allowed: >= 0 s",
+    "--pause soon": '--pause = "soon" is not a number; allowed: >= 0 s',
+    "--wanted 3": "--wanted: '3' is not two numbers LOW:HIGH with LOW < HIGH",
+    "--order sort": '--order = "sort" is not allowed; allowed: drawn, sorted; did you mean "sorted"?',
+    "--counts 1": "No such option '--counts'",
+    "--figure x.foo": "x.foo: the ending names the format, one of ",
+    "--into params": "params: is there already, and is not replaced",
+    "--set side.seed=-1": "--set side.seed=-1: seed = -1 is not allowed; allowed: >= 0",
+}
+
+
+def test_a_wrong_option_is_one_sentence_before_anything_is_computed(toy):
+    typed = {f"tally --marks marks {words}": said for words, said in WRONG.items()}
+    for words, (code, out, errors) in toy.refused(*typed).items():
+        assert (code, out, errors.count("\n")) == (2, "", 1), words
+        assert errors.startswith("error: " + typed[words])
+    assert marks(toy) == 0
+    toy.says("tally --into best --set fall.parts.0.mass=0.2", "an entry of a table cannot be written", code=2)
+    assert not [path for path in toy.root.iterdir() if "best" in path.name]
 
 
 def test_a_stage_that_refuses_gives_its_reason(toy):
-    assert toy.command("tally", "--set", "side.seed=0") == (3, "", "nothing grows from seed 0\n")
-    code, out, _ = toy.command("tally", "--set", "side.seed=0", "--json")
-    assert (code, json.loads(out)) == (3, {"tally": None, "reason": "nothing grows from seed 0"})
-
-
-def test_an_answer_that_is_no_is_printed_and_ends_with_3(toy):
-    code, out, errors = toy.command("tally", "--wanted", "1:2")
-    assert code == 3 and out.startswith("0 of 4 numbers") and errors.splitlines()[-1] == "none lies within"
+    asked = "tally --set side.seed=0"
+    text, (code, told, _) = toy.refused(asked, f"{asked} --json").values()
+    assert text == (3, "", "nothing grows from seed 0\n")
+    assert (code, json.loads(told)) == (3, {"tally": None, "reason": "nothing grows from seed 0"})
 
 
 def test_it_draws_and_leaves_files_and_parameters(toy):
-    code, _, errors = toy.command("tally", "--figure", "numbers.png", "--into", "best", "--set", "ground.gravity=9.8")
-    assert code == 0 and "drawn: numbers.png" in errors.splitlines()
+    toy.says("tally --figure numbers.png --into best --set ground.gravity=9.8", "drawn: numbers.png")
     assert (toy.root / "numbers.png").read_bytes().startswith(b"\x89PNG")
     assert (toy.root / "best/numbers.csv").read_text().split() == [str(number) for number in NUMBERS]
-    _, out, _ = toy.command("tally", "--params", "best", "--count", "1", "--json")
-    assert json.loads(out)["numbers"] == [max(NUMBERS)]
+    assert json.loads(toy.says("tally --params best --count 1 --json"))["numbers"] == [max(NUMBERS)]
     ground, before = (toy.root / folder / "ground.yaml" for folder in ("best", "params"))
     changed = [new for new, old in zip(ground.read_text().splitlines(), before.read_text().splitlines()) if new != old]
     assert changed == ['gravity: {value: 9.8, unit: "m/s^2", source: "bipedstudy tally --figure numbers.png --into best'
                        ' --set ground.gravity=9.8"}']  # fmt: skip
 
 
-def test_a_parameter_folder_cannot_hold_an_entry_of_a_table(toy):
-    code, _, errors = toy.command("tally", "--into", "best", "--set", "fall.parts.0.mass=0.2")
-    assert code == 2 and "fall.parts.0.mass: an entry of a table cannot be written" in errors
-    assert not [path for path in toy.root.iterdir() if "best" in path.name]
-
-
-def stopped_half_way(toy, how):
-    """A question for 8 numbers on two processes, stopped by a signal when some are done: exit code and errors."""
-    process = toy.start("tally", "--count", "8", "--pause", "0.3", "--jobs", "2", "--marks", "marks")
-    while kept(toy) < 3:
+def stopped(toy, how, count):
+    """A question for 12 numbers on two processes, stopped by a signal when `count` are done: exit code and errors."""
+    process = toy.start("tally", "--count", "12", "--pause", "0.2", "--jobs", "2", "--marks", "marks")
+    while kept(toy) < count:
         assert process.poll() is None
         time.sleep(0.02)
     process.send_signal(how)
@@ -125,34 +116,21 @@ def stopped_half_way(toy, how):
     return process.returncode, errors
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_a_stopped_question_goes_on_where_it_was(toy, how):
-    code, errors = stopped_half_way(toy, how)
+def test_a_stopped_question_goes_on_where_it_was_and_its_table_is_that_of_an_undisturbed_one(toy):
+    code, errors = stopped(toy, signal.SIGINT, 2)
     done = kept(toy)
-    assert code != 0 and 3 <= done < 8
-    if how == signal.SIGINT:
-        # one fewer where the signal came after a row was written, and before it was counted
-        assert code == 130 and errors in [
-            f"error: stopped; {said} of 8 parts are done and kept: asked again, it goes on from there\n"
-            for said in (done, done - 1)]  # fmt: skip
-    time.sleep(0.7)  # what a process that outlived its parent would need to compute one more
-    before = marks(toy)
-    assert before <= done + 2
-    code, out, _ = toy.command("tally", "--count", "8", "--pause", "0.3", "--marks", "marks", "--json")
-    assert (code, json.loads(out)["numbers"][:4]) == (0, NUMBERS)
-    assert marks(toy) - before == 8 - done
-    assert kept(toy) == 8
-
-
-def test_a_table_has_the_same_bytes_however_its_parts_were_computed(toy):
-    ask = ("tally", "--count", "8", "--pause", "0.1")
-    assert toy.command(*ask, "--jobs", "1", "--out", "alone.h5")[0] == 0
-    assert toy.command(*ask, "--jobs", "2", "--results", "others", "--out", "beside.h5")[0] == 0
-    shutil.rmtree(toy.root / "results/.cache/questions")
-    stopped_half_way(toy, signal.SIGKILL)
-    assert toy.command(*ask, "--jobs", "2", "--pause", "0.3", "--marks", "marks", "--out", "again.h5")[0] == 0
-    alone = (toy.root / "alone.h5").read_bytes()
-    assert alone == (toy.root / "beside.h5").read_bytes() == (toy.root / "again.h5").read_bytes()
+    # one fewer where the signal came after a row was written, and before it was counted
+    assert code == 130 and errors in [
+        f"error: stopped; {said} of 12 parts are done and kept: asked again, it goes on from there\n"
+        for said in (done, done - 1)]  # fmt: skip
+    assert stopped(toy, signal.SIGKILL, done + 2)[0] == -signal.SIGKILL
+    time.sleep(0.5)  # what a process that outlived its parent would need to compute one more
+    before, done = marks(toy), kept(toy)
+    assert done < 12 and before <= done + 4
+    told = json.loads(toy.says("tally --count 12 --pause 0.2 --marks marks --out again.h5 --json"))
+    assert told["numbers"][:4] == NUMBERS and marks(toy) - before == 12 - done and kept(toy) == 12
+    toy.says("tally --count 12 --jobs 1 --results others --out alone.h5")
+    assert (toy.root / "alone.h5").read_bytes() == (toy.root / "again.h5").read_bytes()
 
 
 @pytest.mark.parametrize("order", [[1, 0, 3, 2], [3, 0, 2, 1]])
@@ -191,24 +169,18 @@ def test_kept_answers_are_of_this_code_and_these_parameters(toy):
 
 
 def test_a_question_that_cannot_be_used_is_a_sentence_and_the_others_go_on(toy):
-    toy.edit("stages/side/questions/tally.py", "import random", "import randomness")
-    code, _, errors = toy.command("tally")
-    reason = "stage side: stages/side/questions/tally.py cannot be used: No module named 'randomness'"
-    assert code == 2 and errors.splitlines() == [
-        'error: there is no command "tally" (see bipedstudy --help)', f"error: {reason}"
-    ]  # fmt: skip
-    code, out, _ = toy.command("--help")
-    assert code == 0 and reason in " ".join(out.split())
-    assert toy.command("status")[0] == 0
-
-
-@pytest.mark.parametrize("name", ["tally", "run"])
-def test_a_question_cannot_have_the_name_of_another_command(toy, name):
     text = toy.path("stages/side/questions/tally.py").read_text()
-    toy.path("stages/side/questions/twice.py").write_text(text.replace('"tally",', f'"{name}",'))
-    said = " ".join(toy.command("--help")[1].split())
-    assert f'stage side: stages/side/questions/twice.py cannot be used: there is a command "{name}" already' in said
-    assert toy.command("tally")[0] == 0
+    for file, name in (("twice", "tally"), ("walk", "run")):
+        toy.path(f"stages/side/questions/{file}.py").write_text(text.replace('"tally",', f'"{name}",'))
+    toy.path("stages/side/questions/lost.py").write_text(text.replace("import random", "import randomness"))
+    told = toy.refused("--help", "lost", "taly", "status")
+    reasons = [f"stage side: stages/side/questions/{file}.py cannot be used: {why}" for file, why in (
+        ("lost", "No module named 'randomness'"), ("twice", 'there is a command "tally" already'),
+        ("walk", 'there is a command "run" already'))]  # fmt: skip
+    assert all(said in " ".join(told["--help"][1].split()) for said in reasons)
+    assert told["lost"] == (2, "", "".join(f"error: {said}\n" for said in (
+        'there is no command "lost" (see bipedstudy --help)', *reasons)))  # fmt: skip
+    assert 'there is no command "taly"; did you mean "tally"?' in told["taly"][2] and told["status"][0] == 0
 
 
 def test_a_question_whose_code_is_compiled_first_says_so(toy):
@@ -221,12 +193,9 @@ def test_a_question_whose_code_is_compiled_first_says_so(toy):
     assert toy.command("tally")[2].splitlines() == ["all drawn"]
 
 
-def test_a_misspelt_question_is_named(toy):
-    assert 'there is no command "taly"; did you mean "tally"?' in toy.command("taly")[2]
-
-
 def test_a_study_that_cannot_be_read_is_said(toy):
     (toy.root / "dvc.yaml").write_text("stages: [")
-    code, _, errors = toy.command("tally")
+    told = toy.refused("tally", "--help")
+    code, _, errors = told["tally"]
     assert code == 2 and "dvc.yaml" in errors and "Traceback" not in errors
-    assert toy.command("--help")[0] == 0
+    assert told["--help"][0] == 0

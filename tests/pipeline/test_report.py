@@ -31,7 +31,7 @@ def test_it_is_written_once_and_again_when_something_changed(done):
 def test_without_times_the_same_results_give_the_same_bytes(done):
     first = bare(done)
     done.run(force=True)
-    assert bare(done) == first
+    assert bare(done) == first and b"://" not in first, "it names no other place"
     assert b"seconds" not in first.lower().split(b"<main")[1]
 
 
@@ -67,21 +67,20 @@ def test_before_any_run_it_says_what_to_do(toy):
         entries(toy.study())
 
 
-def test_the_page_names_no_other_place(done):
-    assert b"://" not in bare(done)
-
-
-def test_run_all_writes_it_and_the_command_marks_what_is_stale(toy_with_commands):
-    toy = toy_with_commands
-    assert toy.command("report")[0] == 2
-    code, out, errors = toy.command("run-all")
-    assert (code, errors) == (0, "") and out.splitlines()[-1].split() == ["report", "written", "results/report.html"]
+def test_run_all_writes_it_and_the_command_marks_what_is_stale(ran):
+    toy = ran
+    (toy.root / "results/report.html").unlink()
+    assert toy.says("run-all").splitlines()[-1].split() == ["report", "written", "results/report.html"]
     toy.edit("params/fall.yaml", "value: 2", "value: 3")
     code, out, errors = toy.command("report", "--into", "page.html", "--no-times")
     assert (code, out) == (0, "written: page.html\n")
     assert errors == ("note: not current: fall, bounce, picture (fall.yaml: height 2 -> 3); make them current with: "
                       "bipedstudy run picture; the page says so\n")  # fmt: skip
     assert "fall.yaml: height 2 -&gt; 3" in (toy.root / "page.html").read_text(encoding="utf-8")
+    assert json.loads(toy.says("report --json")) == {"written": "results/report.html", "not_current": {
+        "fall": "fall.yaml: height 2 -> 3", "bounce": "input fall will be computed first",
+        "picture": "input bounce will be computed first"}}  # fmt: skip
+    toy.says("report --results elsewhere", code=2)
 
 
 # --- A proof beside the results: what claims and report say of it, by where it was made and of which parameters.
@@ -91,10 +90,9 @@ TOLD = {"says": {"force": "proven for a toy"}, "picture": {"extra": False}}
 
 
 @pytest.fixture
-def ran(toy, tmp_path, monkeypatch):
+def study(done, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "settings"))
-    toy.run()
-    return toy.study()
+    return done.study()
 
 
 def beside(study):
@@ -102,39 +100,39 @@ def beside(study):
     return claim.full_verdict
 
 
-def test_proven_is_said_of_a_proof_of_the_very_design_that_was_made_here(ran):
-    assert beside(ran) == "does not hold"
-    before = page.seal(ran, page.entries(ran), True, {})
+def test_proven_is_said_of_a_proof_of_the_very_design_that_was_made_here(study):
+    assert beside(study) == "does not hold"
+    before = page.seal(study, page.entries(study), True, {})
     content = json.dumps(TOLD).encode()
-    claims.keep_proof(ran, content)
-    assert beside(ran) == "does not hold (proven for a toy)"
-    assert page.seal(ran, page.entries(ran), True, {}) != before
-    shown = page.render(ran, page.entries(ran), False, {}).decode()
+    claims.keep_proof(study, content)
+    assert beside(study) == "does not hold (proven for a toy)"
+    assert page.seal(study, page.entries(study), True, {}) != before
+    shown = page.render(study, page.entries(study), False, {}).decode()
     assert "<strong>Proven for a toy.</strong>" in shown and "(proven for a toy)" in shown
-    (ran.results / "proof.json").write_bytes(json.dumps({**TOLD, "picture": {"extra": True}}).encode())
-    assert beside(ran) == "does not hold"
+    (study.results / "proof.json").write_bytes(json.dumps({**TOLD, "picture": {"extra": True}}).encode())
+    assert beside(study) == "does not hold"
 
 
-def test_a_file_from_elsewhere_or_an_edited_one_is_not_called_proven(ran):
-    (ran.results / "proof.json").write_bytes(json.dumps(TOLD).encode())
-    assert beside(ran) == "does not hold (a proof file says so, not checked here)"
-    assert "A proof file says so, not checked here." in page.render(ran, page.entries(ran), False, {}).decode()
-    claims.keep_proof(ran, json.dumps(TOLD).encode())
-    (ran.results / "proof.json").write_bytes(json.dumps(TOLD, indent=1).encode())
-    assert beside(ran) == "does not hold (a proof file says so, not checked here)"
+def test_a_file_from_elsewhere_or_an_edited_one_is_not_called_proven(study):
+    (study.results / "proof.json").write_bytes(json.dumps(TOLD).encode())
+    assert beside(study) == "does not hold (a proof file says so, not checked here)"
+    assert "A proof file says so, not checked here." in page.render(study, page.entries(study), False, {}).decode()
+    claims.keep_proof(study, json.dumps(TOLD).encode())
+    (study.results / "proof.json").write_bytes(json.dumps(TOLD, indent=1).encode())
+    assert beside(study) == "does not hold (a proof file says so, not checked here)"
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"[]", b"{}", b'{"says": []}', b'{"says": {"force": "proven"}}',
                                      b'{"says": {"force": "x"}, "picture": []}'])  # fmt: skip
-def test_what_is_no_proof_of_any_parameters_says_nothing(ran, content):
-    (ran.results / "proof.json").write_bytes(content)
-    assert claims.proven(ran) == {}
+def test_what_is_no_proof_of_any_parameters_says_nothing(study, content):
+    (study.results / "proof.json").write_bytes(content)
+    assert claims.proven(study) == {}
 
 
-def test_a_study_without_a_stage_of_claims_has_its_report(toy, ran):
-    graph = ran.root / "dvc.yaml"
+def test_a_study_without_a_stage_of_claims_has_its_report(done, study):
+    graph = study.root / "dvc.yaml"
     graph.write_text(graph.read_text().replace(", results/claims.yaml", ""))
-    claims.keep_proof(ran, json.dumps(TOLD).encode())
-    without = toy.study()
+    claims.keep_proof(study, json.dumps(TOLD).encode())
+    without = done.study()
     assert claims.proven(without) == {}
     assert b"Proven for a toy" not in page.render(without, page.entries(without), False, {})

@@ -82,22 +82,17 @@ def test_a_stage_that_went_wrong_in_part_is_kept_with_its_account_and_ends_with_
 
 
 def test_every_command_tells_the_reason_and_the_report_is_written(toy_with_commands):
-    toy = can_do_without(toy_with_commands)
-    code, out, errors = toy.command("run-all", "--set", "fall.behaviour=answer")
+    toy, answer = can_do_without(toy_with_commands), "--set fall.behaviour=answer"
+    code, out, errors = toy.command("run-all", *answer.split())
     assert code == 3 and out.splitlines()[-1].split() == ["report", "written", "results/report.html"]
     assert errors.splitlines()[-1] == "error: stage fall: nothing falls upwards"
     page = (toy.root / "results/report.html").read_text(encoding="utf-8")
     assert "<li>fall: nothing falls upwards</li>" in page and "<li>bounce: there is no fall" in page
-    for arguments in (("show", "fall"), ("run", "bounce", "--set", "fall.behaviour=answer")):
-        code, _, errors = toy.command(*arguments)
+    show, run, status = toy.refused("show fall", f"run bounce {answer}", f"status {answer}").values()
+    for code, _, errors in (show, run):
         assert code == 3 and errors.endswith("error: stage fall: nothing falls upwards\n")
-    assert "refused  nothing falls upwards" in toy.command("status", "--set", "fall.behaviour=answer")[1]
-
-
-def test_after_a_failure_the_report_shows_the_rest(toy_with_commands):
-    toy = can_do_without(toy_with_commands)
-    code, _, errors = toy.command("run-all", "--set", "fall.behaviour=raise")
-    assert code == 1 and "the full account is in results/log/fall.log" in errors
+    assert "refused  nothing falls upwards" in status[1]
+    toy.says("run-all --set fall.behaviour=raise", "the full account is in results/log/fall.log", code=1)
     page = (toy.root / "results/report.html").read_text(encoding="utf-8")
     assert "<li>fall: ZeroDivisionError" in page and "it is a toy" in page
 
@@ -107,12 +102,9 @@ def test_a_frozen_stage_runs_when_it_is_named_and_what_does_not_list_it_goes_on(
     toy.edit("dvc.yaml", "    cmd: bipedstudy run bounce\n", "    cmd: bipedstudy run bounce\n    frozen: true\n")
     toy.edit("dvc.yaml", "      - results/bounce.h5\n", "")
     assert toy.study().graph.usual == ("fall", "side", "picture")
-    code, _, errors = toy.command("run-all")
-    assert code == 0, errors
+    toy.says("run-all")
     assert b"leaves it out of what stage picture reads" in toy.results()["claims.yaml"]
     assert "bounce.h5" not in toy.results()
-    told = toy.command("status")[1].splitlines()
-    assert any(line.split() == ["bounce", "frozen", "runs", "when", "it", "is", "named"] for line in told)
-    assert all("current" in line for line in told if not line.startswith("bounce"))
-    assert toy.command("run", "bounce")[0] == 0 and "bounce.h5" in toy.results()
-    assert toy.command("status")[1].count("current") == 4
+    assert toy.says("status", "bounce frozen runs when it is named").count("current") == 3
+    toy.says("run bounce")
+    assert toy.says("status").count("current") == 4

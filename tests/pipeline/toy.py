@@ -4,12 +4,16 @@ fall -> bounce -> picture, and side by itself. `fall.behaviour` chooses what goe
 """
 
 import contextlib
+import json
 import os
+import re
+import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -58,6 +62,14 @@ class Toy:
         (found,) = self.path("PACKAGE").glob("__pycache__/*.syntax.json")
         return found
 
+    def record(self, stage: str) -> Path:
+        """The file that says which result of a stage was put in place."""
+        return self.root / f"results/.cache/current/{stage}.json"
+
+    def entry(self, stage: str) -> Path:
+        """The folder of the cache with that result."""
+        return self.root / "results/.cache" / json.loads(self.record(stage).read_text())["key"]
+
     def edit(self, name: str, old: str, new: str) -> None:
         path = self.path(name)
         text = path.read_text()
@@ -99,6 +111,26 @@ class Toy:
         asked = {**self._environment(), **(environment or {})}
         done = commands.python(before + self._code(), *arguments, cwd=self.root, env=asked)
         return done.returncode, done.stdout, done.stderr
+
+    def says(self, words: str, *parts: str, code: int = 0, before: str = "",
+             environment: Mapping[str, str] | None = None) -> str:
+        """Standard output of a command as it is typed; it ends with this code and says these parts, however folded."""
+        ended, out, errors = self.command(*shlex.split(words), before=before, environment=environment)
+        told = " ".join(f"{out} {errors}".split())
+        assert (ended, [part for part in parts if part not in told]) == (code, []), f"{words}: {ended}: {out}{errors}"
+        assert not re.search("Traceback|unexpected", errors), errors
+        return out
+
+    def refused(self, *typed: str) -> dict[str, tuple[int, str, str]]:
+        """Exit code, standard output and errors of commands that compute nothing, by their words."""
+        path = os.pathsep.join([str(self.root), str(HOME)])
+        return commands.each(*typed, cwd=self.root, env={**self._environment(), "PYTHONPATH": path})
+
+
+def copied(toy: Toy, root: Path) -> Toy:
+    """A study for the command line and what it has computed, in another folder."""
+    shutil.copytree(toy.root, root, copy_function=shutil.copy, dirs_exist_ok=True)
+    return agreed(replace(toy, root=root))
 
 
 def written(root: Path, package: str) -> Toy:
