@@ -24,26 +24,16 @@ def how(outcome):
     return {name for name, state in outcome.items() if state == "computed"}
 
 
-def test_the_first_run_computes_everything_in_order(toy):
+def test_what_a_stage_needs_is_computed_in_order_and_then_the_rest(toy):
+    assert toy.run(names=("bounce",)) == {"fall": "computed", "bounce": "computed"}
+    assert sorted(toy.results()) == ["bounce.h5", "fall.h5"]
     outcomes = toy.outcomes()
-    assert [outcome.how for outcome in outcomes] == ["computed"] * 4
-    assert [outcome.stage for outcome in outcomes] == ["fall", "bounce", "side", "picture"]
+    assert {one.stage: one.how for one in outcomes} == {
+        "fall": "current", "bounce": "current", "side": "computed", "picture": "computed"}  # fmt: skip
     assert outcomes[0].summary == "fell 4.91 m"
     assert sorted(toy.results()) == [
         "bounce.h5", "claims.yaml", "fall.h5", "figures/one.svg", "picture.h5", "side.bin", "side.h5"
     ]  # fmt: skip
-
-
-def test_the_second_run_computes_nothing(done):
-    before = done.results()
-    assert set(done.run().values()) == {"current"}
-    assert done.results() == before
-
-
-def test_forced_reruns_are_byte_identical(done):
-    before = done.results()
-    assert how(done.run(force=True)) == ALL
-    assert done.results() == before
 
 
 def test_every_file_says_which_code_made_it(done):
@@ -64,7 +54,7 @@ def test_every_file_says_which_code_made_it(done):
     assert after["program"] != about["program"] and after["key"] == about["key"]
 
 
-def test_two_studies_in_two_folders_have_the_same_bytes(done, finished):
+def test_computed_again_in_another_folder_all_has_the_same_bytes(done, finished):
     assert how(done.run(force=True, jobs=1)) == ALL
     assert done.results() == finished.results()
 
@@ -82,28 +72,21 @@ MOTION, PARAMETERS = "PACKAGE/body/motion.py", "params/ground.yaml"
     ([(MOTION, "0.5 * gravity", "0.25 * gravity")], {"fall", "bounce", "picture"}),
     ([("PACKAGE/bounce/run.py", "distance[-1]", "distance[0]")], {"bounce", "picture"}),
     ([("PACKAGE/fall/run.py", "np.linspace(0, 1, settings.steps)", "np.linspace(0, 1, num=settings.steps)")], {"fall"}),
+    ([("PACKAGE/picture/style.mplstyle", "width: 1", "width: 2")], {"picture"}),
+    (["ground.contact_stiffness=3e5"], {"bounce", "picture"}), (["fall.parts.1.mass=0.5"], {"fall", "bounce"}),
 ], ids=["a parameter", "one of all", "of the last", "unit and form", "comments and layout", "code of all",
-        "code of one", "code that gives the same result"])  # fmt: skip
-def test_an_edit_reruns_only_what_its_meaning_reaches(done, edits, again):
-    for edit in edits:
+        "code of one", "code that gives the same result", "a style sheet beside the code", "--set",
+        "--set of an entry"])  # fmt: skip
+def test_an_edit_reruns_only_what_its_meaning_reaches_and_its_undoing_nothing(done, edits, again):
+    settings = [edit for edit in edits if isinstance(edit, str)]
+    files = edits[len(settings) :]
+    before, texts = done.results(), {done.path(name): done.path(name).read_text() for name, _, _ in files}
+    for edit in files:
         done.edit(*edit)
-    assert how(done.run()) == again
-
-
-def test_undoing_an_edit_computes_nothing(done):
-    before = done.results()
-    done.edit("params/ground.yaml", "9.81", "9.7")
-    assert how(done.run()) == {"fall", "bounce", "picture"}
-    assert done.results() != before
-    done.edit("params/ground.yaml", "9.7", "9.81")
-    assert done.run() == {"fall": "restored", "bounce": "restored", "side": "current", "picture": "restored"}
-    assert done.results() == before
-
-
-def test_set_is_an_edit_that_leaves_the_file_alone(done):
-    assert how(done.run("ground.contact_stiffness=3e5")) == {"bounce", "picture"}
-    assert done.run()["bounce"] == "restored"
-    assert done.run("fall.parts.1.mass=0.5")["fall"] == "computed"
+    assert how(done.run(*settings)) == again
+    for path, text in texts.items():
+        path.write_text(text)
+    assert set(done.run().values()) <= {"current", "restored"} and done.results() == before
 
 
 def test_sources_are_read_once_in_a_moment_and_afresh_in_the_next(tmp_path):
@@ -154,33 +137,6 @@ def test_what_type_checkers_alone_import_is_no_part_of_a_key(tmp_path):
     assert {*found.foreign} == {"typing", "json", "here"}
 
 
-def test_a_style_sheet_beside_the_code_counts_as_code(done):
-    done.path("PACKAGE/picture/style.mplstyle").write_text("lines.linewidth: 2\n")
-    assert how(done.run()) == {"picture"}
-
-
-def test_a_figure_that_is_no_longer_made_disappears(done):
-    done.edit("params/picture.yaml", "extra: false", "extra: true")
-    done.run()
-    assert "figures/two.svg" in done.results()
-    done.edit("params/picture.yaml", "extra: true", "extra: false")
-    assert done.run()["picture"] == "restored"
-    assert "figures/two.svg" not in done.results()
-
-
-def test_a_file_of_the_users_own_is_left_alone(done):
-    mine = done.root / "results/figures/mine.txt"
-    mine.write_text("mine")
-    done.edit("params/picture.yaml", "extra: false", "extra: true")
-    done.run()
-    assert mine.read_text() == "mine"
-
-
-def test_only_what_is_upstream_runs_for_one_stage(toy):
-    assert toy.run(names=("bounce",)) == {"fall": "computed", "bounce": "computed"}
-    assert sorted(toy.results()) == ["bounce.h5", "fall.h5"]
-
-
 def test_deleted_results_come_back_from_the_cache(done):
     before = done.results()
     for name in before:
@@ -214,13 +170,13 @@ def lay(folder):
             for path in folder.rglob("*")}  # fmt: skip
 
 
-def test_twenty_users_find_all_in_a_cache_that_is_only_read(done, tmp_path):
+def test_many_users_find_all_in_a_cache_that_is_only_read(done, tmp_path):
     before, lab = done.results(), tmp_path / "lab"
     shutil.move(done.root / "results", lab)
     for path in [*lab.rglob("*"), lab]:
         path.chmod(0o555 if path.is_dir() else 0o444)
     first = lay(lab)
-    for user in range(20):
+    for user in range(3):
         study = dataclasses.replace(done.study(), results=tmp_path / f"user{user}", cache=lab / ".cache")
         values = study.parameters(tuple(study.graph.stages))
         with disk.locked(study.results, "results", "run-all", False, print):
@@ -242,20 +198,14 @@ def test_what_the_shared_cache_lacks_or_holds_damaged_is_computed_into_the_own_o
     for path in (ran.root / "lab/.cache").glob("*/results/side.bin"):
         path.write_bytes(b"damaged")
     first = lay(ran.root / "lab")
-    code, out, _ = ran.command("status", "--cache", "lab")
-    assert code == 0 and out.count("in cache") == 4
-    code, out, errors = ran.command("run-all", "--cache", "lab/.cache")
-    hows = {line.split()[0]: line.split()[1] for line in out.splitlines() if line[:1].isalpha()}
-    assert (code, errors) == (0, "") and hows["fall"] == hows["bounce"] == "restored" and hows["side"] == "computed"
-    assert ran.command("run", "fall", "--cache", "lab", "--set", "fall.height=3")[0] == 0
-    assert ran.command("run", "fall", "--cache", "lab")[1].split()[1] == "restored"
+    assert ran.says("status --cache lab").count("in cache") == 4
+    hows = dict(line.split()[:2] for line in ran.says("run-all --cache lab/.cache").splitlines() if line[:1].isalpha())
+    assert hows["fall"] == hows["bounce"] == "restored" and hows["side"] == "computed"
     assert lay(ran.root / "lab") == first
-    code, _, errors = ran.command("run-all", "--cache", "nowhere")
-    assert code == 2 and "nowhere" in errors
+    ran.says("run-all --cache nowhere", "nowhere", code=2)
 
 
 def test_a_shared_cache_without_results_says_so(ran):
     (ran.root / "lab").mkdir()
-    code, out, errors = ran.command("run-all", "--cache", "lab")
-    said = "note: lab has no stored results: what is not in results is computed\n"
-    assert (code, errors, out.count(" current ")) == (0, said, 4)
+    said = "note: lab has no stored results: what is not in results is computed"
+    assert ran.says("run-all --cache lab", said).count(" current ") == 4

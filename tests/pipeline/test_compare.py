@@ -12,6 +12,7 @@ import pytest
 
 from pipeline.cache import artefact, hdf5
 from pipeline.changes.command import _change, changes, share
+from tests.pipeline.toy import copied
 
 
 @dataclass(frozen=True)
@@ -25,70 +26,66 @@ class Whole:
     table: tuple[Row, ...]
 
 
-@pytest.fixture
-def before(ran):
-    """The toy study's results, as they were before something changes."""
-    shutil.copytree(ran.root / "results", ran.root / "before")
-    return ran
+@pytest.fixture(scope="module")
+def changed(finished_with_commands, tmp_path_factory):
+    """A study whose results were others before its gravity was changed; tests compare them, and change neither."""
+    toy = copied(finished_with_commands, tmp_path_factory.mktemp("changed"))
+    shutil.copytree(toy.root / "results", toy.root / "before")
+    toy.says("run-all --set ground.gravity=9.7")
+    return toy
 
 
-def test_the_same_results_are_no_change(before):
-    code, out, errors = before.command("compare", "before")
-    assert (code, errors) == (0, "") and out == "nothing changed from before to results\n"
-    assert json.loads(before.command("compare", "before", "--json")[1])["changed"] is False
+def earlier(toy, name):
+    """The results of before in another folder, to be spoilt."""
+    return shutil.copytree(toy.root / "before", toy.root / name)
 
 
-def test_parameters_numbers_and_pictures_that_changed(before):
-    assert before.command("run-all", "--set", "ground.gravity=9.7")[0] == 0
-    code, out, errors = before.command("compare", "before")
+def test_the_same_results_are_no_change(changed):
+    earlier(changed, "again")
+    told = changed.refused(words := "compare before --results again", f"{words} --json")
+    assert told[words] == (0, "nothing changed from before to again\n", "")
+    assert json.loads(told[f"{words} --json"][1])["changed"] is False
+
+
+def test_parameters_numbers_and_pictures_that_changed(changed):
+    """Numbers beyond the tolerance; the page with them stands alone."""
+    code, out, errors = changed.command("compare", "before")
     assert (code, errors) == (3, "") and "ground.gravity" in out and all(len(line) <= 80 for line in out.splitlines())
-    _, out, _ = before.command("compare", "before", "--json")
-    told = json.loads(out)
+    words = ("compare before --json", "compare before --csv", "compare before --json --tolerance 0.1",
+             "compare before --page changes.html")  # fmt: skip
+    told, rows, rough, page = (said[0:3] for said in changed.refused(*words).values())
+    told, rows, rough = json.loads(told[1]), [*csv.DictReader(io.StringIO(rows[1]))], json.loads(rough[1])
     (parameter,) = told["parameters"]
     assert (parameter["key"], parameter["after"]) == ("ground.gravity", "9.7") and "fall" in parameter["stages"]
-    relative = {(row["stage"], row["path"]): row for row in told["numbers"]}
     for row in told["numbers"]:
         if isinstance(row["before"], float) and row["relative"] is not None and row["before"] > 0.0:
             assert row["relative"] == pytest.approx(row["after"] / row["before"] - 1.0)
-    assert relative and told["changed"] is True
-    rows = list(csv.DictReader(io.StringIO(before.command("compare", "before", "--csv")[1])))
+    assert told["numbers"] and told["changed"] is True
     assert [row["path"] for row in rows] == [row["path"] for row in told["numbers"]]
+    assert all(row["relative"] is None for row in rough["numbers"])
+    assert rough["smaller"] > 0 and rough["parameters"] and rough["changed"]
+    shown = (changed.root / "changes.html").read_text(encoding="utf-8")
+    assert page[0] == 3 and page[2] == "written: changes.html\n"
+    assert "ground.gravity" in shown and "http" not in shown.replace("http-equiv", "") and "<script" not in shown
 
 
-def test_what_is_smaller_than_the_tolerance_is_counted_and_no_change_but_parameters_are(before):
-    before.command("run-all", "--set", "ground.gravity=9.80001")
-    _, out, _ = before.command("compare", "before", "--json", "--tolerance", "0.1")
-    told = json.loads(out)
-    assert told["numbers"] == [] or all(row["relative"] is None for row in told["numbers"])
-    assert told["smaller"] > 0 and told["parameters"] and told["changed"]
+def test_a_stage_that_is_missing_or_damaged_is_said(changed):
+    folder = earlier(changed, "damaged")
+    (folder / "fall.h5").write_bytes(b"no HDF5")
+    (folder / "bounce.h5").unlink()
+    changed.says("compare damaged", "damaged/fall.h5: is truncated or not an HDF5 file",
+                 "not compared, as damaged has no result of: bounce", code=3)  # fmt: skip
 
 
-def test_the_page_stands_alone(before):
-    before.command("run-all", "--set", "ground.gravity=9.7")
-    code, _, errors = before.command("compare", "before", "--page", "changes.html")
-    page = (before.root / "changes.html").read_text(encoding="utf-8")
-    assert code == 3 and errors == "written: changes.html\n"
-    assert "ground.gravity" in page and "http" not in page.replace("http-equiv", "") and "<script" not in page
-
-
-def test_a_stage_that_is_missing_or_damaged_is_said(before):
-    (before.root / "before/fall.h5").write_bytes(b"no HDF5")
-    (before.root / "before/bounce.h5").unlink()
-    code, out, _ = before.command("compare", "before")
-    words = " ".join(out.split())
-    assert code == 3 and "before/fall.h5: is truncated or not an HDF5 file" in words
-    assert "not compared, as before has no result of: bounce" in words
-
-
-def test_results_of_some_stages_are_compared_without_a_row_for_all_that_is_missing(before):
+def test_results_of_some_stages_are_compared_without_a_row_for_all_that_is_missing(changed):
     """A stage run with --results leaves no claims and no figures there; that it has none is one sentence."""
-    (before.root / "before/claims.yaml").unlink()
-    (before.root / "before/picture.h5").unlink()
-    shutil.rmtree(before.root / "before/figures")
-    before.command("run-all", "--set", "ground.gravity=9.7")
-    told = json.loads(before.command("compare", "before", "--json")[1])
+    folder = earlier(changed, "some")
+    (folder / "claims.yaml").unlink()
+    (folder / "picture.h5").unlink()
+    shutil.rmtree(folder / "figures")
+    told = json.loads(changed.says("compare some --json", code=3))
     assert (told["claims"], told["figures"]) == ([], []) and told["numbers"]
-    assert "before has no result of: picture" in told["unread"][0]
+    assert "some has no result of: picture" in told["unread"][0]
 
 
 def in_first_form(content: bytes, *gone: str, **units: str) -> bytes:
@@ -122,19 +119,17 @@ def in_first_form(content: bytes, *gone: str, **units: str) -> bytes:
         return artefact.image(old)
 
 
-def test_results_of_the_first_version_are_compared_and_kept(before):
+def test_results_of_the_first_version_are_compared_and_kept(changed):
     """Every number that both have, with its unit; what one alone has, or has in another unit, is named."""
-    folder = before.root / "before"
+    folder = earlier(changed, "first")
     for name, gone, units in (("fall", ("height",), {}), ("bounce", (), {"force": "kgf"}), ("side", (), {})):
         path = folder / f"{name}.h5"
         path.write_bytes(in_first_form(path.read_bytes(), *gone, **units))
     (folder / "ladder.h5").write_bytes(b"of a stage that went")
     (folder / "claims.yaml").write_text("- {id: force, stated: one newton, found: 3 N, holds: true, why: it is}\n")
     kept = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    before.command("run", "fall", "--set", "ground.gravity=9.7")
-    code, out, errors = before.command("compare", "before", "--json")
-    told = json.loads(out)
-    assert (code, errors) == (3, "") and {path: path.read_bytes() for path in kept} == kept
+    told = json.loads(changed.says("compare first --json", code=3))
+    assert {path: path.read_bytes() for path in kept} == kept
     rows = {(row["stage"], row["path"]): row for row in told["numbers"]}
     assert rows["side", "number"]["relative"] == 0.0 and rows["fall", "sample.distance"]["unit"] == "m"
     assert rows["fall", "sample.distance"]["relative"] > 0.0 and ("bounce", "force") not in rows
@@ -143,8 +138,7 @@ def test_results_of_the_first_version_are_compared_and_kept(before):
     assert sum("alone or in another unit: force" in sentence for sentence in told["unread"]) == 1
     (claim,) = told["claims"]
     assert (claim["before"], claim["measured_before"], claim["after"]) == ("holds", "3 N", "does not hold")
-    _, out, _ = before.command("compare", "before")
-    assert "Numbers that both have:" in out and "anew" not in out
+    assert "anew" not in changed.says("compare first", "Numbers that both have:", code=3)
 
 
 def test_rows_of_the_first_form_are_columns():
@@ -154,17 +148,11 @@ def test_rows_of_the_first_form_are_columns():
     assert rows["table.width"]["relative"] == pytest.approx(0.2) and rows["table.width"]["unit"] == "m"
 
 
-@pytest.mark.parametrize(
-    ("other", "said"),
-    [
-        ("results", "these are the results themselves"),
-        ("params", "there are no results there"),
-        ("nowhere", "does not exist"),
-    ],
-)
-def test_what_cannot_be_compared_is_refused(before, other, said):
-    code, out, errors = before.command("compare", other)
-    assert (code, out) == (2, "") and said in errors and len(errors.splitlines()) == 1
+def test_what_cannot_be_compared_is_refused(changed):
+    said = {"compare results": "these are the results themselves", "compare params": "there are no results there",
+            "compare nowhere": "does not exist"}  # fmt: skip
+    for words, (code, out, errors) in changed.refused(*said).items():
+        assert (code, out, len(errors.splitlines())) == (2, "", 1) and said[words] in errors
 
 
 @pytest.mark.parametrize(

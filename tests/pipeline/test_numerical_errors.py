@@ -24,12 +24,16 @@ ROOT = Path(__file__).resolve().parents[2]
 GRAVITY, HEIGHT = 'parameter("m/s^2", "gravity", symbol="g",', 'parameter("m", "height",'
 
 
-@pytest.fixture
-def toy(toy_with_commands):
+def closer_toy(toy):
     """A toy study whose gravity is a half larger, and whose height an eighth, where solvers are closer."""
-    toy_with_commands.edit("PACKAGE/fall/parameters.py", GRAVITY, f"{GRAVITY} closer=1.5,")
-    toy_with_commands.edit("PACKAGE/fall/parameters.py", HEIGHT, f"{HEIGHT} closer=1.125,")
-    return toy_with_commands
+    toy.edit("PACKAGE/fall/parameters.py", GRAVITY, f"{GRAVITY} closer=1.5,")
+    toy.edit("PACKAGE/fall/parameters.py", HEIGHT, f"{HEIGHT} closer=1.125,")
+    return toy
+
+
+@pytest.fixture
+def falling(toy):
+    return closer_toy(toy)
 
 
 def errors(toy, stage):
@@ -40,8 +44,9 @@ def errors(toy, stage):
     return {each.path: each.error for each in artefact.tree(content, stage) if each.error is not None}, why
 
 
-def test_a_number_carries_its_error_and_hands_it_on(toy):
-    assert toy.command("run", "bounce", "side")[0] == 0
+def test_a_number_carries_its_error_and_hands_it_on(falling):
+    toy = falling
+    toy.run(names=("bounce", "side"))
     found, why = errors(toy, "fall")
     assert found["height"] == SAFE * 0.25 and not why
     assert found["mass/ball"] == pytest.approx(ROUND_OFF * np.spacing(0.1), rel=0.05), "no less than round-off"
@@ -71,44 +76,44 @@ def test_what_the_solver_chooses_has_no_error_and_says_why():
         assert file["time"].attrs["numerical_error"] == SAFE * 0.5
 
 
-def test_show_prints_it(toy):
-    assert toy.command("run", "fall")[0] == 0
-    lines = toy.command("show", "fall")[1].splitlines()
-    assert " +- 8e-01 m" in next(line for line in lines if line.split()[:1] == ["height"])
-    assert "+-" not in next(line for line in lines if line.split()[:1] == ["ball"]), "its error is round-off"
-    fields = {field["path"]: field for field in json.loads(toy.command("show", "fall", "--json")[1])["fields"]}
+def test_show_prints_it_or_why_there_is_none(toy_with_commands):
+    toy, once = closer_toy(toy_with_commands), "it is drawn once"
+    path = toy.path("PACKAGE/side/run.py")
+    path.write_text(f'{path.read_text()}\n\nONCE = "{once}"\n')
+    toy.says("run fall side")
+    assert errors(toy, "side") == ({}, once)
+    fall, side, told, why = (out for _, out, _ in toy.refused(
+        "show fall", "show side", "show fall --json", "show side --json").values())  # fmt: skip
+    height, ball = (next(line for line in fall.splitlines() if line.split()[:1] == [at]) for at in ("height", "ball"))
+    assert " +- 8e-01 m" in height and "+-" not in ball, "its error is round-off"
+    fields = {field["path"]: field for field in json.loads(told)["fields"]}
     assert fields["height"]["numerical_error"] == SAFE * 0.25
+    assert f"its numbers carry no errors: {once}" in side and json.loads(why)["without_errors"] == once
 
 
-def test_a_result_stands_where_closer_solvers_fail_and_says_so(toy):
+def test_a_result_stands_where_closer_solvers_fail_and_says_so(falling):
+    toy = falling
     toy.edit("PACKAGE/fall/run.py", "    files = ", """    if parameters.gravity.gravity > 14:
         raise ValueError("too heavy")
     files = """)
-    assert toy.command("run", "bounce")[0] == 0
+    toy.run(names=("bounce",))
     assert errors(toy, "fall") == ({}, "at closer settings: too heavy") and errors(toy, "bounce") == ({}, "")
 
 
-def test_a_stage_that_compares_reads_both(toy):
+def test_a_stage_that_compares_reads_both(falling):
+    toy = falling
     toy.edit("PACKAGE/bounce/run.py", "    fall: Fall\n", '    fall: Fall\n    closer: "Inputs | None" = None\n')
     toy.edit("PACKAGE/bounce/run.py", "    fall = inputs.fall\n", """    if inputs.closer is not None:
         return Result(inputs.closer.fall.height - inputs.fall.height)
     fall = inputs.fall
 """)
-    assert toy.command("run", "bounce")[0] == 0
+    toy.run(names=("bounce",))
     with h5py.File(toy.root / "results/bounce.h5") as file:
         assert file["force"][()] == 0.25
 
 
-def test_a_stage_that_says_why_is_run_once(toy):
-    path = toy.path("PACKAGE/fall/run.py")
-    path.write_text(f'{path.read_text()}\n\nONCE = "it falls once"\n')
-    assert toy.command("run", "fall")[0] == 0
-    assert errors(toy, "fall") == ({}, "it falls once")
-    assert "its numbers carry no errors: it falls once" in toy.command("show", "fall")[1]
-    assert json.loads(toy.command("show", "fall", "--json")[1])["without_errors"] == "it falls once"
-
-
-def test_a_stage_may_take_its_closer_result_from_what_it_found(toy):
+def test_a_stage_may_take_its_closer_result_from_what_it_found(falling):
+    toy = falling
     path = toy.path("PACKAGE/fall/run.py")
     path.write_text(f"""import dataclasses
 
@@ -117,22 +122,8 @@ def test_a_stage_may_take_its_closer_result_from_what_it_found(toy):
 def again(parameters, inputs, result):
     return dataclasses.replace(result, height=result.height + 0.5)
 """)
-    assert toy.command("run", "fall")[0] == 0
+    toy.run(names=("fall",))
     assert errors(toy, "fall")[0]["height"] == SAFE * 0.5
-
-
-def test_rows_that_were_not_computed_again_have_the_largest_error_of_the_others():
-    @dataclass(frozen=True)
-    class Row:
-        times: np.ndarray = quantity("s", "of a walk", dimensions=("time",))
-
-    @dataclass(frozen=True)
-    class Rows:
-        rows: tuple[Row, ...] = quantity("-", "walks")
-
-    one, off = [Row(np.arange(float(size))) for size in (3, 4)], Row(np.arange(4.0) + 0.25)
-    with h5py.File(io.BytesIO(artefact.encoded(Rows(tuple(one)), {}, closer=Rows((one[0], off)))[1])) as file:
-        assert [file[f"rows/{row}/times"].attrs["numerical_error"] for row in (0, 1)] == [SAFE * 0.25] * 2
 
 
 def test_every_stage_that_solves_has_closer_settings_or_says_why_not():
@@ -238,10 +229,11 @@ def motions(*ends, **files):
     return Motions(tuple(Motion(np.arange(3.0 + n), np.linspace(0.0, end, 3 + n)) for n, end in enumerate(ends)), files)
 
 
-def test_rows_that_the_closer_result_lacks_have_the_largest_error_of_the_others():
-    _, told = artefact.encoded(motions(1.0, 2.0, 3.0), {}, {}, motions(1.5, 2.25))
-    found = {each.path: each.error for each in artefact.tree(told, "x.h5") if each.path.endswith("place")}
-    assert found == {"runs/0/place": SAFE * 0.5, "runs/1/place": SAFE * 0.25, "runs/2/place": SAFE * 0.5}
+@pytest.mark.parametrize(("closer", "off"), [((1.5, 2.25), (0.5, 0.25, 0.5)), ((1.0, 2.25), (0.25, 0.25, 0.25))])
+def test_rows_that_are_missing_or_equal_in_the_closer_result_have_the_largest_error_of_the_others(closer, off):
+    _, told = artefact.encoded(motions(1.0, 2.0, 3.0), {}, {}, motions(*closer))
+    found = [each.error for each in artefact.tree(told, "x.h5") if each.path.endswith("place")]
+    assert found == [SAFE * each for each in off]
     assert artefact.decode_closer(told, Motions, "x.h5") is not None
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.errors import StudyError
 from pipeline.package import command
 
 CONTEXT = Path(__file__).with_name("ro_crate_context.json")
@@ -19,9 +20,7 @@ NAME = "ro-crate-metadata.json"
 
 def packed(toy, name="results.zip", *more):
     """What the command says of a new package."""
-    code, out, errors = toy.command("package", name, *more, "--json")
-    assert code == 0, errors
-    return json.loads(out)
+    return json.loads(toy.says(" ".join(["package", name, *more, "--json"])))
 
 
 def described(path):
@@ -35,7 +34,7 @@ def addresses(entities):
 
 
 def test_every_file_of_the_package_is_described_with_its_digest_and_what_made_it(ran):
-    told = packed(ran)
+    told = packed(ran, "results.zip", "--date", "2031-05-06")
     found = described(ran.root / "results.zip")
     with zipfile.ZipFile(ran.root / "results.zip") as package:
         names = {*package.namelist()}
@@ -56,35 +55,29 @@ def test_every_file_of_the_package_is_described_with_its_digest_and_what_made_it
     versions = {found[each]["name"] for each in addresses(program["softwareRequirements"])}
     assert {"h5py", "numpy", "python"} <= versions
     assert found["#processor-0"]["value"] and addresses(bounce["environment"]) == {"#processor-0"}
-
-
-def test_the_citation_has_authors_year_program_and_digest(ran):
-    told = packed(ran, "results.zip", "--date", "2031-05-06")
+    # the citation has authors, year, program and digest
     digest = hashlib.sha256((ran.root / "results.zip").read_bytes()).hexdigest()
-    assert told["sha256"] == digest and told["published"] == "2031-05-06"
+    assert told["sha256"] == digest and told["published"] == found["./"]["datePublished"] == "2031-05-06"
     said = rf"bipedstudy authors \(2031\): Results of .*\. bipedstudy .*, code \w+\. RO-Crate, sha256 {digest}"
     assert re.fullmatch(said, told["citation"])
-    root = described(ran.root / "results.zip")["./"]
-    assert root["datePublished"] == "2031-05-06" and addresses(root["license"]) == {
-        "https://spdx.org/licenses/BSD-3-Clause"}  # fmt: skip
-    code, out, _ = ran.command("package", "again.zip", environment={"SOURCE_DATE_EPOCH": "86400"})
-    assert code == 0 and "dated 1970-01-02" in out and "cite it as: bipedstudy authors (1970)" in out
+    assert addresses(found["./"]["license"]) == {"https://spdx.org/licenses/BSD-3-Clause"}
 
 
 def test_the_same_results_give_the_same_bytes_also_after_they_were_restored_and_moved(ran, tmp_path_factory):
-    packed(ran, "one.zip")
-    assert ran.command("run", "fall", "--set", "fall.height=3")[0] == 0
-    assert ran.command("run-all")[0] == 0
-    packed(ran, "other.zip")
-    assert (ran.root / "one.zip").read_bytes() == (ran.root / "other.zip").read_bytes()
+    dated = {"SOURCE_DATE_EPOCH": "86400"}
+    ran.says("package one.zip", "dated 1970-01-02", "cite it as: bipedstudy authors (1970)", environment=dated)
+    (ran.root / "results/fall.h5").unlink()
+    ran.says("run-all", "fall restored")
+    ran.says("package other.zip", environment=dated)
     unpacked = tmp_path_factory.mktemp("elsewhere")
     with zipfile.ZipFile(ran.root / "one.zip") as package:
         package.extractall(unpacked)
     shutil.copytree(ran.root / "stages", unpacked / "stages")
     moved = type(ran)(unpacked, ran.package)
-    assert moved.command("--trust", "status")[0] == 0
-    packed(moved, "third.zip")
-    assert (unpacked / "third.zip").read_bytes() == (ran.root / "one.zip").read_bytes(), "what came without a cache"
+    moved.says("--trust status")
+    moved.says("package third.zip", environment=dated)
+    packages = ran.root / "one.zip", ran.root / "other.zip", unpacked / "third.zip"
+    assert len({path.read_bytes() for path in packages}) == 1
 
 
 def test_it_is_computed_again_as_a_file_and_unpacked_elsewhere(ran, tmp_path_factory):
@@ -92,19 +85,18 @@ def test_it_is_computed_again_as_a_file_and_unpacked_elsewhere(ran, tmp_path_fac
     unpacked = tmp_path_factory.mktemp("elsewhere") / "a folder"
     with zipfile.ZipFile(ran.root / "results.zip") as package:
         package.extractall(unpacked)
-    for place in (ran.root / "results.zip", unpacked):
-        code, out, errors = ran.command("recompute", str(place), "--json")
-        found = json.loads(out)
-        assert code == 0 and not found["differs"] and len(found["stages"]) == 4, errors
+    found = json.loads(ran.says("recompute results.zip --json"))
+    assert not found["differs"] and len(found["stages"]) == 4
     claims = unpacked / "results/claims.yaml"
     claims.write_text(claims.read_text() + "# edited\n")
-    assert ran.command("recompute", str(unpacked))[0] == 3
+    found = json.loads(ran.says(f"recompute '{unpacked}' --json", code=3))
+    assert [each["stage"] for each in found["stages"] if each["differences"]] == ["picture"]
 
 
 def test_a_stage_that_said_no_is_an_action_that_failed_with_its_reason(ran):
-    setting = ("--set", "fall.behaviour=answer")
-    assert ran.command("run-all", *setting)[0] == 3
-    told = packed(ran, "results.zip", *setting)
+    setting = "--set fall.behaviour=answer"
+    ran.says(f"run-all {setting}", code=3)
+    told = packed(ran, "results.zip", setting)
     found = described(ran.root / "results.zip")
     assert told["refused"]["fall"] == "nothing falls upwards" and {"bounce", "picture"} < told["refused"].keys()
     failed = found["#run-fall"]
@@ -114,48 +106,37 @@ def test_a_stage_that_said_no_is_an_action_that_failed_with_its_reason(ran):
 
 
 def test_a_recording_goes_with_it_and_one_from_outside_is_refused(ran):
-    (ran.root / "lab.txt").write_text("41")
-    setting = ("--set", "side.table=lab.txt")
-    assert ran.command("run-all", *setting)[0] == 0
-    packed(ran, "results.zip", *setting)
+    outside = ran.root.parent / f"{ran.root.name}.txt"
+    for path in (ran.root / "lab.txt", outside):
+        path.write_text("41")
+    setting = "--set side.table=lab.txt"
+    ran.says(f"run-all {setting}")
+    packed(ran, "results.zip", setting)
     found = described(ran.root / "results.zip")
     assert "lab.txt" in addresses(found["#run-side"]["object"]) and found["lab.txt"]["contentSize"] == "2"
     assert found["#run-side"]["description"] == "bipedstudy run side --set side.table=lab.txt"
-    assert ran.command("recompute", "results.zip")[0] == 0
-    outside = ran.root.parent / f"{ran.root.name}.txt"
-    outside.write_text("41")
-    setting = ("--set", f"side.table={outside}")
-    assert ran.command("run-all", *setting)[0] == 0
-    code, _, errors = ran.command("package", "other.zip", *setting)
-    assert code == 2 and "table" in errors and "lies outside of the study" in errors
+    ran.says("recompute results.zip")
+    setting = f"--set side.table={outside}"
+    ran.says(f"run-all {setting}")
+    ran.says(f"package other.zip {setting}", "table", "lies outside of the study", code=2)
     assert not (ran.root / "other.zip").exists()
 
 
-@pytest.mark.parametrize(
-    ("spoil", "said"),
-    [
-        (lambda root: (root / "results.zip").write_bytes(b"mine"), "is there already, and is not replaced"),
-        (lambda root: shutil.rmtree(root / "results"), "never run"),
-        (lambda root: (root / "results/claims.yaml").unlink(), "results/claims.yaml is missing"),
-        (lambda root: (root / "params/side.yaml").write_text(
-            (root / "params/side.yaml").read_text().replace("seed: 3", "seed: 4")), "seed 3 -> 4"),
-        (lambda root: (root / "CITATION.cff").write_text("title: mine\n"), "a package needs its title, authors and"),
-        (lambda root: (root / "CITATION.cff").write_text("title: t\nlicense: MIT\nauthors: [{name: me}]\n"), "--date"),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_packed_is_said_in_a_sentence_and_nothing_is_left(ran, spoil, said):
-    spoil(ran.root)
-    before = {path.name for path in ran.root.iterdir()}
-    code, out, errors = ran.command("package", "results.zip")
-    assert (code, out) == (2, "") and said in " ".join(errors.split()), errors
-    assert {path.name for path in ran.root.iterdir()} - {"results"} == before - {"results"}
-
-
-def test_names_that_are_no_zip_or_lie_under_a_file_are_refused(ran):
-    (ran.root / "file").write_text("")
-    for name, said in (("results.tar", "must end in .zip"), ("file/results.zip", "not a folder")):
-        code, _, errors = ran.command("package", name)
-        assert code == 2 and said in errors.lower(), errors
+@pytest.mark.parametrize(("name", "text", "said"), [
+    ("results", None, "never run"), ("results/claims.yaml", None, "results/claims.yaml is missing"),
+    ("params/side.yaml", "seed: 4\nwait: 0.0\n", "seed 3 -> 4"),
+    ("CITATION.cff", "title: mine\n", "a package needs its title, authors and"),
+    ("CITATION.cff", "title: t\nlicense: MIT\nauthors: [{name: me}]\n", "--date"),
+])  # fmt: skip
+def test_what_cannot_be_packed_is_said_in_a_sentence(done, name, text, said):
+    place = done.root / name
+    if text is not None:
+        place.write_text(text)
+    else:
+        shutil.rmtree(place) if place.is_dir() else place.unlink()
+    with pytest.raises(StudyError, match=said):
+        runs, places, _ = command.gathered(done.study())
+        command.described(done.study(), runs, None, places)
 
 
 def test_a_study_s_own_authors_and_licences_are_named(ran):
@@ -187,20 +168,22 @@ def strange(*entries):
     return out.getvalue()
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
+def test_a_stranger_s_file_that_is_no_package_is_refused_and_a_name_that_is_none(ran):
+    contents = (
         (b"no zip", "is no package that can be read"),
         (strange(("../outside.h5", b"x")), "would lie outside"),
         (strange(("/outside.h5", b"x")), "would lie outside"),
         (strange(("results/a", b"x"), ("results/a/b.h5", b"x")), "is no package that can be read"),
         (strange(("readme.txt", b"x")), "there are no results there"),
-    ],
-)
-def test_a_stranger_s_file_that_is_no_package_is_refused(ran, content, said):
-    (ran.root / "theirs.zip").write_bytes(content)
-    code, _, errors = ran.command("recompute", "theirs.zip")
-    assert code == 2 and said in " ".join(errors.split()), errors
+    )
+    said = {"package results.tar": "must end in .zip", "package file/results.zip": "not a folder",
+            "package 0.zip": "is there already, and is not replaced"}  # fmt: skip
+    (ran.root / "file").write_text("")
+    for number, (content, why) in enumerate(contents):
+        (ran.root / f"{number}.zip").write_bytes(content)
+        said[f"recompute {number}.zip"] = why
+    for words, (code, _, errors) in ran.refused(*said).items():
+        assert code == 2 and said[words] in " ".join(errors.split()).lower(), errors
     assert not (ran.root.parent / "outside.h5").exists()
 
 

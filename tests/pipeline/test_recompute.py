@@ -4,14 +4,16 @@ import json
 import random
 import shutil
 import sys
-from types import SimpleNamespace
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
 from benchmarks import twice
-from pipeline.changes.recompute import apart, chosen
+from pipeline.changes.recompute import apart, chosen, held
+from pipeline.report import page
+from pipeline.report.page import entries
 
 STAGES = ("fall", "bounce", "side", "picture")
 
@@ -24,10 +26,9 @@ def theirs(ran, tmp_path):
     return folder
 
 
-def recompute(toy, folder, *more):
-    code, out, errors = toy.command("recompute", str(folder), *more, "--json")
-    assert code in (0, 2, 3), errors
-    return code, json.loads(out) if out else errors
+def recompute(toy, folder, code):
+    """What recomputing a folder says, which ends with this code."""
+    return json.loads(toy.says(f"recompute {folder} --json", code=code))
 
 
 def numbers(path):
@@ -48,33 +49,21 @@ def forge(path, name, chance):
         file[name][...] = values
 
 
-def test_results_are_the_same_where_they_follow(ran, theirs):
-    code, found = recompute(ran, theirs)
-    assert code == 0 and not found["differs"] and {row["stage"] for row in found["stages"]} == {*STAGES}
-
-
 def test_a_forged_number_is_found_and_named_and_nothing_of_either_folder_changes(ran, theirs):
-    chance = random.Random(5)
+    chance, folders = random.Random(5), (theirs, ran.root / "results")
+    found = recompute(ran, theirs, 0)
+    assert not found["differs"] and {row["stage"] for row in found["stages"]} == {*STAGES}
     name = chance.choice(numbers(theirs / "fall.h5"))
     forge(theirs / "fall.h5", name, chance)
-    before = {path: path.read_bytes() for folder in (theirs, ran.root / "results") for path in folder.rglob("*.h5")}
-    code, found = recompute(ran, theirs)
+    before = {path: path.read_bytes() for folder in folders for path in folder.rglob("*.h5")}
+    found = recompute(ran, theirs, 3)
     rows = {row["stage"]: row["differences"] for row in found["stages"]}
-    assert code == 3 and found["differs"] and name in {row["path"] for row in rows["fall"]}
+    assert found["differs"] and name in {row["path"] for row in rows["fall"]}
     assert all(path.read_bytes() == content for path, content in before.items())
 
 
-def test_parameters_that_two_artefacts_state_differently_are_a_difference(ran, theirs):
-    assert ran.command("run-all", "--set", "ground.gravity=5")[0] == 0
-    shutil.copy(ran.root / "results/fall.h5", theirs / "fall.h5")
-    assert ran.command("run-all")[0] == 0
-    code, found = recompute(ran, theirs)
-    assert code == 3 and any("ground.gravity" in row["path"] for each in found["stages"] for row in each["differences"])
-
-
-def test_null_in_one_artefact_is_what_follows_in_another(toy_with_commands, tmp_path):
+def test_null_in_one_artefact_is_what_follows_in_another(toy, tmp_path):
     """A stage that needs it fills it in, one that only reads the file leaves it; any other value is a difference."""
-    toy = toy_with_commands
     pace = '\n    pace: float | None = parameter("s", "null: half the wait", default=None)'
     toy.edit("PACKAGE/picture/parameters.py", '"a second figure")', f'"a second figure"){pace}')
     toy.edit("PACKAGE/side/parameters.py", "from dataclasses import dataclass",
@@ -89,14 +78,12 @@ def test_null_in_one_artefact_is_what_follows_in_another(toy_with_commands, tmp_
     toy.edit("dvc.yaml", "params/side.yaml:", "params/side.yaml:\n      - params/picture.yaml:")
     side = f"deps: [{toy.package}/side"
     toy.edit("dvc.yaml", f"{side}]", f"{side}, {toy.package}/picture/parameters.py]")
-    code, _, errors = toy.command("run-all")
-    assert code == 0, errors
-    assert recompute(toy, toy.root / "results")[0] == 0
+    toy.run()
     theirs = shutil.copytree(toy.root / "results", tmp_path / "theirs")
-    assert toy.command("run", "side", "--set", "picture.pace=3")[0] == 0
+    assert not held(toy.study(), theirs, None, 1.0, 1)["differs"]
+    toy.run("picture.pace=3", names=("side",))
     shutil.copy(toy.root / "results/side.h5", theirs)
-    code, found = recompute(toy, theirs)
-    assert code == 3 and "picture.pace" in str(found["stages"])
+    assert "picture.pace" in str(held(toy.study(), theirs, None, 1.0, 1)["stages"])
 
 
 def test_a_share_finds_as_often_as_it_promises():
@@ -124,33 +111,33 @@ def test_each_of_many_forgeries_is_found_by_one_recomputation(done, tmp_path, co
 
 def test_a_folder_without_results_is_refused(ran, tmp_path):
     (tmp_path / "empty").mkdir()
-    code, said = recompute(ran, tmp_path / "empty")
-    assert code == 2 and "result" in said
+    ran.says("recompute empty", "result", code=2)
 
 
 # --- Computing a study twice: what does not repeat is named.
 
 
-def test_a_stage_that_does_not_repeat_is_named(toy_with_commands, monkeypatch, capsys):
-    toy, said = toy_with_commands, []
-    toy.edit("PACKAGE/side/run.py", "random.Random(parameters.settings.seed)", "random.SystemRandom()")
-    toy.edit("PACKAGE/side/run.py", "randrange(1000)", "randrange(10**9)")
-    toy.edit("PACKAGE/side/run.py", "bytes([number % 256])", "str(number).encode()")
+def test_a_stage_that_does_not_repeat_is_named(toy, monkeypatch, capsys):
+    for old, new in (("random.Random(parameters.settings.seed)", "random.SystemRandom()"),
+                     ("randrange(1000)", "randrange(10**9)"), ("bytes([number % 256])", "str(number).encode()")):
+        toy.edit("PACKAGE/side/run.py", old, new)
 
-    def run(words, stdout):
-        assert words[:3] == [sys.executable, "-m", "pipeline.cli"] and stdout is sys.stderr
-        code, _, errors = toy.command(*words[3:])
-        said.append(errors)
-        return SimpleNamespace(returncode=code)
+    def command(*words):
+        if words[0] == "run-all":
+            toy.run(force="--force" in words)
+        else:
+            study = toy.study()
+            Path(words[-1]).write_bytes(page.render(study, entries(study), False, {}))
 
     monkeypatch.chdir(toy.root)
-    monkeypatch.setattr(twice, "subprocess", SimpleNamespace(run=run))
+    monkeypatch.setattr(twice, "_bipedstudy", command)
     monkeypatch.setattr(sys, "argv", ["twice", "hashes.txt"])
     with pytest.raises(SystemExit) as ended:
         twice.main()
     differ = ended.value.code.partition(": ")[2].split(", ")
     assert {"side.h5", "side.bin"} <= {*differ} and "fall.h5" not in differ
-    assert "computing it again gave other bytes than before" in "".join(said)
+    said = capsys.readouterr()
+    assert "computing it again gave other bytes than before" in said.err
     listed = (toy.root / "hashes.txt").read_text().splitlines()
-    assert listed == capsys.readouterr().out.splitlines()
+    assert listed == said.out.splitlines()
     assert len(listed) == 8 and all(len(line.split()[0]) == 64 for line in listed)

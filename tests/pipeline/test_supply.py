@@ -44,28 +44,30 @@ def test_keys_have_only_packages_that_every_installation_has(repository):
         assert direct <= names, stage.name
 
 
-def test_the_citation_is_of_this_version(repository):
-    cited = yaml.safe_load((repository / "CITATION.cff").read_text())
-    assert f'\nversion = "{cited["version"]}"\n' in (repository / "pyproject.toml").read_text()
+@pytest.fixture(scope="module")
+def cited(repository):
+    """What CITATION.cff and codemeta.json say."""
+    citation, meta = (repository / name for name in ("CITATION.cff", "codemeta.json"))
+    return yaml.safe_load(citation.read_text()), json.loads(meta.read_text())
 
 
-def test_what_was_released_has_a_date(repository):
+def test_what_was_released_has_a_date(repository, cited):
     """In the changelog, the newest released version's in the citation and for programs too."""
     released = re.findall(r"^## (\d\S*) \((.*)\)$", (repository / "CHANGELOG.md").read_text(), flags=re.M)
     assert [version for version, day in released if not re.fullmatch(r"\d{4}-\d\d-\d\d", day)] == []
-    cited = yaml.safe_load((repository / "CITATION.cff").read_text())
-    meta = json.loads((repository / "codemeta.json").read_text())
-    assert (cited["version"], cited["date-released"]) == released[0] and meta["datePublished"] == released[0][1]
+    citation, meta = cited
+    assert f'\nversion = "{citation["version"]}"\n' in (repository / "pyproject.toml").read_text()
+    assert (citation["version"], citation["date-released"]) == released[0]
+    assert meta["datePublished"] == released[0][1]
 
 
-def test_codemeta_says_what_the_citation_says(repository):
-    meta = json.loads((repository / "codemeta.json").read_text())
-    cited = yaml.safe_load((repository / "CITATION.cff").read_text())
-    paper, published = cited["preferred-citation"], meta["referencePublication"]
-    assert meta["license"].endswith(f"/{cited['license']}")
-    assert [author["name"] for author in meta["author"]] == [author["name"] for author in cited["authors"]]
-    assert (meta["name"], meta["version"], meta["keywords"]) == (cited["title"], cited["version"], cited["keywords"])
-    assert meta["description"] == cited["abstract"]
+def test_codemeta_says_what_the_citation_says(cited):
+    citation, meta = cited
+    paper, published = citation["preferred-citation"], meta["referencePublication"]
+    assert meta["license"].endswith(f"/{citation['license']}")
+    assert [author["name"] for author in meta["author"]] == [author["name"] for author in citation["authors"]]
+    assert [meta[key] for key in ("name", "version", "keywords", "description")] == [
+        citation[key] for key in ("title", "version", "keywords", "abstract")]  # fmt: skip
     assert (published["name"], published["datePublished"]) == (paper["title"], str(paper["year"]))
     assert published["isPartOf"]["name"] == paper["journal"]
     names = [(author["familyName"], author["givenName"]) for author in published["author"]]
@@ -174,7 +176,7 @@ def checked(toy, host, name):
     return done.returncode, done.stdout, done.stderr
 
 
-@pytest.mark.parametrize("cache", ["with", "without"])
+@pytest.mark.parametrize("cache", [pytest.param("with", marks=pytest.mark.slow), "without"])
 def test_in_a_fresh_clone_only_what_an_edit_touches_is_computed(hosted, cache):
     toy, host = hosted
     if cache == "without":
