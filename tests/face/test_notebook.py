@@ -15,6 +15,7 @@ def test_the_notebook_asks_every_question(notebook):
     assert [name for name in questions.names() if name not in called] == []
 
 
+@pytest.mark.slow
 def test_the_notebook_runs_from_top_to_bottom(notebook, tmp_path, monkeypatch, capsys):
     """A cell shows its last expression, as Jupyter does."""
     monkeypatch.chdir(tmp_path)

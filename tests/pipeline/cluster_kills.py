@@ -42,8 +42,7 @@ class Sweeping:
     def __init__(self, toy: Toy, cluster: Cluster) -> None:
         self.toy, self.cluster, self.count = toy, cluster, Count()
         (toy.root / "kills.yaml").write_text(_SWEEP)
-        code, _, errors = toy.command("sweep", "kills.yaml", "--out", "right.h5")
-        assert code == 0, errors
+        toy.says("sweep kills.yaml --out right.h5")
         self.right = (toy.root / "right.h5").read_bytes()
         self.known: dict[str, Any] = {}
         self.anew()

@@ -53,8 +53,7 @@ class Scene:
         self.results = root / "results"
         self.right: dict[tuple[str, ...], dict[str, bytes]] = {}
         for variant in (*VARIANTS, ()):
-            code, _, errors = self.toy.command("run-all", *variant)
-            assert code == 0, errors
+            self.toy.says(" ".join(["run-all", *variant]))
             assert self.right.setdefault(variant, self.toy.results()) == self.toy.results()
         self.stored_right = self.stored()
         self.damaged: set[str] = set()
@@ -154,12 +153,6 @@ def _files_of(stages: list[str]) -> list[str]:
     return [name for stage in stages for name in (f"{stage}.h5", *extra.get(stage, ()))]
 
 
-def _happened(scene: Scene) -> None:
-    if not scene.mark.exists():
-        raise NoMore
-    scene.mark.unlink()
-
-
 def killed_at_random(scene: Scene, chance: random.Random, number: int) -> tuple[str, ...]:
     """kill -9 at a random moment of a run."""
     variant = chance.choice(VARIANTS)
@@ -171,34 +164,35 @@ def killed_at_random(scene: Scene, chance: random.Random, number: int) -> tuple[
     return variant
 
 
+def broken(scene: Scene, number: int, kind: str, worker: bool) -> tuple[str, ...]:
+    """A run, or every stage's process, of which the file operation of this number is broken."""
+    variant = () if worker else VARIANTS[number % len(VARIANTS)]
+    alone = () if worker else ("--jobs", "1")
+    scene.end(scene.start("run-all", "--force", *alone, *variant, kind=kind, at=number + 1, worker=worker))
+    if not scene.mark.exists():
+        raise NoMore
+    scene.mark.unlink()
+    return variant
+
+
 def killed_before_each_operation(scene: Scene, chance: random.Random, number: int) -> tuple[str, ...]:
     """kill -9 of the run before its first, second, ... change of a file."""
-    variant = VARIANTS[number % len(VARIANTS)]
-    scene.end(scene.start("run-all", "--force", "--jobs", "1", *variant, kind="kill", at=number + 1, worker=False))
-    _happened(scene)
-    return variant
+    return broken(scene, number, "kill", False)
 
 
 def worker_killed_before_each_operation(scene: Scene, chance: random.Random, number: int) -> tuple[str, ...]:
     """kill -9 of every stage's process before its first, second, ... change of a file."""
-    scene.end(scene.start("run-all", "--force", kind="kill", at=number + 1, worker=True))
-    _happened(scene)
-    return ()
+    return broken(scene, number, "kill", True)
 
 
 def full_from_each_operation(scene: Scene, chance: random.Random, number: int) -> tuple[str, ...]:
     """No room for new files, from the run's first, second, ... change of a file on."""
-    variant = VARIANTS[number % len(VARIANTS)]
-    scene.end(scene.start("run-all", "--force", "--jobs", "1", *variant, kind="full", at=number + 1, worker=False))
-    _happened(scene)
-    return variant
+    return broken(scene, number, "full", False)
 
 
 def worker_full_from_each_operation(scene: Scene, chance: random.Random, number: int) -> tuple[str, ...]:
     """No room for new files in the stages' processes."""
-    scene.end(scene.start("run-all", "--force", kind="full", at=number + 1, worker=True))
-    _happened(scene)
-    return ()
+    return broken(scene, number, "full", True)
 
 
 def full_disk(scene: Scene, chance: random.Random, number: int) -> tuple[str, ...]:

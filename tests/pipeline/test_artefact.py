@@ -14,6 +14,7 @@ from hypothesis.extra import numpy as arrays
 from pipeline.cache import artefact, disk
 from pipeline.errors import ArtefactError
 from stages.biped.quantity import quantity
+from tests.pipeline.strange_files import ARTEFACT
 
 
 @dataclass(frozen=True)
@@ -187,8 +188,16 @@ def test_an_artefact_of_another_class_or_kind_is_one_sentence(other):
         artefact.decode(artefact.encode(other, {}), Everything, "x.h5")
 
 
+@pytest.mark.parametrize("kind", [kind for kind in ARTEFACT if kind.startswith("HDF5")])
+def test_a_strange_hdf5_file_is_one_sentence(tmp_path, kind):
+    ARTEFACT[kind](tmp_path / "x.h5")
+    with pytest.raises(ArtefactError, match=r"^x\.h5: "):
+        artefact.decode((tmp_path / "x.h5").read_bytes(), Everything, "x.h5")
+
+
 def test_an_artefact_cut_anywhere_is_never_a_traceback_and_never_taken_for_whole():
     content = artefact.encode(example(), {"key": "k"})
-    for end in range(0, len(content), 997):
-        with pytest.raises(ArtefactError):
-            artefact.decode(content[:end], Everything, "x.h5")
+    for end in (*range(0, len(content), 997), len(content) - 1):
+        for read in (artefact.tree, lambda cut, name: artefact.decode(cut, Everything, name)):
+            with pytest.raises(ArtefactError, match=r"x\.h5: (is empty|is truncated or not an HDF5 file)"):
+                read(content[:end], "x.h5")

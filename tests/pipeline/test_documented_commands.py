@@ -128,9 +128,9 @@ def works(folder: Path, command: documented.Command) -> None:
             assert (folder / value).stat().st_size > 0, command.text
 
 
-@pytest.mark.parametrize("text", AT_ONCE)
-def test_a_command_that_needs_no_results_works(text, bench):
-    works(bench, documented.Command(tuple(text.split())))
+def test_commands_that_need_no_results_work(bench):
+    for text in AT_ONCE:
+        works(bench, documented.Command(tuple(text.split())))
 
 
 @pytest.fixture(scope="module")
@@ -265,8 +265,9 @@ def test_the_count_finds_what_is_too_long():
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_sentences_of_a_page_are_short(page):
-    assert too_long(page.read_text(encoding="utf-8")) == []
+def test_sentences_of_a_page_are_short_and_have_no_words_with_a_private_meaning(page):
+    text = page.read_text(encoding="utf-8")
+    assert (too_long(text), PRIVATE.findall(re.sub(r"`[^`]*`", "", _NOT_PROSE.sub("", text)))) == ([], [])
 
 
 def test_sentences_of_the_help_are_short():
@@ -277,15 +278,8 @@ def test_sentences_of_the_help_are_short():
         assert too_long("\n\n".join([command.help or "", command.short_help or "", *options])) == [], name
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_sentences_of_a_caption_are_short(name):
-    assert too_long(figure(name).caption(given(name))) == []
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_a_page_has_no_words_with_a_private_meaning(page):
-    words = re.sub(r"`[^`]*`", "", _NOT_PROSE.sub("", page.read_text(encoding="utf-8")))
-    assert PRIVATE.findall(words) == []
+def test_sentences_of_captions_are_short():
+    assert [sentence for name in NAMES for sentence in too_long(figure(name).caption(given(name)))] == []
 
 
 def test_the_pages_are_no_longer_than_a_newcomer_reads():

@@ -54,10 +54,13 @@ def test_what_stages_import_is_loaded_once(done, package):
 
 
 def test_a_worker_runs_the_code_that_is_there_when_it_starts(done, package):
-    """The server compiled the text before the edit."""
+    """The server compiled the text before; an edit of the same length and time fools the interpreter's own check."""
     package("")
     done.run()
+    path = done.path("PACKAGE/body/motion.py")
+    before = path.stat()
     done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.7 * gravity")
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
     outcome = next(outcome for outcome in done.outcomes() if outcome.stage == "fall")
     assert outcome.summary == f"fell {0.7 * 9.81:.2f} m"
 

@@ -30,9 +30,10 @@ def kept(repository, tmp_path, monkeypatch):
     return found
 
 
-def test_a_thousand_flips_give_the_code_of_the_source(kept):
+@pytest.mark.parametrize("flips", [100, pytest.param(1000, marks=pytest.mark.slow)])
+def test_flips_give_the_code_of_the_source(kept, flips):
     chance, other = random.Random(4), []
-    for number in range(1000):
+    for number in range(flips):
         loader, path, right = chance.choice(kept)
         content = bytearray(path.read_bytes())
         at = chance.randrange(8 * len(content))

@@ -231,7 +231,7 @@ def test_normal_values_have_their_mean_and_deviation(tmp_path):
     assert drawn.mean() == pytest.approx(5, abs=2e-3) and drawn.std() == pytest.approx(0.5, rel=5e-3)
 
 
-SLOW = f"stage: side\nkind: grid\nset: {{side.wait: 0.1}}\nvary: {{side.seed: {list(range(24))}}}\n"
+SLOW = f"stage: side\nkind: grid\nset: {{side.wait: 0.1}}\nvary: {{side.seed: {list(range(16))}}}\n"
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to find the workers")
@@ -247,8 +247,8 @@ def test_killed_workers_lose_nothing(toy):
                 os.kill(killed[-1], signal.SIGKILL)
 
     summary, columns = run(toy, SLOW, shows=Killing)
-    assert len(killed) == 2 and summary.outcomes == {"computed": 24}
-    assert columns["side.seed"].tolist() == list(range(24))
+    assert len(killed) == 2 and summary.outcomes == {"computed": 16}
+    assert columns["side.seed"].tolist() == list(range(16))
     undisturbed, right = run(toy, SLOW)
     assert undisturbed.computed_now == 0 and columns["number"].tolist() == right["number"].tolist()
 
@@ -334,18 +334,14 @@ def test_every_key_of_a_sweeps_file_stands_in_its_documentation(repository):
 def test_the_command(toy_with_commands):
     toy = toy_with_commands
     (toy.root / "grid.yaml").write_text(GRID)
-    code, out, errors = toy.command("sweep", "grid.yaml", "--jobs", "1")
-    assert code == 0, errors
-    assert out.splitlines()[0] == "9 points: 9 computed; 0 were known"
-    assert out.splitlines()[-1] == "table: results/sweeps/grid.h5"
-    code, out, _ = toy.command("sweep", "grid.yaml", "--json")
-    assert json.loads(out)["reused"] == 9
-    code, out, errors = toy.command("show", "results/sweeps/grid.h5")
-    assert code == 0 and any(line.split()[:1] == ["force"] for line in out.splitlines()), errors
-    code, out, errors = toy.command("sweep", "grid.yaml", "--set", "fall.behaviour=answer", "--set", "fall.height=1")
-    assert code == 3 and "9 no answer" in out
-    code, _, errors = toy.command("sweep", "none.yaml")
-    assert (code, errors) == (2, "error: none.yaml: there is no such file\n")
+    lines = toy.says("sweep grid.yaml --jobs 1").splitlines()
+    assert (lines[0], lines[-1]) == ("9 points: 9 computed; 0 were known", "table: results/sweeps/grid.h5")
+    told = toy.refused("sweep grid.yaml --json", "show results/sweeps/grid.h5", "sweep none.yaml")
+    (_, again, _), (code, shown, _), refused = told.values()
+    assert json.loads(again)["reused"] == 9
+    assert code == 0 and any(line.split()[:1] == ["force"] for line in shown.splitlines())
+    assert refused == (2, "", "error: none.yaml: there is no such file\n")
+    toy.says("sweep grid.yaml --set fall.behaviour=answer --set fall.height=1", "9 no answer", code=3)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
@@ -359,8 +355,6 @@ def test_an_interrupted_sweep_goes_on_where_it_was(toy_with_commands):
         time.sleep(0.02)
     process.kill()
     process.communicate()
-    code, out, errors = toy.command("sweep", "slow.yaml", "--json")
-    assert code == 0, errors
-    answer = json.loads(out)
-    assert answer["reused"] >= 3 and answer["reused"] + answer["computed_now"] == 24
-    assert answer["outcomes"] == {"computed": 24}
+    answer = json.loads(toy.says("sweep slow.yaml --json"))
+    assert answer["reused"] >= 3 and answer["reused"] + answer["computed_now"] == 16
+    assert answer["outcomes"] == {"computed": 16}

@@ -1,4 +1,4 @@
-"""Sweeps on a dask cluster of this machine: the same table, also when dask's workers are killed half way."""
+"""Sweeps and questions on a dask cluster of this machine, also when dask's workers are killed half way."""
 
 import dataclasses
 import os
@@ -10,12 +10,12 @@ from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.questions.asking import Asked
 from pipeline.room.confine import landlock
+from pipeline.sweep import cluster
 from pipeline.sweep import spec as specs
 from pipeline.sweep.sweep import Sweep
 
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster")
 
-SLOW = f"stage: side\nkind: grid\nset: {{side.wait: 0.1}}\nvary: {{side.seed: {list(range(60))}}}\n"
 MIXED = """
 stage: fall
 kind: list
@@ -35,37 +35,12 @@ def client(monkeypatch, repository):
         yield client
 
 
-def run(toy, text, client, shows=Display):
-    path = toy.root / "sweep.yaml"
-    path.write_text(text)
-    out = toy.root / f"table-{'cluster' if client else 'here'}.h5"
-    study = toy.study()
-    if client is None:  # a results folder of its own, so that nothing is known
-        study = type(study)(toy.root, toy.root / "params", toy.root / "elsewhere", (), toy.package)
-    return Sweep(study, specs.read(path), shows()).run(out, 2, client), out.read_bytes()
-
-
 @pytest.mark.slow
-def test_a_cluster_makes_the_same_table_with_a_worker_killed_half_way(toy, client):
-    killed = []
-    pids = list(client.run(os.getpid).values())
-
-    class Killing(Display):
-        def points(self, done, total, sentence):
-            if done == 15:
-                killed.append(pids[0])
-                os.kill(pids[0], signal.SIGKILL)
-
-    there, table = run(toy, SLOW, client, Killing)
-    here, same = run(toy, SLOW, None)
-    assert killed and there.computed_now == here.computed_now == 60
-    assert table == same
-
-
-@pytest.mark.slow
-def test_hangs_and_crashes_on_a_cluster_are_rows(toy, client):
-    summary, _ = run(toy, MIXED, client)
-    assert summary.outcomes == {"computed": 1, "crash": 1, "time limit": 1, "no answer": 1}
+def test_hangs_and_crashes_on_a_cluster_are_rows_of_one_sweep_after_another(toy, client):
+    for text in (MIXED, MIXED.replace("fall.behaviour: well", "fall.height: 3")):
+        (toy.root / "sweep.yaml").write_text(text)
+        summary = Sweep(toy.study(), specs.read(toy.root / "sweep.yaml"), Display()).run(toy.root / "t.h5", 2, client)
+        assert summary.outcomes == {"computed": 1, "crash": 1, "time limit": 1, "no answer": 1}
     assert len(client.scheduler_info(n_workers=-1)["workers"]) == 2
 
 
@@ -87,23 +62,12 @@ def test_a_question_is_answered_by_a_cluster_as_here_with_a_worker_killed_half_w
 
 @pytest.mark.slow
 def test_machines_that_cannot_confine_are_named(client, monkeypatch):
-    from pipeline.sweep import cluster
-
     assert cluster.unconfined(client) == [] or landlock() == 0
     monkeypatch.setattr(cluster, "landlock", int)
     assert cluster.unconfined(client) == ["127.0.0.1"]
 
 
 def test_a_scheduler_that_is_not_there_is_one_sentence(monkeypatch):
-    from pipeline.sweep import cluster
-
     monkeypatch.setattr(cluster, "_CONNECT_S", 1)
     with pytest.raises(StudyError, match=r"no dask scheduler answers there"):
         cluster.connected("tcp://127.0.0.1:9", {})
-
-
-@pytest.mark.slow
-def test_two_sweeps_after_each_other_on_one_cluster(toy, client):
-    first, _ = run(toy, MIXED, client)
-    again, _ = run(toy, MIXED.replace("fall.behaviour: well", "fall.height: 3"), client)
-    assert first.outcomes == again.outcomes

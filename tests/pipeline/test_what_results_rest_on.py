@@ -1,7 +1,7 @@
 """Keys see all that results follow from; what is copied or renamed is either whole or not called so."""
 
 import os
-import stat
+import shutil
 import types
 from pathlib import Path
 
@@ -67,34 +67,31 @@ def test_a_stored_file_that_changes_while_it_is_copied_is_not_put_in_place(done,
     assert looked.count(stored) == 2 and place.read_bytes() == b"an earlier result"
 
 
-def test_results_that_were_put_in_place_in_part_are_not_called_current(done, monkeypatch):
-    store = done.study().store
-    entry, write = store.current("side"), disk.write
-    for out in entry.outs:
-        store.place(out).unlink()
-
-    def full(path, content):
-        if path == store.place(sorted(entry.outs)[-1]):
-            raise OSError("no room")
-        write(path, content)
-
-    monkeypatch.setattr(disk, "write", full)
-    with pytest.raises(OSError, match="no room"):
-        store.put_in_place(entry)
-    assert store.current("side") is None
-
-
 def test_a_rename_is_flushed_with_its_folder_and_after_the_files_content(tmp_path, monkeypatch):
     """What a power cut leaves is what was flushed: first the content, then the folder that has the new name."""
-    flushed, replace = [], Path.replace
+    flushed, replace, fsync = [], Path.replace, os.fsync
 
     def sync(handle):
-        flushed.append("folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "file")
+        fsync(handle)
+        flushed.append(os.fstat(handle).st_ino)
 
     monkeypatch.setattr(os, "fsync", sync)
     monkeypatch.setattr(Path, "replace", lambda path, to: (flushed.append("renamed"), replace(path, to))[1])
     disk.write(tmp_path / "result", b"whole")
-    assert flushed == ["file", "renamed", "folder"]
+    assert flushed == [(tmp_path / "result").stat().st_ino, "renamed", tmp_path.stat().st_ino]
+
+
+@pytest.mark.parametrize("replaced", [False, True])
+def test_an_entry_that_a_killed_run_set_aside_is_found_again_unless_another_took_its_place(done, replaced):
+    """It was killed between the two renames of `keep`, or after them."""
+    store, before = done.study().store, done.results()
+    folder = store.folder / store.current("fall").key
+    aside = folder.with_name(f"making-{folder.name}-1-old")
+    shutil.copytree(folder, aside) if replaced else folder.rename(aside)
+    (done.root / "results/fall.h5").unlink()
+    store.sweep()
+    assert done.run()["fall"] == "restored" and done.results() == before
+    assert not [*store.folder.glob("making-*")]
 
 
 def test_a_stored_entry_is_flushed_with_its_folder(done, monkeypatch):
