@@ -69,9 +69,10 @@ ELSEWHERE = {"ground.slope_deg": (0.5, 2.0, 0.25, 4.0), "biped.stiffness": (2.0,
 MOST_GAITS, APART = 80, 0.15
 
 
+@lru_cache(maxsize=64)
 def from_neighbours(design: DesignPoint, tolerance: float) -> FixedPoint | list[str]:
     """The design's gait that a neighbour's leads to, or else in words how far each family followed gets, up to a first
-    fold."""
+    fold. It is kept: who asks again, as of a robot that no model walks with, waits no second time."""
     followed: list[str] = []
     for name, neighbour, point in neighbours(design):
         start, wanted = neighbour.value(name), design.value(name)
@@ -325,4 +326,6 @@ def search(design: DesignPoint, walker: Walker, tolerance: float) -> FixedPoint 
         return found[0]
     if walker.timed:
         return []
-    return from_neighbours(design, attainable_tolerance(walker.p, tolerance)) if design.slope.angle > 0.0 else []
+    if design.slope.angle <= 0.0:
+        return []
+    return deepcopy(from_neighbours(design, attainable_tolerance(walker.p, tolerance)))
