@@ -181,6 +181,7 @@ def private_parts(path):
         yield from filter(PRIVATE.search, names)
 
 
+@pytest.mark.slow
 def test_numba_is_used_by_its_public_parts():
     """And nothing takes the place of its compiler or its dispatchers, which would be of private parts."""
     files = [path for top in ("pipeline", "stages", "tests", "benchmarks") for path in (ROOT / top).rglob("*.py")]

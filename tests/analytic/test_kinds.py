@@ -117,9 +117,9 @@ for d in ({", ".join(DIRECTIONS)}):
     return map(str.split, done.stdout.splitlines())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("called", "needed"), [
-    (FLOWS, "phases.motion.compliant_rates"),
-    pytest.param(STRIKES, "phases.impact.compliant_reset", marks=pytest.mark.slow)])
+    (FLOWS, "phases.motion.compliant_rates"), (STRIKES, "phases.impact.compliant_reset")])  # fmt: skip
 def test_what_is_not_asked_for_is_not_compiled(called, needed, tmp_path):
     """Derivatives by the walker's numbers, unless variations go along them; what other legs need."""
     for names, asked in zip(compiled_for(called, tmp_path), (False, True), strict=True):

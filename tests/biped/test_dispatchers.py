@@ -104,6 +104,7 @@ def called(tmp_path, repository):
     return process
 
 
+@pytest.mark.slow
 def test_what_is_kept_serves_callers_that_are_compiled_later(called):
     assert called("area") == [[6.0], [], ["root", "area"]]
     assert called("area") == [[6.0], ["area"], []]  # without what it calls
@@ -115,6 +116,7 @@ def test_what_is_kept_serves_callers_that_are_compiled_later(called):
     [("pair",), ("total",), ("total", "pair"), ("pair", "total")],
     [("total",), ("pair",), ("pair", "total")],  # another process kept `pair` when it compiled its caller
 ])  # fmt: skip
+@pytest.mark.slow
 def test_an_array_comes_from_what_is_called_as_well(called, orders):
     """Python objects that a function needs to return one come with what calls it, in any order of calls."""
     for order in orders:
@@ -122,6 +124,7 @@ def test_an_array_comes_from_what_is_called_as_well(called, orders):
         assert answer == [12.0] * len(order) and set(order) <= {*loaded, *fresh}
 
 
+@pytest.mark.slow
 def test_what_two_processes_keep_at_once_serves_both(called, tmp_path):
     """Each begins with nothing kept, and so did the other: they keep one function for different types."""
     for name, cache in (("area", "one"), ("whole", "other")):

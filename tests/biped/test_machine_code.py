@@ -83,6 +83,7 @@ def edit(package: Path) -> None:
 
 
 @unix
+@pytest.mark.slow
 def test_two_users_of_one_installation(package: Path, repository: Path, tmp_path: Path) -> None:
     """Each has a folder of his own, both are right after an edit of another file; nothing lies beside the code."""
     before = sorted(package.parent.rglob("*"))
@@ -99,6 +100,7 @@ def test_two_users_of_one_installation(package: Path, repository: Path, tmp_path
         edit(package)
 
 
+@pytest.mark.slow
 def test_a_copy_of_the_sources_with_other_times_finds_the_code(package: Path, repository: Path, tmp_path: Path) -> None:
     assert used(package, repository, NUMBA_CACHE_DIR=tmp_path / "cache")["hits"] == 0
     copy = tmp_path / "elsewhere/toy"
@@ -136,10 +138,8 @@ def test_whose_folder_it_is_is_seen_in_each_above_it(tmp_path: Path, place: str)
 
 
 @root
-@pytest.mark.parametrize("place", [
-    pytest.param("cache", marks=pytest.mark.slow), pytest.param("cache/bipedstudy", marks=pytest.mark.slow),
-    "cache/bipedstudy/FOLDER",
-])  # fmt: skip
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["cache", "cache/bipedstudy", "cache/bipedstudy/FOLDER"])
 def test_a_folder_of_somebody_else_is_refused(package: Path, repository: Path, tmp_path: Path, place: str) -> None:
     """Who owns it, or one above it, could put his own code there; with our own folders it would run."""
     cache, mark = tmp_path / "cache", tmp_path / "ran"
@@ -155,6 +155,7 @@ def test_a_folder_of_somebody_else_is_refused(package: Path, repository: Path, t
 
 
 @root
+@pytest.mark.slow
 def test_two_real_users_of_one_installation_that_both_can_only_read(package: Path, repository: Path) -> None:
     """Neither may read, write or be given the other's code, nor change the installation's."""
     with tempfile.TemporaryDirectory() as name:  # pytest's own folders are closed to others
@@ -216,6 +217,7 @@ def test_without_any_folder_nothing_is_kept(
     assert not list(package.parent.rglob("*.nbc"))
 
 
+@pytest.mark.slow
 def test_shipped_code_is_read_and_never_written(package: Path, repository: Path, tmp_path: Path) -> None:
     """What a wheel brings: used where the user has no folder, and left as it is."""
     folder = Path(str(used(package, repository, NUMBA_CACHE_DIR=tmp_path / "cache")["folder"]))
@@ -230,6 +232,7 @@ def test_shipped_code_is_read_and_never_written(package: Path, repository: Path,
     assert {path: path.read_bytes() for path in shipped.iterdir()} == before
 
 
+@pytest.mark.slow
 def test_code_for_any_processor_serves_this_one(package: Path, repository: Path, tmp_path: Path) -> None:
     """What `make wheel` compiles."""
     generic = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
@@ -239,6 +242,7 @@ def test_code_for_any_processor_serves_this_one(package: Path, repository: Path,
     assert (found["answer"], found["hits"]) == (made["answer"], 1)
 
 
+@pytest.mark.slow
 def test_damaged_code_is_compiled_again(package: Path, repository: Path, tmp_path: Path) -> None:
     """A flipped bit of machine code is another number or a crash."""
     cache = tmp_path / "cache"
@@ -378,6 +382,7 @@ def test_a_text_serves_where_none_can_be_kept(tmp_path: Path, monkeypatch: pytes
 
 
 @unix
+@pytest.mark.slow
 def test_code_serves_where_the_disk_is_full(package: Path, repository: Path, tmp_path: Path) -> None:
     """A home that is full keeps nobody from computing, and nothing half-written is left."""
     (package.parent / "sitecustomize.py").write_text("import resource as r; r.setrlimit(r.RLIMIT_FSIZE, (0, 0))\n")
@@ -392,6 +397,7 @@ NO_SYMPY = "import sys\nsys.modules['sympy'] = None\n"
 
 
 @pytest.mark.parametrize("place", ["cache", None])
+@pytest.mark.slow
 def test_without_sympy_what_is_there_serves_or_one_sentence_says_so(repository: Path, tmp_path: Path, place: str | None,
                                                                     ) -> None:
     """Where the equations have been derived it is not even looked for; else nothing is left behind."""

@@ -163,7 +163,8 @@ robot:
 
 
 @needs_real
-@pytest.mark.parametrize("fitted_first", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("fitted_first", [True, False])
 def test_a_real_robot_is_told_from_half_of_its_steps(fitted_first):
     """Half of the pairs of steps fitted, the other half foretold; the limits are those of a trial by other hands."""
     pairs = [number for number in range(80) if (number // 2) % 2 == (1 if fitted_first else 0)]
@@ -294,6 +295,7 @@ def test_a_robots_file_gives_it_back_and_goes_with_angles_alone(tmp_path):
 
 
 @needs_real
+@pytest.mark.slow
 def test_a_real_robots_other_steps_are_followed():
     """Innovations are as large as said; they are white in most steps, and where not the model lacks forces."""
     result = calibrated(BIPED, LEVEL, about(AUTHORS + "held_out: every other pair"), RECORDED)

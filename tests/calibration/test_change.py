@@ -75,6 +75,7 @@ def test_a_run_of_the_robot_is_its_own():
     assert sentence(verdict).startswith("the same robot")
 
 
+@pytest.mark.slow
 def test_a_part_that_has_changed_is_named_with_its_change():
     """Of both legs, and of one: the other's foot, by its mass, where the first one's cannot be meant."""
     for changed, name in (({"stiffness": 1.02}, "stiffness of both legs"),
@@ -178,6 +179,7 @@ def robot():
     return FittedEncoders.of(setup, fit)
 
 
+@pytest.mark.slow
 def test_its_own_steps_are_its_own_and_a_changed_number_is_named():
     own = judged(robot(), driven(ROBOT, 2, FITTED, NOISE, 70))
     assert own.same and own.probability > 0.05, own.changes[:2]

@@ -91,6 +91,7 @@ def told(run, since):
     return found[False], found[True]
 
 
+@pytest.mark.slow
 def test_a_fall_is_told_a_step_ahead_and_none_where_there_is_none():
     """Two robots that fall and two that do not, and none of them before it is pushed."""
     found = []
@@ -200,6 +201,7 @@ def off(found, run, design, unknowns):
                      for one, state, stretch in zip(found, truth, lie, strict=True) if stretch.stance_leg == one.leg])
 
 
+@pytest.mark.slow
 def test_rows_tell_of_the_walk_that_they_came_from_and_are_taken_up_again():
     """Twice: from a stand on, and from the middle of the walk on with the mounting that was found first."""
     run, design, unknowns = made(5, 18)

@@ -231,6 +231,7 @@ def test_strikes_are_told_by_the_hips_clock_however_long_it_is_wrong(clock):
     assert np.abs(found[:, 0]).max() < 1e-3 and found[-3:, 1].max() < 1e-3
 
 
+@pytest.mark.slow
 def test_what_a_model_puts_wrong_widens_errors():
     """Those of all states, and of no heel strike less."""
     run, _, _ = made(2, 9)
@@ -363,6 +364,7 @@ def test_a_robot_is_read_as_it_was_left_and_one_that_was_changed_is_refused(tmp_
         robot_file.read(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_run_of_the_study_is_followed_beside_the_truth():
     """Angles are off by as much as they say; without a truth there is none."""
     run, design, unknowns = made(5, 7)

@@ -87,6 +87,7 @@ def test_the_command_says_what_runs_tell_without_any_recording(tmp_path):
     assert found["parameters"]["biped.leg_length"]["sd"] < found["parameters"]["biped.leg_length"]["sd_one_run"]
 
 
+@pytest.mark.slow
 def test_the_command_asks_for_recordings(tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = commands.python("from pipeline.cli import main; main()", "calibrate", "--results", str(tmp_path), cwd=ROOT,

@@ -55,6 +55,7 @@ def lab(repository, tmp_path_factory):
     return folder, truth
 
 
+@pytest.mark.slow
 def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
     folder, truth = lab
     robot = folder / "robot"
@@ -75,6 +76,7 @@ def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
     assert "analytic" in planned.stdout + planned.stderr
 
 
+@pytest.mark.slow
 def test_the_run_of_a_robot_is_its_own_and_is_learned_from_once_more(repository, lab):
     folder, _ = lab
     robot, again, results = folder / "robot", folder / "robot_again", folder / "results"
@@ -103,6 +105,7 @@ def test_the_run_of_a_robot_is_its_own_and_is_learned_from_once_more(repository,
     assert refused.returncode == 2 and "of another version; fit the robot again" in refused.stderr
 
 
+@pytest.mark.slow
 def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(repository, lab):
     """What they miss is made up here: as much as fits of the twin did, so that the robot's numbers are held."""
     folder, truth = lab

@@ -122,6 +122,7 @@ def test_it_names_what_moves_the_gait_and_nothing_else(parameters):
     assert names - plain == {"ground.restitution", "ground.impact_speed", "biped.frame_mass"}
 
 
+@pytest.mark.slow
 def test_elasticities_of_legs_that_differ_in_words_and_numbers(parameters, default, monkeypatch):
     """Of the multipliers seven digits would do; how they are had to ten, `tests/penalty/test_walk.py` says."""
     monkeypatch.setattr(step_map, "OF_MATRICES", 1e-10)

@@ -84,6 +84,7 @@ def test_it_says_whether_the_ground_is_its_choice(result, small, analytic, unche
     assert other.limit.ground.score == other.limit.chosen.score == pytest.approx(result.limit.chosen.score)
 
 
+@pytest.mark.slow
 def test_runs_give_the_same_bytes_and_survive_storage(result, small, analytic, unchecked):
     content = artefact.encode(result, {})
     gaits_kept.cache_clear()  # this run searches as well

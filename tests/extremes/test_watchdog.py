@@ -14,6 +14,7 @@ from tests.extremes.hands import behave
 START = "multiprocessing.context.SpawnProcess.start"
 
 
+@pytest.mark.slow
 def test_a_dead_and_a_hung_process_are_told_and_replaced():
     points = ["first", "die", "second", "hang", "third"]
     told = []

@@ -87,6 +87,7 @@ def test_bad_sources(repository: Path, source: str, words: str) -> None:
     assert words in errors and len(errors.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_connection_string_is_never_told(repository: Path, tmp_path: Path) -> None:
     """Neither on the screen nor in any file, whether it comes as an argument or by its variable."""
     secret = "postgresql://anna:swordfish@host.invalid/gait"

@@ -166,6 +166,7 @@ def test_a_server_whose_certificate_is_not_trusted(tmp_path: Path) -> None:
             SqlSource(server.by_network("sslmode=disable"))
 
 
+@pytest.mark.slow
 def test_a_silent_server_is_left(server: postgres.Server, filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One that takes the call and says nothing, and one whose process stops while it is read."""
     began = time.monotonic()

@@ -210,6 +210,7 @@ def test_designs_of_another_kind_are_the_twins_alone_and_it_is_said(parameters, 
     assert any("another kind" in line and "compliant legs" in line for line in answer.lines)
 
 
+@pytest.mark.slow
 def test_where_no_miss_is_known_the_twin_tells_what_is_stable(parameters, small):
     nothing = dataclasses.replace(small, values=np.where(np.arange(len(MODELS))[:, None, None] == TWIN, np.nan,
                                                          small.values))  # fmt: skip
@@ -227,6 +228,7 @@ def test_design_of_takes_the_studys_settings(parameters):
     assert drawn.twin is parameters.twin and drawn.biped is parameters.biped
 
 
+@pytest.mark.slow
 def test_further_draws_join_those_of_the_stage(parameters, small):
     asking = Asking(small, parameters)
     answer = ask(parameters, Options(("period",), ("0.4%",), learn=6), asking)
@@ -242,6 +244,7 @@ def test_further_draws_join_those_of_the_stage(parameters, small):
 
 
 
+@pytest.mark.slow
 def test_each_design_is_answered_as_if_it_were_asked_alone(parameters, small, tmp_path):
     options = map.Options(BOX, out=tmp_path / "map.h5", within=("step_frequency=3%", "period=1e-4"))
     answer = map.ask(parameters, options, Asking(small, parameters))

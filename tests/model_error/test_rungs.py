@@ -29,7 +29,7 @@ DETAILS = {
     "counterweight": {"hip_gravity_mass": 0.4},
 }
 #: Details that the quick tests try in Exudyn.
-QUICK = "unequal legs", "spring at the hip"
+QUICK = ("unequal legs",)
 
 
 def changed(parameters, **details):
@@ -217,6 +217,7 @@ class Listening(Asking):
         assert text
 
 
+@pytest.mark.slow
 def test_a_target_is_held_as_the_twin_has_it(parameters, small):
     options = Options(vary=("biped.foot_radius", "biped.foot_com"), target=("speed=0.33",), within=("speed=0.3%",),
                       iterations=20)  # fmt: skip
@@ -243,6 +244,7 @@ def on_blocks(parameters, rms, **changes):
     return dataclasses.replace(parameters, blocks=Blocks(rms), **changes)
 
 
+@pytest.mark.slow
 def test_a_design_walks_longer_on_blocks_within_its_limits(parameters):
     """Both steps to a fall are counted on the blocks asked for, and their intervals are apart."""
     rigid = on_blocks(parameters, 8e-4, biped=dataclasses.replace(parameters.biped, legs="rigid"))

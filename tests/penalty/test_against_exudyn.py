@@ -122,6 +122,7 @@ def test_forces_and_the_foot_sensor_are_the_same(placed, biped, contact, detaile
     assert (moved.max() > 1e-3 * np.abs(own.foot_acceleration).max()) == detailed
 
 
+@pytest.mark.slow
 def test_the_cycle_of_legs_that_differ_is_the_same(placed, biped, contact):
     machine, state = placed(
         contact, next(drawn_designs(biped, SEED, 1)), hip_stiffness=0.0, hip_rest_angle=0.0, hip_friction=0.0,

@@ -76,6 +76,7 @@ def test_equations_of_points_are_those_of_the_derivation(legs, details):
         assert [float(each) for each in equations.strike(machine, own)] == pytest.approx(after * scales, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_a_step_of_the_flow_holds_the_pendulum_and_its_derivative():
     """y'' = -sin y from rest at 1, by its energy and by mpmath, and its derivative by the start as a difference."""
     mpmath = pytest.importorskip("mpmath")

@@ -67,6 +67,7 @@ def test_a_design_has_a_stable_gait_of_its_own(name):
     assert abs(point.floquet_multipliers).max() < 1 and abs(point.period - plain.period) > 1e-3
 
 
+@pytest.mark.slow
 def test_a_gait_is_described_with_units_and_walked_again_by_the_program(repository, tmp_path):
     gait = question.described(the_design("rigid"), Listener())
     assert gait["parameters"]["leg_1"]["foot_mass"] == {"value": 0.335, "unit": "kg"}

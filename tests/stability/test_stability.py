@@ -242,6 +242,7 @@ def test_parts_of_a_walk_have_the_same_blocks():
 
 
 @pytest.mark.parametrize("rms", [3e-4, 3.5e-4])
+@pytest.mark.slow
 def test_weighed_walks_fall_as_often_as_counted_ones(rms):
     rough, counted = rough_of(TABLE_1_RIGID, rms), Counted(10)
     counted.add(some_walks(rough, 0, 0, 60_000))
@@ -286,6 +287,7 @@ def asked(rms, **changes):
     return question.ask(asking.parameters, question.Options(effort=40_000), asking)
 
 
+@pytest.mark.slow
 def test_the_question_counts_where_falls_are_frequent_and_weighs_where_they_are_rare():
     often, seldom = asked(6e-4).plain, asked(2.4e-4).plain
     assert often["method"] == "counted" and seldom["method"] == "importance sampling"

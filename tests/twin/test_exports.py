@@ -307,6 +307,7 @@ def test_every_format_is_offered():
     assert tuple(FORMATS) == OFFERED
 
 
+@pytest.mark.slow
 def test_it_writes_the_file_and_says_what_it_lacks(export, tmp_path, parameters):
     path = tmp_path / "twin.urdf"
     code, out, errors = export("twin", "--format", "urdf", "--out", path)

@@ -103,6 +103,7 @@ def test_another_process_writes_the_same_bytes(repository, unit, tmp_path):
     assert done.returncode == 0 and (tmp_path / "walker.fmu").read_bytes() == unit.read_bytes()
 
 
+@pytest.mark.slow
 def test_another_value_is_another_token(given):
     other = given[0], dataclasses.replace(given[1], gravity=9.82), given[2]
     first, again, moved = (package.source(one, ANY)[1] for one in (given, given, other))
@@ -153,9 +154,10 @@ class Loaded:
         return np.array(self.call("fmi3GetFloat64", self.places(group), [0.0] * len(self.places(group)))[1])
 
 
-@pytest.mark.parametrize("normal_force", ["impact", "restitution"])
-@pytest.mark.parametrize("details", [{}, DETAILS], ids=["plain", "detailed"])
-@pytest.mark.parametrize("legs", ["compliant", "rigid"])
+@pytest.mark.parametrize(("legs", "details", "normal_force"), [
+    pytest.param(legs, details, law, id=f"{legs}-{'detailed' if details else 'plain'}-{law}",
+                 marks=() if (legs == "rigid") == (not details) == (law == "restitution") else pytest.mark.slow)
+    for legs in ("compliant", "rigid") for details in ({}, DETAILS) for law in ("impact", "restitution")])  # fmt: skip
 def test_equations_and_sensors_are_the_compiled_walkers(given, tmp_path, legs, details, normal_force):
     """At states drawn at random, feet in the ground and slipping: accelerations, forces, and what sensors feel."""
     biped, slope, contact = given
@@ -247,6 +249,7 @@ def export(repository, folder, *arguments):
     return done.returncode, done.stdout, said
 
 
+@pytest.mark.slow
 def test_the_command_writes_it(repository, unit, tmp_path):
     code, out, said = export(repository, tmp_path, "walker", "--format", "fmu", "--json")
     assert (code, said) == (0, []) and json.loads(out)["start"]["biped.hip_mass"]["unit"] == "kg"
