@@ -18,13 +18,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tests import commands
 from tests.pipeline import strange_files
 from tests.pipeline.strange_files import Maker, written
 from tests.pipeline.strange_graphs import graphs
 from tests.pipeline.toy import HOME, TEMPLATE, TEMPLATE_PACKAGE, Toy
 
-_LONGEST_S = 180
 _MEMORY = 6_000_000_000
 _MAY_READ_ALL = 0b110  # CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH
 _CAPABILITIES_3 = 0x20080522  # the form in which the system tells and takes them
@@ -126,19 +124,16 @@ class Strange:
 
     def command(self, *words: str) -> tuple[int, str]:
         """Run `bipedstudy` with bounds on time and memory: exit code and standard error."""
-        home = self.toy.root
+        asked = self.toy
         if words[0] == _INGEST:
-            home, results = HOME, ("--results", str(self.toy.root / "other"))
-            inside = {word: self.toy.root / word for word in words}
-            words = (*(str(path) if os.path.lexists(path) else word for word, path in inside.items()), *results)
-        code = f"import sys; sys.path[:0] = {[str(home), str(HOME)]!r}; from pipeline.cli import main; "
-        code += "from tests.pipeline import strange; strange.bounded(); main()"
-        environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}
+            inside, asked = {word: asked.root / word for word in words}, Toy(HOME, asked.package)
+            words = (*(str(path) if os.path.lexists(path) else word for word, path in inside.items()),
+                     "--results", str(self.toy.root / "other"))  # fmt: skip
         try:
-            done = commands.python(code, *words, cwd=home, env=environment, timeout=_LONGEST_S)
+            code, _, errors = asked.command(*words, before="from tests.pipeline import strange; strange.bounded(); ")
         except subprocess.TimeoutExpired:
-            return -1, f"did not end within {_LONGEST_S} s"
-        return done.returncode, done.stderr
+            return -1, "did not end in time"
+        return code, errors
 
 
 def everything() -> Iterator[tuple[Place, str]]:

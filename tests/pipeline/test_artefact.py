@@ -2,7 +2,7 @@
 
 import random
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 
 import h5py
 import numpy as np
@@ -59,21 +59,17 @@ def example(**changes):
     return replace(result, **changes)
 
 
-def assert_same(left, right):
-    for name in left.__dataclass_fields__:
-        a, b = getattr(left, name), getattr(right, name)
-        if name == "files":
-            assert b == {}
-        elif isinstance(a, np.ndarray):
-            assert a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
-        elif isinstance(a, Inner):
-            assert_same(a, b)
-        elif isinstance(a, tuple) and a and isinstance(a[0], Inner):
-            assert len(a) == len(b)
-            for one, other in zip(a, b):
-                assert_same(one, other)
-        else:
-            assert a == b and type(a) is type(b)
+def bits(value):
+    """What a value is, to the last bit and the last type."""
+    if is_dataclass(value):
+        return type(value), [(field.name, bits(getattr(value, field.name))) for field in fields(value)]
+    if isinstance(value, np.ndarray):
+        return "array", value.dtype.str, value.shape, value.tobytes()
+    if isinstance(value, tuple):
+        return "tuple", [bits(part) for part in value]
+    if isinstance(value, dict):
+        return "dict", [(key, bits(part)) for key, part in value.items()]
+    return type(value), np.float64(value).tobytes() if isinstance(value, float) else value
 
 
 def round_trip(result):
@@ -81,13 +77,10 @@ def round_trip(result):
 
 
 def test_every_kind_of_field_comes_back():
-    assert_same(example(), round_trip(example()))
-    assert list(round_trip(example()).masses) == ["z", "a"]
-
-
-def test_empty_fields_come_back():
+    """Also where they are empty; not the files, which lie beside it."""
     empty = example(word="", names=(), numbers=(), masses={}, rows=(), inner=inner(0), missing=1.5)
-    assert_same(empty, round_trip(empty))
+    for result in (example(), empty):
+        assert bits(round_trip(result)) == bits(replace(result, files={}))
 
 
 @settings(max_examples=25, deadline=None)
@@ -97,7 +90,7 @@ def test_empty_fields_come_back():
 )
 def test_any_text_and_any_array_come_back(word, samples):
     result = example(word=word, names=(word, "x"), inner=Inner(1.0, samples))
-    assert_same(result, round_trip(result))
+    assert bits(round_trip(result)) == bits(replace(result, files={}))
 
 
 def test_the_bytes_do_not_depend_on_the_time():
@@ -110,7 +103,7 @@ def test_what_a_result_says_alone_does_not_depend_on_how_it_was_made():
     """Keys of later stages stand on it."""
     plain, told = artefact.encoded(example(), {"key": "k"}, {"title": "t"}, "nobody knows")
     assert plain != told
-    assert_same(artefact.decode(plain, Everything, "x.h5"), artefact.decode(told, Everything, "x.h5"))
+    assert bits(artefact.decode(plain, Everything, "x.h5")) == bits(artefact.decode(told, Everything, "x.h5"))
     about = artefact.provenance(told, "x.h5")
     assert artefact.provenance(plain, "x.h5") == {} and about["key"] == "k" and about["content"] == disk.digest(plain)
 
@@ -135,11 +128,11 @@ def test_units_symbols_and_descriptions_are_stored(tmp_path):
 
 
 def test_the_tree_lists_fields_in_the_order_of_declaration():
-    fields = artefact.tree(artefact.encode(example(), {}), "x.h5")
-    assert [item.path for item in fields][:8] == [
+    found = artefact.tree(artefact.encode(example(), {}), "x.h5")
+    assert [item.path for item in found][:8] == [
         "word", "names", "numbers", "count", "yes", "missing", "masses", "masses/z"
     ]  # fmt: skip
-    by_path = {item.path: item for item in fields}
+    by_path = {item.path: item for item in found}
     assert by_path["word"].value == "naïve" and by_path["names"].value == ["a", "bcd"]
     assert by_path["inner/samples"].shape == (3, 2) and by_path["inner/samples"].unit == "N"
     assert by_path["inner"].shape is None

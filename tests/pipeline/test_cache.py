@@ -89,50 +89,47 @@ def test_an_edit_reruns_only_what_its_meaning_reaches_and_its_undoing_nothing(do
     assert set(done.run().values()) <= {"current", "restored"} and done.results() == before
 
 
+def sources(root, **texts):
+    """The sources of a package with these files."""
+    for name, text in texts.items():
+        path = root / "package" / f"{name.replace('.', '/')}.py"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return Sources(root, "package", SyntaxMemo(root / "kept.json"))
+
+
 def test_sources_are_read_once_in_a_moment_and_afresh_in_the_next(tmp_path):
-    (tmp_path / "package").mkdir()
-    code = tmp_path / "package" / "one.py"
-    code.write_text("x = 1")
-    sources = Sources(tmp_path, "package", SyntaxMemo(tmp_path / "kept.json"))
+    found, code = sources(tmp_path, one="x = 1"), tmp_path / "package/one.py"
 
     def meaning():
-        return sources.closure(["package.one"]).files["package/one.py"]
+        return found.closure(["package.one"]).files["package/one.py"]
 
-    with sources.one_moment():
+    with found.one_moment():
         before = meaning()
         code.write_text("x = 2")
         assert meaning() == before
-    with sources.one_moment():
-        after = meaning()
-        assert after != before
+    with found.one_moment():
+        assert meaning() != before
     code.write_text("x = 1")
     assert meaning() == before
 
 
 def test_a_package_that_lists_its_folder_reaches_every_module_of_it(tmp_path):
-    for name in ("register", "other"):
-        (tmp_path / "package" / name).mkdir(parents=True)
-        (tmp_path / "package" / name / "one.py").write_text("import json")
-        (tmp_path / "package" / name / "__init__.py").touch()
-    (tmp_path / "package/register/__init__.py").write_text("import pkgutil\nALL = list(pkgutil.iter_modules(__path__))")
-    (tmp_path / "package/run.py").write_text("from package.register import ALL\nfrom package.other import x")
-    sources = Sources(tmp_path, "package", SyntaxMemo(tmp_path / "kept.json"))
+    found = sources(tmp_path, **{
+        "register.one": "import json", "other.one": "import json", "other.__init__": "",
+        "register.__init__": "import pkgutil\nALL = list(pkgutil.iter_modules(__path__))",
+        "run": "from package.register import ALL\nfrom package.other import x"})  # fmt: skip
     expected = {f"package/{name}.py" for name in ("run", "register/__init__", "register/one", "other/__init__")}
-    assert set(sources.closure(["package.run"]).files) == expected
+    assert set(found.closure(["package.run"]).files) == expected
     (tmp_path / "package/register/_two.py").touch()
-    assert set(sources.closure(["package.run"]).files) == {*expected, "package/register/_two.py"}
+    assert set(found.closure(["package.run"]).files) == {*expected, "package/register/_two.py"}
 
 
 def test_what_type_checkers_alone_import_is_no_part_of_a_key(tmp_path):
-    (tmp_path / "package").mkdir()
-    (tmp_path / "package/seen.py").write_text("import json")
-    (tmp_path / "package/other.py").write_text("import json")
-    (tmp_path / "package/run.py").write_text(
+    found = sources(tmp_path, seen="import json", other="import json", run=(
         "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import elsewhere\n    from package.other import x\n"
         "    def f():\n        import nowhere\nelse:\n    from package.seen import x\n"
-        "if not TYPE_CHECKING:\n    import here"
-    )
-    found = Sources(tmp_path, "package", SyntaxMemo(tmp_path / "kept.json")).closure(["package.run"])
+        "if not TYPE_CHECKING:\n    import here")).closure(["package.run"])  # fmt: skip
     assert set(found.files) == {"package/run.py", "package/seen.py"}
     assert {*found.foreign} == {"typing", "json", "here"}
 

@@ -46,23 +46,26 @@ def test_run_takes_several_stages_and_force_means_only_those_and_verbose_says_wh
 
 
 def test_status_and_graph(ran):
-    lines = [line.split() for line in ran.says("status").splitlines()]
-    assert lines == [[name, "current"] for name in ("fall", "bounce", "side", "picture")]
-    assert json.loads(ran.says("status --json"))[0] == {"stage": "fall", "state": "current", "reasons": []}
-    ran.says("graph", "reads results/bounce.h5, results/side.bin")
-    assert json.loads(ran.says("graph --json"))[3]["upstream"] == ["bounce", "side"]
+    text, plain, graph, nodes = ran.shows("status", "status --json", "graph", "graph --json")
+    assert [line.split() for line in text.splitlines()] == [
+        [name, "current"] for name in ("fall", "bounce", "side", "picture")]  # fmt: skip
+    assert json.loads(plain)[0] == {"stage": "fall", "state": "current", "reasons": []}
+    assert "  reads   results/bounce.h5, results/side.bin" in graph.splitlines()
+    assert json.loads(nodes)[3]["upstream"] == ["bounce", "side"]
 
 
 def test_show_prints_fields_units_and_tables(ran):
-    ran.says("show fall", "height 2 m", "Parts")
-    tree = json.loads(ran.says("show results/bounce.h5 --json"))
+    text, plain = ran.shows("show fall", "show results/bounce.h5 --json")
+    assert any(line.split()[:3] == ["height", "2", "m"] for line in text.splitlines()) and "Parts" in text.splitlines()
+    tree = json.loads(plain)
     assert tree["fields"][0]["path"] == "force" and tree["fields"][0]["unit"] == "N"
     assert tree["provenance"]["stage"] == "bounce"
     assert "ground.contact_stiffness = 1e5" in tree["provenance"]["parameters"].splitlines()
 
 
 def test_show_why_tells_parameters_by_line_inputs_code_and_the_same_of_what_was_read(ran):
-    lines = [line.strip() for line in ran.says("show --why bounce.force").splitlines()]
+    text, plain = ran.shows("show --why bounce.force", "show --why bounce force --json")
+    lines = [line.strip() for line in text.splitlines()]
     assert lines[0].startswith("results/bounce.h5: force = ")
     own, above = (next(n for n, line in enumerate(lines) if line.startswith(f"stage {name}, "))
                   for name in ("bounce", "fall"))  # fmt: skip
@@ -72,7 +75,7 @@ def test_show_why_tells_parameters_by_line_inputs_code_and_the_same_of_what_was_
     assert f"ground.contact_stiffness = 1e5 N/m params/ground.yaml:{number} (assumed)" in told
     assert "reads results/fall.h5, made by stage fall, SHA-256 " in told and "code: stages/bounce/run.py and " in told
     assert "fall.marks = [0.5, 1e-7] m" in " ".join(lines[above:]) and "that are told above" in " ".join(lines[above:])
-    made = json.loads(ran.says("show --why bounce force --json"))["made"]
+    made = json.loads(plain)["made"]
     assert [one["stage"] for one in made] == ["bounce", "fall"]
     assert "stages/fall/run.py" in made[1]["code"] and any(each.startswith("numpy ") for each in made[1]["versions"])
     ran.edit("params/ground.yaml", "value: 1e5", "value: 2e5")
@@ -91,19 +94,19 @@ def test_claims(ran):
     """With the figures that show something of them."""
     captions = ran.root / "results/captions.yaml"
     captions.write_text("figures:\n- {name: one, claims: [force]}\n- {name: two, claims: []}\n")
-    found = json.loads(ran.says("claims --json"))
+    plain, text, table = ran.shows("claims --json", "claims", "claims --markdown")
+    found, lines = json.loads(plain), text.splitlines()
     assert found["claims"] == [
         {"id": "force", "section": "1", "words": "one newton", "implies": "1 N", "measured": "4.905e+05 N",
          "verdict": "does not hold", "condition": "", "causes": ["it is another toy"],
          "rests_on": ["ground.gravity 9.81"], "numbers": [], "beside": "", "figures": ["one"], "plain": ""}
     ]  # fmt: skip
     assert found["headlines"] == ["it is a toy"] and found["tables"][0]["rows"] == [["weight", "2"]]
-    lines = ran.says("claims").splitlines()
     assert lines[0] == "force: does not hold" and max(map(len, lines)) <= 100
     assert [line.split(maxsplit=1)[0] for line in lines[1:6]] == ["says", "implies", "measured", "verdict", "because"]
     assert "Toys" in lines and not [line for line in lines if line.startswith("1 claims")], "one needs no count"
     assert "  shown in  one" in lines
-    assert "| [force](#force) | 1 | does not hold |" in ran.says("claims --markdown").splitlines()
+    assert "| [force](#force) | 1 | does not hold |" in table.splitlines()
 
 
 def test_claims_are_written_between_the_marks_that_a_file_has(ran):
@@ -118,7 +121,7 @@ def test_claims_are_written_between_the_marks_that_a_file_has(ran):
     told = {"claims --into half.md": "one is missing", "claims --into none.md": "there are no lines",
             "claims weight": 'there is no claim "weight" (claims: force)',
             "claims --results old": "not the claims of this version; make them anew with"}  # fmt: skip
-    for words, (code, _, errors) in ran.refused(*told).items():
+    for words, (code, _, errors) in ran.answers(*told).items():
         assert code == 2 and told[words] in errors
 
 
@@ -142,7 +145,7 @@ WRONG = {
 
 def test_bad_input_is_one_sentence_and_exit_code_2_and_leaves_the_results_valid(ran):
     before = ran.results()
-    for words, (code, out, errors) in ran.refused(*WRONG).items():
+    for words, (code, out, errors) in ran.answers(*WRONG).items():
         assert (code, out, "Traceback" in errors) == (2, "", False), words
         assert errors.startswith("error: ") and WRONG[words] in errors
     ran.says("run-all --set ground.gravity=0 --set fall.steps=x", code=2)

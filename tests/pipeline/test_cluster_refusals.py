@@ -50,7 +50,7 @@ def test_a_cluster_with_certificates_by_arguments_and_by_configuration(toy, star
     cluster = started(secured=mine)
     sweep = f"sweep seeds.yaml --cluster {cluster.address}"
     toy.says(" ".join([sweep, "--out there.h5", *mine.options()]), "5 computed")
-    said = toy.refused(" ".join([sweep, *strangers.options()]), sweep.replace("tls", "tcp")).values()
+    said = toy.answers(" ".join([sweep, *strangers.options()]), sweep.replace("tls", "tcp")).values()
     assert [code for code, _, _ in said] == [2, 2]
     assert all("no dask scheduler answers there (" in errors for _, _, errors in said)
     assert "certificate" in next(iter(said))[2].lower()
@@ -72,7 +72,7 @@ def test_certificates_that_cannot_be_used_are_one_sentence(toy, tmp_path):
         " ".join([there.replace("tls", "tcp"), *mine.options()]): "begins with tls://",
         " ".join(mine.options()): "are for --cluster",
     }
-    told = toy.refused(*(f"sweep seeds.yaml {words}" for words in wrong)).values()
+    told = toy.answers(*(f"sweep seeds.yaml {words}" for words in wrong)).values()
     for (code, _, errors), said in zip(told, wrong.values(), strict=True):
         assert code == 2 and said in errors.strip().splitlines()[-1]
 

@@ -42,7 +42,7 @@ def earlier(toy, name):
 
 def test_the_same_results_are_no_change(changed):
     earlier(changed, "again")
-    told = changed.refused(words := "compare before --results again", f"{words} --json")
+    told = changed.answers(words := "compare before --results again", f"{words} --json")
     assert told[words] == (0, "nothing changed from before to again\n", "")
     assert json.loads(told[f"{words} --json"][1])["changed"] is False
 
@@ -53,7 +53,7 @@ def test_parameters_numbers_and_pictures_that_changed(changed):
     assert (code, errors) == (3, "") and "ground.gravity" in out and all(len(line) <= 80 for line in out.splitlines())
     words = ("compare before --json", "compare before --csv", "compare before --json --tolerance 0.1",
              "compare before --page changes.html")  # fmt: skip
-    told, rows, rough, page = (said[0:3] for said in changed.refused(*words).values())
+    told, rows, rough, page = (said[0:3] for said in changed.answers(*words).values())
     told, rows, rough = json.loads(told[1]), [*csv.DictReader(io.StringIO(rows[1]))], json.loads(rough[1])
     (parameter,) = told["parameters"]
     assert (parameter["key"], parameter["after"]) == ("ground.gravity", "9.7") and "fall" in parameter["stages"]
@@ -151,7 +151,7 @@ def test_rows_of_the_first_form_are_columns():
 def test_what_cannot_be_compared_is_refused(changed):
     said = {"compare results": "these are the results themselves", "compare params": "there are no results there",
             "compare nowhere": "does not exist"}  # fmt: skip
-    for words, (code, out, errors) in changed.refused(*said).items():
+    for words, (code, out, errors) in changed.answers(*said).items():
         assert (code, out, len(errors.splitlines())) == (2, "", 1) and said[words] in errors
 
 

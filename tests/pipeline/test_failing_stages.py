@@ -284,7 +284,7 @@ def test_a_results_folder_that_cannot_be_written_is_one_sentence(tmp_path):
 def test_where_nothing_is_to_be_written_a_full_disk_is_no_failure(ran):
     ran.says("run-all")  # the report names the study's folder, which is a copy
     full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)); "
-    for command in ("status", "run-all", "run-all --json", "clean"):
+    for command in ("status", "run-all", "clean"):
         code, out, errors = ran.command(*command.split(), before=full)
         assert (code, errors) == (0, "") and out, command
     ran.says("run side --force", code=1, before=full)  # as no byte can be written there

@@ -123,7 +123,7 @@ def test_a_figure_is_drawn_alone_from_the_artefacts_that_it_names(ran):
     assert (toy.root / "results/drawn/two.svg").read_bytes() == b"fall" + before["side.bin"]
     told = json.loads(toy.says(f"figures two --into mine --json {extra}"))
     assert told == {"figures": [{"files": ["mine/two.svg"], "caption": "this is two", "said": ""}]}
-    assert toy.refused("figures one", "figures twoo", "figures twoo --json") == {
+    assert toy.answers("figures one", "figures twoo", "figures twoo --json") == {
         "figures one": (2, "", "error: results/bounce.h5 is not there yet; make it with: bipedstudy run-all\n"),
         **dict.fromkeys(("figures twoo", "figures twoo --json"), (
             2, "", 'error: there is no figure "twoo" (figures: one, two); did you mean "two"?\n'))}  # fmt: skip
@@ -149,9 +149,9 @@ def test_figures_of_another_processor_are_compared_within_a_tolerance(toy_with_c
     toy = toy_with_commands
     toy.says("run-all", environment={"NPY_DISABLE_CPU_FEATURES": "NONE_SUCH"})  # as good as another: said, not hidden
     (toy.root / "results/figures/one.svg").write_text("by hand")
-    out = toy.says("figures --check", "0.25 of 255 rms, as they were made by", "NPY_DISABLE_CPU_FEATURES=NONE_SUCH")
-    assert "NONE_SUCH" not in out.partition(", and here is ")[2]
-    toy.says("figures --check --exact", code=1)
+    (code, out, _), exact = toy.answers("figures --check", "figures --check --exact").values()
+    assert code == 0 and "0.25 of 255 rms, as they were made by" in out and "NPY_DISABLE_CPU_FEATURES=NONE_SUCH" in out
+    assert "NONE_SUCH" not in out.partition(", and here is ")[2] and exact[0] == 1
     (toy.root / "results/picture.h5").unlink()
     toy.says("figures --check", "is not there to tell")
 
@@ -159,11 +159,11 @@ def test_figures_of_another_processor_are_compared_within_a_tolerance(toy_with_c
 def test_the_command_draws_from_the_artefacts_that_lie_there(ran):
     toy, before, figure = ran, ran.results(), ran.root / "results/figures/one.svg"
     check = "figures --check", "figures --check --json", "figures --check --tolerance 0.25"
-    drawn, told, same = (out for _, out, _ in toy.refused("figures", "figures --json", check[0]).values())
+    drawn, told, same = toy.shows("figures", "figures --json", check[0])
     assert drawn == "results/figures/one.svg\n" and json.loads(told) == {"files": ["results/figures/one.svg"]}
     assert same.startswith("1 files, 0 differ, 0 of them beyond what is allowed: byte by byte, ")
     figure.write_text("by hand")
-    text, plain, pixels = toy.refused(*check).values()
+    text, plain, pixels = toy.answers(*check).values()
     assert text[0] == 1 and text[1].startswith("one.svg has other bytes"), "made here, so every byte counts"
     told = json.loads(plain[1])
     assert plain[0] == told["files"] == 1 and "byte by byte" in told["compared"]
@@ -172,7 +172,7 @@ def test_the_command_draws_from_the_artefacts_that_lie_there(ran):
     figure.write_bytes(before["figures/one.svg"])
     assert toy.results() == before
     (toy.root / "results/bounce.h5").unlink()
-    missing, elsewhere = toy.refused(check[0], "figures --results elsewhere").values()
+    missing, elsewhere = toy.answers(check[0], "figures --results elsewhere").values()
     assert (missing[0], elsewhere[0]) == (2, 2)
     assert missing[2].startswith("note: not current: bounce (results/bounce.h5 is missing)")
     assert missing[2].endswith("error: results/bounce.h5 is not there yet; make it with: bipedstudy run-all\n")

@@ -55,7 +55,7 @@ def test_commands_of_the_toy_study_fit_80_columns_and_rows_of_a_sweep_are_told_a
     for words in ("run-all --force", "sweep sweep.yaml"):
         text = ran.says(words, environment={"COLUMNS": "80"})
         assert text and not too_wide(text, 80), text
-    rows = list(csv.DictReader(io.StringIO(ran.refused("sweep sweep.yaml --csv")["sweep sweep.yaml --csv"][1])))
+    rows = list(csv.DictReader(io.StringIO(ran.answers("sweep sweep.yaml --csv")["sweep sweep.yaml --csv"][1])))
     assert [float(row["fall.height"]) for row in rows] == [0.5, 1.0, 2.0]
     assert {row["outcome"] for row in rows} == {"computed"}
 
@@ -100,13 +100,11 @@ def test_what_fits_is_not_folded(monkeypatch):
 
 
 def test_a_path_in_an_artefact_and_csv(ran):
-    fields = list(csv.DictReader(io.StringIO(ran.says("show fall --csv"))))
-    short = next(field for field in fields if field["value"] and not field["shape"])
-    told = ran.refused(f"show fall {short['path'].replace('/', '.')}", f"show fall {short['path']}x", "status --csv")
-    (code, text, _), (wrong, _, errors), (_, table, _) = told.values()
-    assert code == 0 and text.split()[0] == short["value"]
-    assert wrong == 2 and "did you mean" in errors
-    assert [row["state"] for row in csv.DictReader(io.StringIO(table))] == ["current"] * 4
+    text, table, states = ran.shows("show fall mass.ball", "show fall --csv", "status --csv")
+    fields = {field["path"]: field for field in csv.DictReader(io.StringIO(table))}
+    assert text.split()[0] == fields["mass/ball"]["value"] == "0.1"
+    assert [row["state"] for row in csv.DictReader(io.StringIO(states))] == ["current"] * 4
+    ran.says("show fall heightx", "did you mean", code=2)
 
 
 @dataclass(frozen=True)
@@ -129,7 +127,7 @@ def test_a_table_in_an_artefact_as_text_csv_and_json(ran):
     result = Parts((Part("ball", True, 1.5), Part("shell of wood", False, None)))
     (ran.root / "parts.h5").write_bytes(artefact.encode(result, {"stage": "none", "key": "0"}))
     asked = ("show parts.h5 parts", "show parts.h5 parts --csv", "show parts.h5 parts.good --json")
-    text, table, plain = (out for code, out, errors in ran.refused(*asked).values())
+    text, table, plain = ran.shows(*asked)
     assert [line.split("  ") for line in text.splitlines() if "shell" in line] and "mass [kg]" in text
     rows = list(csv.DictReader(io.StringIO(table)))
     assert [(row["name"], row["good"], row["mass"]) for row in rows] == [

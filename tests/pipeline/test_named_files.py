@@ -26,21 +26,16 @@ def test_the_content_of_a_named_file_decides(toy):
     assert toy.run(names=("side",)) == {"side": "computed"}
 
 
-def test_a_missing_named_file_is_named(toy):
-    with pytest.raises(StudyError, match=r'side.yaml: table = "lab.txt": there is no such file'):
-        toy.run("side.table=lab.txt", names=("side",))
-    with pytest.raises(StudyError, match="is a folder, not a file"):
-        toy.run("side.table=.", names=("side",))
-    with pytest.raises(StudyError, match="no file can have this name"):
-        toy.run('side.table="a\\0b"', names=("side",))
-
-
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
-def test_a_pipe_or_a_device_is_refused_at_once(toy):
+@pytest.mark.parametrize(("name", "said"), [
+    ("lab.txt", r'side.yaml: table = "lab.txt": there is no such file'), (".", "is a folder, not a file"),
+    ('"a\\0b"', "no file can have this name"), ("pipe", "is a pipe, device or socket, not a file"),
+    ("/dev/zero", "is a pipe, device or socket, not a file"),
+])  # fmt: skip
+def test_what_is_no_file_is_refused_at_once_by_its_name(toy, name, said):
     os.mkfifo(toy.root / "pipe")
-    for name in ("pipe", "/dev/zero"):
-        with pytest.raises(StudyError, match="is a pipe, device or socket, not a file"):
-            toy.study(f"side.table={name}").named_files(toy.study(f"side.table={name}").parameters(["side"])["side"])
+    with pytest.raises(StudyError, match=said):
+        toy.run(f"side.table={name}", names=("side",))
 
 
 def test_a_large_file_changed_in_place_with_its_time_kept_is_seen(tmp_path):
@@ -98,6 +93,6 @@ def test_every_command_that_writes_a_named_file_refuses_a_pipe_or_a_device(ran, 
     (ran.root / "points.yaml").write_text("stage: fall\nkind: grid\nvary: {fall.steps: [2, 5]}\n")
     shutil.copytree(ran.root / "results", ran.root / "before")
     words = "report --into", "compare before --page", "tally --figure", "claims --into", "sweep points.yaml --out"
-    for typed, (code, _, errors) in ran.refused(*(f"{each} {path}" for each in words for path in no_files)).items():
+    for typed, (code, _, errors) in ran.answers(*(f"{each} {path}" for each in words for path in no_files)).items():
         assert code == 2 and "is a pipe, device or socket" in errors and errors.count("error:") == 1, (typed, errors)
     assert not any(stat.S_ISREG(path.lstat().st_mode) for path in no_files)

@@ -20,7 +20,7 @@ from pipeline.graph import read as read_graph
 from stages.biped.quantity import quantity
 from stages.model_error.measures import MEASURES
 from stages.studies.result import EnginesDisagree
-from tests.pipeline.test_artefact import Everything, example, inner
+from tests.pipeline.test_artefact import Everything, bits, example, inner
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGES = tuple(read_graph(ROOT).stages)
@@ -49,19 +49,6 @@ def made(kind, chance):
         return np.full(shape, chance.choice((np.nan, -0.0, 3.5, 7, True)))
     return {float: chance.choice((float("nan"), float("inf"), -0.0, 0.1)), int: chance.randint(-(2**53), 2**53),
             bool: chance.random() < 0.5, str: chance.choice(("", "x", "é", "two words"))}[kind]  # fmt: skip
-
-
-def bits(value):
-    """What a value is, to the last bit and the last type."""
-    if dataclasses.is_dataclass(value):
-        return type(value), [(field.name, bits(getattr(value, field.name))) for field in dataclasses.fields(value)]
-    if isinstance(value, np.ndarray):
-        return "array", value.dtype.str, value.shape, value.tobytes()
-    if isinstance(value, tuple):
-        return "tuple", [bits(part) for part in value]
-    if isinstance(value, dict):
-        return "dict", [(key, bits(part)) for key, part in value.items()]
-    return type(value), np.float64(value).tobytes() if isinstance(value, float) else value
 
 
 class Found(h5py.File):

@@ -82,8 +82,7 @@ def test_show_prints_it_or_why_there_is_none(toy_with_commands):
     path.write_text(f'{path.read_text()}\n\nONCE = "{once}"\n')
     toy.says("run fall side")
     assert errors(toy, "side") == ({}, once)
-    fall, side, told, why = (out for _, out, _ in toy.refused(
-        "show fall", "show side", "show fall --json", "show side --json").values())  # fmt: skip
+    fall, side, told, why = toy.shows("show fall", "show side", "show fall --json", "show side --json")
     height, ball = (next(line for line in fall.splitlines() if line.split()[:1] == [at]) for at in ("height", "ball"))
     assert " +- 8e-01 m" in height and "+-" not in ball, "its error is round-off"
     fields = {field["path"]: field for field in json.loads(told)["fields"]}

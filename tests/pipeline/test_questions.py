@@ -48,7 +48,7 @@ def test_its_answer_as_json_and_other_parameters(toy):
 
 
 def test_help_lists_questions_by_stage_and_their_options_with_unit_range_and_default(toy):
-    told = toy.refused("--help", "tally --help")
+    told = toy.answers("--help", "tally --help")
     assert "Questions to stage side:\n  tally  Draw numbers from the seed and those after it." in told["--help"][1]
     code, out, _ = told["tally --help"]
     words = " ".join(out.split())
@@ -79,7 +79,7 @@ WRONG = {
 
 def test_a_wrong_option_is_one_sentence_before_anything_is_computed(toy):
     typed = {f"tally --marks marks {words}": said for words, said in WRONG.items()}
-    for words, (code, out, errors) in toy.refused(*typed).items():
+    for words, (code, out, errors) in toy.answers(*typed).items():
         assert (code, out, errors.count("\n")) == (2, "", 1), words
         assert errors.startswith("error: " + typed[words])
     assert marks(toy) == 0
@@ -89,7 +89,7 @@ def test_a_wrong_option_is_one_sentence_before_anything_is_computed(toy):
 
 def test_a_stage_that_refuses_gives_its_reason(toy):
     asked = "tally --set side.seed=0"
-    text, (code, told, _) = toy.refused(asked, f"{asked} --json").values()
+    text, (code, told, _) = toy.answers(asked, f"{asked} --json").values()
     assert text == (3, "", "nothing grows from seed 0\n")
     assert (code, json.loads(told)) == (3, {"tally": None, "reason": "nothing grows from seed 0"})
 
@@ -173,7 +173,7 @@ def test_a_question_that_cannot_be_used_is_a_sentence_and_the_others_go_on(toy):
     for file, name in (("twice", "tally"), ("walk", "run")):
         toy.path(f"stages/side/questions/{file}.py").write_text(text.replace('"tally",', f'"{name}",'))
     toy.path("stages/side/questions/lost.py").write_text(text.replace("import random", "import randomness"))
-    told = toy.refused("--help", "lost", "taly", "status")
+    told = toy.answers("--help", "lost", "taly", "status")
     reasons = [f"stage side: stages/side/questions/{file}.py cannot be used: {why}" for file, why in (
         ("lost", "No module named 'randomness'"), ("twice", 'there is a command "tally" already'),
         ("walk", 'there is a command "run" already'))]  # fmt: skip
@@ -195,7 +195,7 @@ def test_a_question_whose_code_is_compiled_first_says_so(toy):
 
 def test_a_study_that_cannot_be_read_is_said(toy):
     (toy.root / "dvc.yaml").write_text("stages: [")
-    told = toy.refused("tally", "--help")
+    told = toy.answers("tally", "--help")
     code, _, errors = told["tally"]
     assert code == 2 and "dvc.yaml" in errors and "Traceback" not in errors
     assert told["--help"][0] == 0

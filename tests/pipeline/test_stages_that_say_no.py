@@ -88,7 +88,7 @@ def test_every_command_tells_the_reason_and_the_report_is_written(toy_with_comma
     assert errors.splitlines()[-1] == "error: stage fall: nothing falls upwards"
     page = (toy.root / "results/report.html").read_text(encoding="utf-8")
     assert "<li>fall: nothing falls upwards</li>" in page and "<li>bounce: there is no fall" in page
-    show, run, status = toy.refused("show fall", f"run bounce {answer}", f"status {answer}").values()
+    show, run, status = toy.answers("show fall", f"run bounce {answer}", f"status {answer}").values()
     for code, _, errors in (show, run):
         assert code == 3 and errors.endswith("error: stage fall: nothing falls upwards\n")
     assert "refused  nothing falls upwards" in status[1]

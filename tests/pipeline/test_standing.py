@@ -94,7 +94,7 @@ def test_a_figure_has_the_parameters_of_its_results_and_says_what_they_are_not(t
 
 def test_the_note_stands_on_standard_error_beside_json(ran):
     edit_height(ran)
-    for code, out, errors in ran.refused("show bounce --json", "claims --json").values():
+    for code, out, errors in ran.answers("show bounce --json", "claims --json").values():
         assert code == 0 and json.loads(out) and errors.startswith("note: not current: ") and HEIGHT in errors
 
 

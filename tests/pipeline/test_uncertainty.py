@@ -26,10 +26,6 @@ def widths(*settings: str) -> dict[str, float]:
     return study(*settings).parameters(["analytic"])["analytic"].half_widths
 
 
-def test_a_value_that_was_edited_is_not_the_printed_one():
-    assert half_width({"value": 0.31, "printed": "0.3"}) is None
-
-
 def test_an_edited_value_says_that_its_half_width_is_lost(tmp_path, capsys):
     """As `dvc exp run -S params/ground.yaml:slope_deg.value=2.1` edits it, which leaves the digits of the print."""
     shutil.copytree(HOME / "params", tmp_path / "params")
@@ -42,16 +38,14 @@ def test_an_edited_value_says_that_its_half_width_is_lost(tmp_path, capsys):
                          "uncertainty in place of printed it has a half width")  # fmt: skip
 
 
-@pytest.mark.parametrize("value, printed, width", [
-    (0.1, "0.100", 5e-4), (0.1, "0.1", 0.05), (2800.0, "2800.00", 5e-3), (2.0, "2", 0.5), (-3, "-3.0", 0.05)])
-def test_digits_as_printed_leave_half_of_the_last_one(value, printed, width):
-    assert half_width({"value": value, "printed": printed}) == pytest.approx(width, rel=1e-15)
-
-
-def test_a_value_is_exact_unless_something_is_said():
-    assert half_width({"value": 0.0, "unit": "kg", "source": "point masses"}) is None
-    assert half_width({"value": 0.0, "uncertainty": 1e-3}) == 1e-3
-    assert half_width({"value": 3, "uncertainty": 0}) == 0.0
+@pytest.mark.parametrize("entry, width", [
+    *(({"value": value, "printed": printed}, width) for value, printed, width in (
+        (0.1, "0.100", 5e-4), (0.1, "0.1", 0.05), (2800.0, "2800.00", 5e-3), (2.0, "2", 0.5), (-3, "-3.0", 0.05),
+        (0.31, "0.3", None))),
+    ({"value": 0.0, "unit": "kg", "source": "point masses"}, None), ({"value": 0.0, "uncertainty": 1e-3}, 1e-3),
+    ({"value": 3, "uncertainty": 0}, 0.0)])
+def test_digits_as_printed_leave_half_of_the_last_one_and_other_values_are_exact_unless_something_is_said(entry, width):
+    assert half_width(entry) == (None if width is None else pytest.approx(width, rel=1e-15))
 
 
 @pytest.mark.parametrize("key, entry, words", [

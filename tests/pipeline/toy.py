@@ -121,10 +121,16 @@ class Toy:
         assert not re.search("Traceback|unexpected", errors), errors
         return out
 
-    def refused(self, *typed: str) -> dict[str, tuple[int, str, str]]:
+    def answers(self, *typed: str) -> dict[str, tuple[int, str, str]]:
         """Exit code, standard output and errors of commands that compute nothing, by their words."""
         path = os.pathsep.join([str(self.root), str(HOME)])
         return commands.each(*typed, cwd=self.root, env={**self._environment(), "PYTHONPATH": path})
+
+    def shows(self, *typed: str) -> list[str]:
+        """Standard output of such commands that end well."""
+        found = self.answers(*typed)
+        assert not [words for words, (code, _, _) in found.items() if code], found
+        return [out for _, out, _ in found.values()]
 
 
 def copied(toy: Toy, root: Path) -> Toy:
