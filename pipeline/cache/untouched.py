@@ -24,7 +24,7 @@ _NAME = "untouched.json"
 _IN_DOUBT_NS = 2_000_000_000
 #: Path, inode, size, and the times of its text and of its last change.
 _Stamp = tuple[str, int, int, int, int]
-#: Whether a file's time of change can be told; on Windows that place holds the time it was made.
+#: Whether a file's time of change is known; on Windows that place holds the time it was made.
 HERE = os.name == "posix"
 
 

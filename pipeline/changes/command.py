@@ -173,7 +173,7 @@ def between(study: Study, other: Path, tolerance: float) -> Row:
 
 def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str | None, str | None], list[str]],
              every: list[Row], unread: list[str]) -> bool:  # fmt: skip
-    """Add what differs between two artefacts of a stage; of one of an earlier form, which is told, all that both have.
+    """Add what differs between two artefacts of a stage; of one of an earlier form, which is noted, all that both have.
 
     Raises `StudyError`; that one is no artefact is added to what is `unread`.
     """
@@ -208,7 +208,7 @@ def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str 
 def _claims(before: Path, after: Path, unread: list[str]) -> list[Row]:
     """Claims whose verdict or measured words changed, those with another verdict first.
 
-    None where one side has judged none: that its stage has no result there is told by itself.
+    None where one side has judged none: that its stage has no result there is reported by itself.
     """
     paths = [folder / CLAIMS.removeprefix(_RESULTS) for folder in (before, after)]
     if not all(path.exists() for path in paths):

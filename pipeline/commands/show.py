@@ -309,7 +309,7 @@ def _stage_lines(one: Row, before: list[Row]) -> Iterator[str]:
     fresh = [each for each in one["parameters"] if not any(each in other["parameters"] for other in before)]
     above = len(one["parameters"]) - len(fresh)
     yield from ("", *layout.folded(f"stage {one['stage']}, {one['artefact']}, key {one['key']}", 4))
-    yield f"  parameters: {len(fresh)}" + (f", and {above} that are told above" if above else "")
+    yield f"  parameters: {len(fresh)}" + (f", and {above} that are listed above" if above else "")
     for each in (each for each in fresh if each["place"]):
         head = f"    {each['name']} = {each['value']} {each['unit']}".rstrip()
         yield layout.beside(f"{head:<44} ", each["place"] + (f" ({each['source']})" if each["source"] else ""))

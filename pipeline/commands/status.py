@@ -1,7 +1,7 @@
 """Which results are those of the parameters and code at hand, and why the others are not: `status`, and `graph`.
 
 What is not current is said before a result is shown: the stages, what changed, and the command that makes them current.
-That ends no command: where it cannot be told, that is said.
+That ends no command: where it is not known, that is said.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ class Standing:
         return {**dict.fromkeys(item.own), **{reason: None for each in above for reason in each}}
 
     def _options(self) -> Iterable[str]:
-        """What the command at hand was told of the study."""
+        """What the command at hand found of the study."""
         for option, place in (("params", self.study.params), ("results", self.study.results)):
             if place != self.study.root / option:
                 yield from (f"--{option}", shown(place))

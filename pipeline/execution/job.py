@@ -2,7 +2,7 @@
 
 The parts of a question's answer are the same with a function in place of the stages, its arguments in place of points.
 
-It is told in JSON: names of stages, values and digests. No object of this program is pickled, so that whoever receives
+It is sent as JSON: names of stages, values and digests. No object of this program is pickled, so that whoever receives
 a job runs no code that came with it.
 """
 
@@ -58,7 +58,7 @@ class Job:
     `files` are results as they lie here, `contents` results that are carried along, both by their paths in the study.
     `code` (file -> meaning) is what the results' keys were made from, `engine` what this program itself is made of.
     With `provenance` the last stage's files are written into the worker's folder, `about` in its artefact, and numbers
-    have errors; without it, its numbers are told. A job with a `function` has no stages.
+    have errors; without it, its numbers are sent. A job with a `function` has no stages.
     """
 
     package: str

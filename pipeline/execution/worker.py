@@ -138,15 +138,15 @@ def main() -> NoReturn:
     when_parent_ends(signal.SIGCONT)  # should somebody have stopped it, it then finds its input closed
     gc.set_threshold(OBJECTS)
     messages = Messages()
-    heard, lines = _heard(), queue.SimpleQueue[bytes]()
+    received, lines = _received(), queue.SimpleQueue[bytes]()
     package = ""
     try:
-        folder, text = json.loads(next(heard))
+        folder, text = json.loads(next(received))
         job = Job.of(text)
         package = job.package
-        tasks = json.loads(next(heard))
+        tasks = json.loads(next(received))
         enter(job, Path(folder), tasks)  # before there is another thread, which would not be confined
-        threading.Thread(target=_listen, args=(heard, lines), daemon=True).start()
+        threading.Thread(target=_listen, args=(received, lines), daemon=True).start()
         computing = Computing(job, Path(folder), messages)
         while True:
             for index, point in tasks:
@@ -178,13 +178,13 @@ class Computing:
         """What comes of one point, with the seconds it took by the clock and of all processors. Raises `Unfit`."""
         began, used = time.perf_counter(), _processor_seconds()
         try:
-            told: dict[str, Any] = {"done": self._answer(point)}
+            outcome: dict[str, Any] = {"done": self._answer(point)}
         except Unfit:
             raise
         except BaseException as error:
-            told = {"failed": failure(error, self.job.package)}
+            outcome = {"failed": failure(error, self.job.package)}
             self._check_code()
-        return {**told, "seconds": round(time.perf_counter() - began, 6),
+        return {**outcome, "seconds": round(time.perf_counter() - began, 6),
                 "processor_seconds": round(_processor_seconds() - used, 3)}  # fmt: skip
 
     def _answer(self, point: Any) -> dict[str, Any]:
@@ -239,7 +239,7 @@ class Computing:
         return loading.from_plain(stage_module(self.job.package, stage, "parameters").Parameters, plain)
 
     def _stored(self, stage: Stage, result: Any, other: Any) -> dict[str, Any]:
-        """Write the files of a result; what they are, and its summary. Their content is told without provenance."""
+        """Write the files of a result; what they are, and its summary. Their digest is without provenance."""
         files, summary = _files(stage, result, b""), " ".join(str(result.summary()).split())
         content = {name: disk.digest(data) for name, data in files.items() if name != stage.artefact}
         beside = "\n".join(f"{each} {len(files[name])} {name}" for name, each in sorted(content.items()))
@@ -347,7 +347,7 @@ def _files(stage: Stage, result: Any, encoded: bytes) -> dict[str, bytes]:
     return {**files, stage.artefact: encoded}
 
 
-def _heard() -> Iterator[bytes]:
+def _received() -> Iterator[bytes]:
     """The lines of standard input; at its end this process ends."""
     begun = b""
     while part := os.read(0, 1 << 16):  # sys.stdin would be locked meanwhile, and a forked process closes its own
@@ -358,8 +358,8 @@ def _heard() -> Iterator[bytes]:
     os._exit(1)
 
 
-def _listen(heard: Iterator[bytes], lines: queue.SimpleQueue[bytes]) -> None:
-    for line in heard:
+def _listen(received: Iterator[bytes], lines: queue.SimpleQueue[bytes]) -> None:
+    for line in received:
         lines.put(line)
 
 

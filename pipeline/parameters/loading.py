@@ -48,7 +48,7 @@ def load(
 
     `settings` are the texts given to `--set`; `known` are the `Parameters` classes of all stages, which decide what a
     known key is; `shown_as` is how messages name the folder; `requests` are those of `pipeline.commands.options`,
-    `requested` the texts given to them by name; `remark` is told what is taken, but not as the rest of its file is.
+    `requested` the texts given to them by name; `remark` gets what is taken, but not as the rest of its file is.
     Raises `StudyError` with one sentence for each error.
     """
     loading = _Loading(folder, shown_as or str(folder), known, requests)

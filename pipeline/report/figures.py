@@ -101,7 +101,7 @@ def _draw_named(study: Study, names: Iterable[str], folder: Path, form: options.
             plain.append({"files": list(map(shown, files)), "caption": caption, "said": said})
             if form.is_text:
                 form.give([*map(shown, files), caption], {})
-    except Declined as error:  # those that can be drawn are told first
+    except Declined as error:  # those that can be drawn are reported first
         declined = error
     if not form.is_text:
         form.give((), {"figures": plain})
@@ -122,7 +122,7 @@ def _drawn_anew(
     shows, count = display.for_terminal(False, False), len({Path(name).stem for name in present})
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
         try:
-            with contextlib.suppress(Declined):  # what is there and is not drawn is told below
+            with contextlib.suppress(Declined):  # what is there and is not drawn is reported below
                 for number, _ in enumerate(draw(study, [""], Path(folder), marked=False), 1):
                     shows.points(min(number, count), max(count, 1), f"{number} figures drawn")
         finally:

@@ -144,7 +144,7 @@ def is_current(path: Path, wanted: str) -> bool:
 
 
 def _whole(head: bytes, rest: bytes) -> bytes:
-    """What stands behind the seal: a hash of all else on the page, so that damage is told."""
+    """What stands behind the seal: a hash of all else on the page, so that damage is noticed."""
     return _WHOLE.format(disk.digest(head + rest)).encode()
 
 

@@ -207,7 +207,7 @@ def _call(*arguments: Any) -> int:
 def when_parent_ends(number: int) -> None:
     """Let this process be sent a signal when its parent ends, should somebody have stopped one of them.
 
-    On Linux only; elsewhere a stopped process waits until it is told to go on.
+    On Linux only; elsewhere a stopped process waits for the signal to continue.
     """
     if sys.platform == "linux":
         with contextlib.suppress(OSError, AttributeError):

@@ -1,8 +1,8 @@
-"""Which files a stage reads while it runs, held against what it may: an input that dvc.yaml does not list is told.
+"""Which files a stage reads while it runs, held against what it may: an input that dvc.yaml does not list is reported.
 
 Python tells what `open` and `sqlite3` open, in this process and in those that it forks, and `h5py.File` is made to.
 What a library opens by itself, and what a program or process begun afresh opens, is not seen. A stage that asks the
-network is told as well.
+network is reported as well.
 """
 
 from __future__ import annotations

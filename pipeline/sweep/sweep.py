@@ -41,7 +41,7 @@ _STORAGE = {"compression": "gzip", "shuffle": True}
 def table(
     chain: Chain, rows: Iterable[Row], note: Callable[[str], None]
 ) -> tuple[bytes, dict[str, int]]:
-    """The HDF5 file of a sweep's points with their rows, and how many have each outcome; `note` is told of an output
+    """The HDF5 file of a sweep's points with their rows, and how many have each outcome; `note` gets an output
     that no result has.
     """
     count = chain.spec.size

@@ -118,7 +118,7 @@ class Validity:
 
     Least and largest values are the solution's own, between its steps and at the ends of phases, not of its samples.
     In double stance friction has no largest value: towards toe-off the trailing foot's normal force vanishes before the
-    tangential one. So it is told how long the foot is outside of the friction cone, and what it needs while loaded.
+    tangential one. So it is stated how long the foot is outside of the friction cone, and what it needs while loaded.
     """
 
     least_normal_force_stance: float = quantity("N", "least normal force of the leading or only stance foot")

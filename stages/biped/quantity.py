@@ -119,7 +119,7 @@ def quantity(
 
     `dimensions` names the axes of an array; fields of one class that share a name share its length. An axis without a
     name is the time, if it is the first and the class has a field `time` of its length, or else called FIELD_AXIS.
-    `without_error` says why no numerical error is told of it.
+    `without_error` says why no numerical error is known of it.
     """
     metadata = {"unit": unit, "description": description, "symbol": symbol, "dimensions": dimensions,
                 "without_error": without_error}

@@ -57,7 +57,7 @@ class Robot:
 
     @property
     def by_what(self) -> str:
-        """What its intervals are told by."""
+        """What its intervals rest on."""
         if self.other_runs:
             return f"the errors of fits of {self.other_runs} other robots' runs"
         return "the fit's noise and the whole of what the correction took off" if self.corrected_runs else (

@@ -14,8 +14,8 @@ HALF_WIDTH = 1.959964
 
 
 @dataclass(frozen=True)
-class Told:
-    """How well runs tell one parameter of the design, the robot being weighed."""
+class Determined:
+    """How well runs determine one parameter of the design, the robot being weighed."""
 
     name: str = quantity("-", "parameter, by its file and key")
     unit: str = quantity("-", "its unit")
@@ -65,7 +65,7 @@ class HeldOut:
 
     name: str = quantity("-", "the run")
     kind: str = quantity("-", "of which robot")
-    begun: float = quantity("s", "length of the beginning from which it is foretold")
+    begun: float = quantity("s", "length of the beginning from which it is predicted")
     sigmas: float = quantity("1", "root mean square residual in noises, start and sensors fitted")
     fit_force: float = quantity("m/s^2", "rms error of the specific force, start and sensors fitted")
     fit_rate: float = quantity("rad/s", "rms error of the rate, start and sensors fitted")
@@ -75,8 +75,8 @@ class HeldOut:
     noise_rate: float = quantity("rad/s", "noise of the rate")
     own: np.ndarray = quantity("deg", "the run's ramp, shape (1,)")
     unknowns: np.ndarray = quantity("SI", "start, times and sensors' errors, shape (k,)", dimensions=("unknown",))
-    hip: Trace = quantity("-", "hip sensor, foretold; as fitted where it falls")
-    foot: Trace = quantity("-", "foot sensor, foretold; as fitted where it falls")
+    hip: Trace = quantity("-", "hip sensor, predicted; as fitted where it falls")
+    foot: Trace = quantity("-", "foot sensor, predicted; as fitted where it falls")
     strikes: np.ndarray = quantity("s", "measured heel strikes since the first one used, shape (s,)")
 
 
@@ -127,7 +127,7 @@ class Result:
     """What the campaign's sensors can determine of the design, and what a blind fit of some of its runs found."""
 
     runs: int = quantity("1", "runs of the campaign")
-    told: tuple[Told, ...] = quantity("-", "a row for each parameter")
+    told: tuple[Determined, ...] = quantity("-", "a row for each parameter")
     not_seen: tuple[str, ...] = quantity("-", "combinations that no sensor sees, in words")
     names: tuple[str, ...] = quantity("-", "parameters that the fit looks for, by file and key")
     units: tuple[str, ...] = quantity("-", "their units")
@@ -135,7 +135,7 @@ class Result:
     own_names: tuple[str, ...] = quantity("-", "parameters that each run has for itself")
     unknown_names: tuple[str, ...] = quantity("-", "a run's other unknowns")
     fits: tuple[FittedRun, ...] = quantity("-", "runs that were fitted, each alone")
-    held_out: tuple[HeldOut, ...] = quantity("-", "runs that were not, explained and foretold")
+    held_out: tuple[HeldOut, ...] = quantity("-", "runs that were not, explained and predicted")
     misses: Misses = quantity("-", "what fits of runs of further machines miss")
     failed: tuple[Failed, ...] = quantity("-", "runs that could not be fitted or walked")
     followed: tuple[Followed, ...] = quantity(

@@ -47,7 +47,7 @@ from stages.calibration.recordings import (
     sources,
     table_value,
 )
-from stages.calibration.result import Failed, FittedRun, HeldOut, Misses, Result, Told
+from stages.calibration.result import Determined, Failed, FittedRun, HeldOut, Misses, Result
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth
 
@@ -86,7 +86,7 @@ def run(
     progress(0.1, "what the sensors can tell")
     parameters = as_mounted(parameters)
     settings = parameters.settings
-    told, not_seen = _told(parameters)
+    rows, not_seen = _rows(parameters)
     design = drawn_design(parameters)
     model = first_model(design, looked_for(design), parameters)
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
@@ -110,26 +110,26 @@ def run(
             others = sorted(each_in_a_process(partial(fitted_run, drawn, kind, model=model, near=near), more))
             missed = _judged([fit for _, fit in others], truths, model.shared)
     return Result(
-        settings.planned_runs, told, not_seen, model.shared, tuple(design.unit(name) for name in model.shared),
+        settings.planned_runs, rows, not_seen, model.shared, tuple(design.unit(name) for name in model.shared),
         np.array([design.value(name) for name in model.shared]), model.own, model.layout.names,
         _judged(found, truths, model.shared), tuple(one for one in found if isinstance(one, HeldOut)),
         _misses_of(missed, design, model),
         tuple(one for one in found if isinstance(one, Failed)), () if shown is None else (shown,))
 
 
-def _told(parameters: Parameters) -> tuple[tuple[Told, ...], tuple[str, ...]]:
+def _rows(parameters: Parameters) -> tuple[tuple[Determined, ...], tuple[str, ...]]:
     """What a run on the design's own gait can tell, and which combinations no sensor sees."""
     planned = design, _, model = planned_equations(parameters)
     units = [design.unit(name) for name in model.of_design]
     plain = identifiability(*planned, ())
     known, runs = (weighed(parameters.biped),), parameters.settings.planned_runs
     one, all_runs = (identifiability(*planned, known, count) for count in (1, runs))
-    told = tuple(
-        Told(name, units[row], float(one.values[row]), float(one.sd[row]), float(all_runs.sd[row]),
+    rows = tuple(
+        Determined(name, units[row], float(one.values[row]), float(one.sd[row]), float(all_runs.sd[row]),
              all_runs.partners[row], float(all_runs.correlations[row]))
         for row, name in enumerate(model.of_design)
     )
-    return told, tuple(described(each, model.of_design, units, plain.values) for each in plain.unseen)
+    return rows, tuple(described(each, model.of_design, units, plain.values) for each in plain.unseen)
 
 
 def fitted_run(

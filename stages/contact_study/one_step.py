@@ -90,7 +90,7 @@ def hips(models: Sequence[ConstraintModel], wanted: np.ndarray) -> tuple[np.ndar
 
 @dataclass(frozen=True)
 class Scene:
-    """What all runs share: the machine, the solver, the tolerance at which costs are told, the constraint model's walk
+    """What all runs share: the machine, the solver, the tolerance at which costs are given, the constraint model's walk
     and the time an impact is given [s]; the model that walked it, where it is not known by its samples alone.
     """
 

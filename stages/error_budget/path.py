@@ -60,7 +60,7 @@ def switched(law: ContactLaw, on: Collection[str], share: float) -> ContactLaw:
 
 
 class ConstraintWalk:
-    """Two steps of the constraint model from a mid-stance state, by default that of a gait, whose period is told."""
+    """Two steps of the constraint model from a mid-stance state, by default that of a gait, whose period is given."""
 
     def __init__(self, walker: Walker, point: FixedPoint, tolerance: float, start: Vector | None = None) -> None:
         self.walker, self.point = walker, point

@@ -235,7 +235,7 @@ def _trust(known: Sequence[tuple[str, StepBudget | CycleBudget]]) -> Table:
         for limit, order, missed in zip(("both", *reversed(CONTACT)), found.order, found.missed):
             rows.append((f"{name}: order in the share, {limit} off", *shown(*order)))
             percent = shown(*(100 * missed / whole))
-            rows.append((f"{name}: share {found.share:g} not foretold, %, {limit} off", *percent))
+            rows.append((f"{name}: share {found.share:g} not predicted, %, {limit} off", *percent))
     return "What is explained, and how effects vanish with their share", ("", *HIP), rows
 
 

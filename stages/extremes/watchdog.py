@@ -98,7 +98,7 @@ def compute(
     """`evaluate(common, point)` of every point, in order, in `processes` processes; all three must be picklable.
 
     A process that dies at a point gives the finding CRASHED, one that takes longer than `longest_s` HUNG; both are
-    replaced. `done` is told how many points are finished. Raises `NoProcess` if one after the other ends, or hangs,
+    replaced. `done` gets how many points are finished. Raises `NoProcess` if one after the other ends, or hangs,
     before it begins any.
     """
     hands = [_Hand(evaluate, common) for _ in range(min(processes, len(points)))]

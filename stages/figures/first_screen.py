@@ -30,7 +30,7 @@ FIELDS = {"step_frequency": "step_frequency_hz", "step_length": "step_length_m",
 PAPERS = "The passive biped of Vasileiou, Smyrli, Drogosis and Papadopoulos (2021)"
 #: A stability of less probability is left open.
 SURE, UNSURE = 0.9, "Its errors leave open whether it is stable"
-#: Errors below this are told as below it; a disturbance has faded when this part of it is left.
+#: Errors below this are stated as below it; a disturbance has faded when this part of it is left.
 LEAST, FADED = 1e-5, 0.1
 
 

@@ -26,7 +26,7 @@ COLOURS = {"inner": style.SECOND, "outer": style.MULTIBODY}
 TINTS = {"aluminium": 0.45, "steel": 0.45, "acetal": 0.6, "electronics": -0.55, "rubber": -0.7}
 #: Facets of a full circle: from near, and where the whole robot is a thumb's length on the page.
 FACETS, SMALL = 12, 8
-#: Edges longer than this [m], for Table 1's leg, are cut, so that near and far triangles can be told by depth.
+#: Edges longer than this [m], for Table 1's leg, are cut, so that near and far triangles can be sorted by depth.
 LONGEST = 0.11
 
 

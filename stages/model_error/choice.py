@@ -246,7 +246,7 @@ class Ladder:
 
 def below_one(value: float, miss: Miss, other: float) -> float:
     """The probability that a multiplier is below one of which a model says `value`, with what it misses and `other`
-    errors; Student's t, as what it misses is told of some draws, with the freedom that goes with the sum.
+    errors; Student's t, as what it misses is estimated from some draws, with the freedom that goes with the sum.
     """
     spread = max(math.hypot(miss.spread, other / WIDTH), 1e-12)
     freedom = miss.freedom * (spread / max(miss.spread, 1e-12)) ** 4

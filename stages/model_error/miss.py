@@ -19,7 +19,7 @@ from stages.model_error.result import COVERED, PENALTY, SHARED, TWIN, Result
 PRIORS = (0.0, 0.1, 0.3, 1.0, 3.0)
 #: Half width that a number of all draws alike is given, as a share of its size.
 ALIKE = 0.25
-#: Fewest draws from which a spread is told.
+#: Fewest draws from which a spread is estimated.
 FEWEST = 4
 
 
@@ -27,7 +27,7 @@ FEWEST = 4
 class Miss:
     """A rung's bias in one measure at one design, and its error: what it may miss beside that.
 
-    The error covers what is told of so many draws, its `freedom`.
+    The error covers what so many draws leave open, its `freedom`.
     """
 
     bias: float

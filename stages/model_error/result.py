@@ -11,13 +11,13 @@ from stages.biped.quantity import quantity
 from stages.model_error.measures import MEASURES, NAMES
 from stages.studies.result import Table, shown
 
-#: Whether an error of each measure is told as a share of it.
+#: Whether an error of each measure is stated as a share of it.
 SHARED = np.array([share for _, _, share in MEASURES])
 #: Names of the rungs, the cheapest first.
 MODELS = ("constraint model", "constraint model in detail", "penalty walker", "twin")
 PENALTY, TWIN = 2, 3
 #: Processor time [s] of a gait by each at its first tolerance, the median of drawn designs on one machine. They order
-#: the rungs, and are told.
+#: the rungs, and are printed.
 PRICES = 0.05, 0.06, 0.2, 1.5
 #: Probability that a stated error holds, if misses are normal, and how many standard deviations such an error is.
 COVERED = 0.95

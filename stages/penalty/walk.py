@@ -244,7 +244,7 @@ def simulate(
     """Walk from `state` at t = 0 through `steps` heel strikes to the mid-stance after them, or for `duration` [s].
 
     The walk ends where the hip is over the foot that landed last. A fall, a standstill or a failure of the solver ends
-    it earlier and is told by the run's outcome. Motion, accelerations and what `signals` names are kept at every step
+    it earlier and is stated in the run's outcome. Motion, accelerations and what `signals` names are kept at every step
     and at the moments between that the settings ask for.
     """
     p = numbers_of(biped, slope, contact)

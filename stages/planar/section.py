@@ -18,7 +18,7 @@ from stages.biped.design import Biped
 from stages.ground.slope import Slope
 from stages.planar.run import PlanarState, Run
 
-#: Units of the section's numbers, and by unit the scale in which residuals and steps of finite differences are told, in
+#: Units of the section's numbers, and by unit the scale in which residuals and steps of finite differences are, in
 #: scales of the design.
 UNITS = ("m", "rad", "m", "m", "m/s", "m/s", "rad/s", "rad/s", "m/s", "m/s")
 SHARES = {"m": 0.03, "rad": 0.1, "m/s": 0.05, "rad/s": 0.2}

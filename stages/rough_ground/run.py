@@ -39,7 +39,7 @@ from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 #: What numbers leave open is how few walks are drawn, which their intervals say; a second run would draw the same.
 ONCE = "its intervals are those of what is drawn, beside which the solver's error is none"
-#: Parameters whose change of the gait sensitivity norm is told.
+#: Parameters whose change of the gait sensitivity norm is stated.
 CHANGED = ("biped.foot_radius", "biped.foot_com", "biped.hip_mass")
 #: Tolerance of the penalty walker's steps: a walk of another tolerance falls elsewhere, and as often.
 TOLERANCE = 1e-6

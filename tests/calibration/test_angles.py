@@ -166,7 +166,7 @@ robot:
 @pytest.mark.slow
 @pytest.mark.parametrize("fitted_first", [True, False])
 def test_a_real_robot_is_told_from_half_of_its_steps(fitted_first):
-    """Half of the pairs of steps fitted, the other half foretold; the limits are those of a trial by other hands."""
+    """Half of the pairs of steps fitted, the other half predicted; the limits are those of a trial by other hands."""
     pairs = [number for number in range(80) if (number // 2) % 2 == (1 if fitted_first else 0)]
     found = calibrated(BIPED, LEVEL, about(AUTHORS + f"held_out: {pairs}"), RECORDED)
     assert found.found.steps == 40

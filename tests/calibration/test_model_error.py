@@ -260,8 +260,8 @@ def test_a_simulator_that_is_stiffer_than_it_is_told_takes_that_off(given, fit):
     assert abs(shares["biped.leg_length"]) < 1e-3
 
 
-def test_a_run_of_the_model_is_explained_to_its_noise_and_foretold(given, drawn):
-    """Fit within 1.2 times the sensors' noise; foretold, errors are larger, those of a walk that stays near."""
+def test_a_run_of_the_model_is_explained_to_its_noise_and_predicted(given, drawn):
+    """Fit within 1.2 times the sensors' noise; predicted, errors are larger, those of a walk that stays near."""
     _, run, model, _ = given
     tell = explained(drawn.design, run, model, 0.15)
     force, rate = model.noise[0], model.noise[2]

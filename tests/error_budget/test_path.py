@@ -100,7 +100,7 @@ def test_an_interaction_is_halved_and_widens_the_interval():
 
 
 def test_order_and_last_share_are_those_of_the_outcomes():
-    """An effect of first order: order 1, the last share foretold; one that bends: not, by 2 s^2 of the bend."""
+    """An effect of first order: order 1, the last share predicted; one that bends: not, by 2 s^2 of the bend."""
     for bend, missed in ((0.0, 0.0), (0.3, 0.3 * (0.1**2 - 1.5 * 0.2**2 + 0.5 * 0.4**2))):
         path = limits(bend=bend)
         split(path)
@@ -302,7 +302,7 @@ def test_effects_are_alike_over_orders(budget):
 
 
 @pytest.mark.slow
-def test_the_last_share_is_foretold(budget):
+def test_the_last_share_is_predicted(budget):
     """To 5 % of the whole difference, and orders are those of effects that vanish with their share."""
     for _, found in budget.known():
         whole = [found.split.rms(found.split.total, column) for column in EACH]

@@ -25,7 +25,7 @@ from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.result import OnBlocks
 
-#: Measures of a step that are told beside the state: its duration and its length.
+#: Measures of a step that are given beside the state: its duration and its length.
 DURATION, LENGTH, MEASURES = 0, 1, 2
 
 

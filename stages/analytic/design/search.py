@@ -223,7 +223,7 @@ class Problem:
 
 @dataclass
 class Path:
-    """The designs taken, the most steps, and who is told of them."""
+    """The designs taken, the most steps, and who listens to the progress."""
 
     taken: list[Candidate]
     most: int

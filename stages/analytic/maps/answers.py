@@ -161,7 +161,7 @@ def words(codes: type[Outcome] | type[Way]) -> tuple[str, ...]:
     return tuple(code.name.lower().replace("_", " ") for code in codes)
 
 
-#: Multipliers that are told, largest first.
+#: Multipliers that are stated, largest first.
 MULTIPLIERS = 3
 #: Columns of a map, after those of the varied parameters.
 COLUMNS = (
@@ -381,7 +381,7 @@ class Anchors:
 
 
 NAMES = [column.name for column in COLUMNS]
-#: Columns of which the range is told.
+#: Columns of which the range is stated.
 SUMMARISED = ("period_s", "step_length_m", "speed_m_s", "largest_multiplier", "friction_single_stance", NORM.name)
 
 

@@ -201,7 +201,7 @@ def by_numbers(y: Vector, qdd: Four, loads: Loads, p: Compliant) -> By:
 
 @inlined
 def along(phase: int, by: By, loads: Loads, roll: Four, d: Compliant) -> Added:
-    """What the direction `d` of the numbers adds to tangents in a phase, where `loads` are borne."""
+    """What the direction `d` of the numbers adds to tangents in a phase, where `loads` act."""
     f, drag = eq.compliant_residual_change(by[0], d), -PHASES[phase, SLIDE] * d.mu_d * loads[0]
     contact = eq.contact_acceleration_change(by[1], d)
     return (f[0] - drag * roll[0], f[1] - drag * roll[1], f[2] - drag * roll[2], f[3] - drag * roll[3],

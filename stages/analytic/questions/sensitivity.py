@@ -77,7 +77,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             save(gaits.draw_elasticities(gait, found.multipliers))
 
     plain = as_plain(found)
-    rows = [{"parameter": name, **told} for name, told in plain["parameters"].items()]
+    rows = [{"parameter": name, **row} for name, row in plain["parameters"].items()]
     return Answer(list(lines(found)), plain, rows=rows, draw=draw)
 
 

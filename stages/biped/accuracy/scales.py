@@ -1,9 +1,9 @@
 """The scales of a design: its own mass, length and time, which all that has no value of its own follows.
 
 Two robots are similar if one's lengths, times and masses are those of the other times three numbers. Measured in their
-own scales they have the same numbers, so tolerances, windows, rates and steps that are told in these mean the same for
+own scales they have the same numbers, so tolerances, windows, rates and steps that are given in these mean the same for
 every size of robot and for every gravity. Settings that are null follow the robot: what was chosen for Table 1's, in
-each one's own time and size; rates go with its quickness, forces felt go with gravity.
+each one's own time and size; rates go with its quickness, sensed forces go with gravity.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ A stage's settings hold the request beside the solver's own settings, which are 
 that goes with the request. The stage's run checks them on the design it has, and refines them
 (`stages.biped.accuracy.estimate`). With `custom` they stay as they stand.
 
-By the tolerances stages that compare the models integrate as well, unless told otherwise.
+By the tolerances stages that compare the models integrate as well, unless set otherwise.
 What is compared is known no better than what it is compared with. So a stage's own key is `null`, and its parameters
 say in a property what then holds: an edit or another level reaches all that stand beside it.
 """

@@ -51,7 +51,7 @@ class AngleFit:
 
     def covariance(self, sizes: Vector) -> np.ndarray:
         """Of the numbers (m, m), from how much the steps' pulls differ: residuals of one step hang together (the
-        sandwich of Huber and White, with a step as a cluster). Infinite for what nothing is told of.
+        sandwich of Huber and White, with a step as a cluster). Infinite for what has no information.
         """
         inverse = covariance_of(self.information, sizes)
         determined = np.isfinite(np.diag(inverse))

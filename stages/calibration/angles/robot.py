@@ -210,14 +210,14 @@ def setup_of(about: Mapping[str, Any] | None, biped: Biped, slope: Slope) -> Ang
     numbers = dict.fromkeys(OF_ROBOT, 0.0)
     numbers |= {name: value_of(entry, OF_ROBOT[name], place, "robot", name) for name, entry in said.items()}
     robot = Robot(DesignPoint(biped, dataclasses.replace(slope, slope_deg=0.0)), numbers)
-    told = about.get("known") or {}
+    values = about.get("known") or {}
     free, names = (
         tuple(full_name(name, (*OF_ROBOT, *parameter_names()), place(key, name if key == "known" else row),
                         f"{name} is no number of the robot", f"{', '.join(OF_ROBOT)} and the keys of biped.yaml")
               for row, name in enumerate(asked))
-        for key, asked in (("free", about.get("free") or USUAL), ("known", told)))
+        for key, asked in (("free", about.get("free") or USUAL), ("known", values)))
     known = [known_value(full, entry, place, key, OF_ROBOT)
-             for full, (key, entry) in zip(names, told.items(), strict=True)]  # fmt: skip
+             for full, (key, entry) in zip(names, values.items(), strict=True)]  # fmt: skip
     known += [Known(name, numbers[name], FARTHEST_ZERO / 3.0) for name in said if name in ZEROS and name not in names]
     return AngleSetup(robot, free, tuple(known), *_recording(about.get("recording") or {}, place),
                       _held_out(about.get("held_out", EVERY_OTHER_PAIR), place), given)

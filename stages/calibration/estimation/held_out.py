@@ -51,7 +51,7 @@ def explained(
     near: tuple[Vector, Vector, Vector] | None = None,
 ) -> HeldOut:
     """Errors on a run of that `kind` of robot; `design` is kept, also what other runs had for themselves, but for the
-    ramp. It is foretold with the start and the sensors of its first `begun` seconds. A fit `near` the run's own takes
+    ramp. It is predicted with the start and the sensors of its first `begun` seconds. A fit `near` the run's own takes
     one step from there.
 
     Raises StepFailed where it does not walk the run at all.

@@ -17,7 +17,7 @@ from stages.analytic.model.walker import Vector
 
 State = TypeVar("State")
 TOTAL_MASS = "total_mass"
-#: A direction is told of if it may not change by so many usual changes, in one over their square.
+#: A direction has information if it may not change by so many usual changes, in one over their square.
 SEEN = 1e-6
 #: A parameter known to a third of itself, in one over the square of that, is taken by its logarithm.
 WELL = 9.0
@@ -213,7 +213,7 @@ def _step(at: Point[State], sizes: Vector, low: Vector, damping: float) -> tuple
 
 
 def covariance_of(matrix: np.ndarray, sizes: Vector) -> np.ndarray:
-    """Inverse of an information matrix, in equal units for numerics; infinite along what nothing is told of."""
+    """Inverse of an information matrix, in equal units for numerics; infinite along what has no information."""
     values, vectors = np.linalg.eigh(matrix * sizes * sizes[:, None])
     seen = values > SEEN
     inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T

@@ -286,7 +286,7 @@ def fit_run(
 ) -> RunFit:
     """Fit a run from a first guess of the design, its start from its heel strikes, the rest from what is believed.
 
-    `begin` (k,) is that start, where `first_guess` has told it. Where that leads nowhere it is tried again with other
+    `begin` (k,) is that start, where `first_guess` has found it. Where that leads nowhere it is tried again with other
     noises and horizons on the way, and where the guess does not walk through the first horizon with one parameter
     changed so that steps last as long as measured. Raises StepFailed where none of that does.
     """
@@ -355,17 +355,17 @@ def _fit(
         horizon, louder = waiting.pop(0)
         part, is_last = run.upto(horizon), louder == 1.0
         forward, up, rate = (louder * one for one in model.noise)
-        heard = model if is_last else replace(model, noise=(forward, up, rate), strike=strike_sd)
+        weighed = model if is_last else replace(model, noise=(forward, up, rate), strike=strike_sd)
 
         def evaluate(
             at: Vector, _: Point[Equations] | None = None, __: float = 1.0, part: MeasuredRun = part,
-            heard: Model = heard, held: bool = not is_last,
+            weighed: Model = weighed, held: bool = not is_last,
         ) -> Point[Equations] | None:
             there = model.robot(design, at[:d])
             if not there.is_legal():
                 return None
             try:
-                found = run_equations(there, at[d:o], at[o:], part, heard)
+                found = run_equations(there, at[d:o], at[o:], part, weighed)
             except StepFailed:
                 return None
             matrix, right, cost = known_equations(known, [one.of(there) for one in known], model.shared, there)

@@ -101,7 +101,7 @@ class Comparison:
     def held(self, run: MeasuredRun) -> Evidence:
         """What a run tells: as the robot's, or where it is not, with the part that explains most changed.
 
-        Where the robot does not walk it, that is told where one that is free does. Raises StepFailed where none does.
+        Where the robot does not walk it, that is said where one that is free does. Raises StepFailed where none does.
         """
         design, model, run = self.robot.design, self.model, self._read(run)
         try:  # it need not come to rest, as scores count from anywhere
@@ -124,7 +124,7 @@ class Comparison:
     def _at_best(self, run: MeasuredRun, fit: RunFit) -> Evidence:
         """What a run tells about its fit as the robot's, or where that is another's, with one part fitted too.
 
-        That is the part that explains most; scores are told again there, until they name none or one that was fitted.
+        That is the part that explains most; scores are taken again there, until they name none or one that was fitted.
         """
         there, unknowns = self.model.robot(self.robot.design, fit.design, fit.own), fit.unknowns
         best, least, tried = self.evidence(run, there, unknowns), np.inf, set[str]()

@@ -20,7 +20,7 @@ from stages.calibration.angles.robot import OF_STATE, drive_of
 from stages.calibration.angles.same import LOST, FittedEncoders
 from stages.calibration.following.step import take_readings
 
-#: A step's first samples, through which its start is guessed; nothing is told before them.
+#: A step's first samples, through which its start is guessed; nothing is estimated before them.
 BEGIN, ORDER = 12, 2
 #: Standard deviation of that guess [rad], and of its rates in pendulum times.
 OPEN = 0.05

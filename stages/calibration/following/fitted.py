@@ -1,7 +1,7 @@
 """The robot of a fit as a file keeps it, and the fits of its runs that a fit with more runs goes on from.
 
 All runs are fitted together again, from where they were: one about which two numbers are known well bends so much that
-what it told about one design is half a standard error off about another.
+what it held of one design is half a standard error off about another.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SURE = 1e6
 
 
 def earlier_runs(robot: FittedRobot) -> tuple[Known, ...]:
-    """What a robot's own runs told of it: a further run's own fit then finds little but its start."""
+    """What a robot's own runs showed of it: a further run's own fit then finds little but its start."""
     return combinations(robot.names, robot.estimate, robot.information, design_sizes(robot.began, robot.names))
 
 
@@ -45,7 +45,7 @@ def earlier_fits(before: FittedRobot, model: Model) -> list[RunFit]:
 
 
 def fitted_robot(
-    design: DesignPoint, model: Model, fit: CampaignFit, told: Judged, widening: tuple[float, float],
+    design: DesignPoint, model: Model, fit: CampaignFit, judged: Judged, widening: tuple[float, float],
     known: tuple[Known, ...], of_parts: bool,
 ) -> FittedRobot:
     """The robot that a fit found, which began with a `design` and what was `known`.
@@ -54,13 +54,13 @@ def fitted_robot(
     model has them, until runs are followed.
     """
     layout, d, (sigmas, wider) = model.layout, len(fit.names), widening
-    found = model.robot(design, told.values, fit.own.mean(axis=0))
+    found = model.robot(design, judged.values, fit.own.mean(axis=0))
     of_runs = sum((one.eliminated(d)[0] for one in fit.equations), np.zeros((d, d)))
     sizes = design_sizes(found, fit.names)
     spread = np.linalg.inv((of_runs + information_of(known, fit.names)) * sizes * sizes[:, None] + np.eye(d))
     spread = spread * sizes * sizes[:, None]
     alone = wider * np.sqrt(np.diag(spread))
-    more = wider * np.where(np.isfinite(told.sd), told.sd, alone) / alone
+    more = wider * np.where(np.isfinite(judged.sd), judged.sd, alone) / alone
     variances = [np.diag(one.others(np.eye(len(layout.names)))) for one in fit.equations]
     places = [layout.place(name) for name in OF_MOUNTING]
     of_fit = np.sqrt(np.mean(variances, axis=0))[places]
@@ -91,7 +91,7 @@ def fitted_robot(
 
 
 def _moderated(ratios: Vector, freedom: int, typical: np.ndarray) -> tuple[Vector, float]:
-    """Ratios of variances (c,) that are told with so much `freedom` each, drawn towards what those that are `typical`
+    """Ratios of variances (c,) that are known with so much `freedom` each, drawn towards what those that are `typical`
     (c,) have in common, and the freedom then (G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004, 3)."""
     logs = np.log(np.maximum(ratios[typical], 1e-9)) - digamma(0.5 * freedom) + math.log(0.5 * freedom)
     halves = np.geomspace(0.05, 0.5 * SURE, 4000)  # of the common one's freedom

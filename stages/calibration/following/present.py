@@ -5,7 +5,7 @@ nearly linear. When that began is not known either, and where a leg has just lan
 the ground and the state has a bend: so the mean and covariance over that one time are those of Gauss and Hermite's
 points, given the leg that stands; all that goes not along with it is taken as a line at each of them.
 
-Whether the robot will fall is told by states drawn from what is known of its next heel strike, which walk on step by
+Whether the robot will fall follows from states drawn from what is known of its next heel strike, which walk on step by
 step. Of the robot and its ground only the mean is walked. A fall is what the step map says: a step that has no end.
 """
 

@@ -45,7 +45,7 @@ class FittedRobot:
     `sigmas` times the sensors' noise, `sigmas_sd` apart, and errors are `wider` for it. Heel strikes are found `late`
     [s] after the model's, on average, with a standard deviation `late_sd`.
 
-    What `runs` runs told by themselves is the `information` (d, d), with the sensors' noise as it is; with what was
+    The `information` of `runs` runs by themselves is (d, d), with the sensors' noise as it is; with what was
     `known` beside them, the fit is the `estimate` (d,), in which the model's error still is. It `began` with a design;
     `of_parts`: with the bill of parts. Parts look changed in the runs by `usual` amounts (mean, standard deviation
     between runs, with a `freedom`), as the model lacks something. `learned` are the runs. SI units."""

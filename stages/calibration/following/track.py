@@ -1,6 +1,6 @@
 """A run that is followed, one sample after another, over steps and pushes.
 
-What moves the robot in no model, a push, is told by samples that are all surprising. A step then begins where the
+What moves the robot in no model, a push, shows in samples that are all surprising. A step then begins where the
 robot is: with the places that were known, and rates that may be any near by.
 """
 
@@ -28,7 +28,7 @@ from stages.calibration.parameters import Settings
 AGAIN, MOVED, ROUNDED = 6, 0.05, 1e-9
 #: Without samples a run is walked for so many steps, and then lost.
 BLIND = 4.0
-#: So much of a step before a heel strike it is told whether the robot will fall, if the strike is known to this share.
+#: So much of a step before a heel strike it is said whether the robot will fall, if the strike is known to this share.
 EARLY, SURE = 0.06, 0.006
 #: Forecasts of heel strikes are held against measured ones from so long before on, in steps; so many runs tell how they
 #: differ.
@@ -84,7 +84,7 @@ def lateness(found: Iterable[np.ndarray]) -> tuple[float, float]:
 
 
 class Track:
-    """A run that is followed from its first heel strikes on, one sample after another; states are told so long `ahead`
+    """A run that is followed from its first heel strikes on, one sample after another; states are given so long `ahead`
     [s] of a sample's time.
 
     No answer waits for what the next ones need. After a step's last sample it is linearised again, a part after the

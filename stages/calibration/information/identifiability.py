@@ -1,4 +1,4 @@
-"""What runs can tell of a design before they are made: standard deviations, combinations that nothing is told of, what
+"""What runs can tell of a design before they are made: standard deviations, combinations without information, what
 limits the rest, and what would help.
 
 A run that is planned shows the design's own gait. The information of a Gaussian fit is J^T W J; its inverse is the
@@ -79,7 +79,7 @@ def first_model(
                  parameters.settings.tolerance, parameters.settings.robust_sigmas)
 
 
-#: A combination is told nothing of if it may change by this share of its parameters, in standard deviations.
+#: A combination is without information if it may change by this share of its parameters, in standard deviations.
 UNSEEN = 1.0
 #: A parameter belongs to such a combination if it has this much of it; entries that differ by less than `EQUAL` are the
 #: same.

@@ -226,7 +226,7 @@ ALONE = "intervals contain noise and residuals alone, and not an error that the 
 @dataclass(frozen=True)
 class Judged:
     """A design (d,) with standard deviations (d,), as wide as Gaussian ones of the same 95 % intervals; what to say of
-    them, and by how many runs they are told what the model puts wrong (0: they are not)."""
+    them, and how many runs give them what the model puts wrong (0: none)."""
 
     values: Vector
     sd: Vector

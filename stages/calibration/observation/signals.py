@@ -1,6 +1,6 @@
 """What sensors at the hip and at the foot of one leg feel of a walk, and what their low pass lets through.
 
-Last axes hold a value, then its exact derivatives. Those of what is felt are by the complex step: f(x + i h dx) has h
+Last axes hold a value, then its exact derivatives. Those of what is sensed are by the complex step: f(x + i h dx) has h
 times the derivative along dx as its imaginary part, up to h^2, which for h = 1e-30 is nothing.
 
 The low pass is Butterworth's of second order, x'' + sqrt(2) w x' + w^2 x = w^2 u. On a panel u is a polynomial, so x is
@@ -77,7 +77,7 @@ class Sensing:
         self._impulse_scales = np.array([speed, speed, speed, speed, 0.0])[:, None]
 
     def along(self, stretch: Stretch) -> np.ndarray:
-        """What is felt at the nodes of a stretch, (n, 5, 1 + c) in the order of `SIGNALS`, SI units."""
+        """What is sensed at the nodes of a stretch, (n, 5, 1 + c) in the order of `SIGNALS`, SI units."""
         leg = stretch.stance_leg
         return np.asarray(self._sensed(stretch.states, stretch.rates, leg, *self._on[leg]) * self._scales)
 
@@ -88,8 +88,8 @@ class Sensing:
         """
         at_rest, (p, place) = y.copy(), self._on[stance_leg]
         at_rest[self._half :] = 0.0
-        felt = self._sensed(at_rest[None], y[None], stance_leg, p._replace(g_x=0.0, g_y=0.0), place)
-        return np.asarray(felt[0] * self._impulse_scales)
+        sensed = self._sensed(at_rest[None], y[None], stance_leg, p._replace(g_x=0.0, g_y=0.0), place)
+        return np.asarray(sensed[0] * self._impulse_scales)
 
     def _sensed(self, states: np.ndarray, rates: np.ndarray, stance_leg: int, p: Any, place: Any) -> np.ndarray:
         """Signals (n, 5, 1 + c) of states and of what stands for their rates, (n, size, 1 + c)."""

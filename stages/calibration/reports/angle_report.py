@@ -25,9 +25,9 @@ from stages.calibration.intervals.model_error import correlation_length
 from stages.calibration.result import HALF_WIDTH
 from stages.ground.slope import Slope
 
-#: What angles are taken to be right to at first [rad]; parts of a step residuals are told by.
+#: What angles are taken to be right to at first [rad]; parts of a step that residuals are given by.
 NOISE, PARTS = 4e-3, 5
-#: A number is not told if its standard deviation is more of these changes than this.
+#: A number is not reported if its standard deviation is more of these changes than this.
 DETERMINED = 10.0
 #: More outliers than this share are remarked.
 FEW = 1e-3

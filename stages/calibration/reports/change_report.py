@@ -56,7 +56,7 @@ def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence
 def answered(
     verdict: Verdict, plain: Mapping[str, Any], lines: Sequence[str] = (), tables: Sequence[Table] = ()
 ) -> Answer:
-    """A verdict as the answer to `same`, with what else is told."""
+    """A verdict as the answer to `same`, with what else is reported."""
     changed = [] if verdict.same or not verdict.changes[0].part.moves else [_parts_table(verdict)]
     return Answer(lines=[sentence(verdict), *lines], tables=[*tables, *changed],
                   plain={**_plain(verdict), **plain}, no=not verdict.same)  # fmt: skip

@@ -14,7 +14,7 @@ from stages.drawing import style
 
 PANELS = (("hip", 1, "hip, up the leg", "m/s²"), ("hip", 2, "hip, angular velocity", "rad/s"),
           ("foot", 0, "foot, forward", "m/s²"), ("foot", 1, "foot, up the leg", "m/s²"))
-#: Steps that are shown, and parts of a step that residuals are told by.
+#: Steps that are shown, and parts of a step that residuals are given by.
 STEPS, PARTS = 4, 10
 #: Room above and below the samples that count, as a share of their range; spikes at impacts may go beyond.
 MARGIN = 0.3

@@ -239,7 +239,7 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
 
 
 def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
-    """What the runs say of the sensors against what was told of them."""
+    """What the runs say of the sensors against what was stated of them."""
     said = []
     places = [model.layout.place(name) for name in ("bandwidth", "foot_place")]
     share, higher = fit.unknowns[:, places].mean(axis=0)

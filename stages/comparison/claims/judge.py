@@ -1,6 +1,6 @@
 """All claims in the paper's order: which apply to a biped, their four parts, and what numerical errors could change.
 
-The error of a number is told by what it differs by where all stages solved more closely.
+The error of a number is what it differs by where all stages solved more closely.
 """
 
 from __future__ import annotations

@@ -231,7 +231,7 @@ STATEMENTS = (
         (*RUNS, "campaign.acceleration_bias_sd", "campaign.angular_rate_gain_sd", "imu.foot_radius"),
         units={"m": "way twice step_length said twin simple", "rad": "angle"},
         method=True,
-        plain="Where the hip goes cannot be told well from accelerometers, because errors add up.",
+        plain="Where the hip goes is not known well from accelerometers, because errors add up.",
     ),
     Statement(
         "measurement_encloses",

@@ -18,7 +18,7 @@ from stages.twin_ladder.result import Result, RungGait
 
 # What a step leaves of a disturbance in each model, and how the gait answers to its parameters.
 
-#: Multipliers smaller than this are not told from zero.
+#: Multipliers smaller than this are taken for zero.
 NONE = 1e-6
 MEASURES = (("period", style.MULTIBODY), ("step_length", style.SECOND), ("speed", style.ANALYTIC))
 

@@ -90,7 +90,7 @@ def caption_error_budget(given: Given) -> str:
 
 # What the difference between the two models is made of, in one look: signed bars that add up to the total.
 
-#: Rows from above: what a reader is told, the contributions that it adds up, its colour.
+#: Rows from above: what a reader is shown, the contributions that it adds up, its colour.
 ROWS = (
     ("trailing foot slips", (SLIP,), style.SECOND),
     ("feet creep below $v_s$", (CREEP,), style.MULTIBODY),

@@ -147,7 +147,7 @@ def points(axes: Axes, places: Sequence[tuple[float, float]], mark: str, **look:
 
 # The map of extremes: a row for every parameter, a column for every model, a bar for every value tried.
 
-#: Status: colour, what a reader is told. Dark and light take turns, for print in grey.
+#: Status: colour, what a reader is shown. Dark and light take turns, for print in grey.
 STATUS = {
     RIGHT: (style.ANALYTIC, "right"),
     INACCURATE: ("#E69F00", "inaccurate, warned"),

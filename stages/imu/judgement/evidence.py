@@ -37,11 +37,11 @@ AROUND_STRIKE_S = (-0.06, 0.10)  # left out of the lever arm's equation: impacts
 AFTER_LANDING_S, BEFORE_LANDING_S = 0.06, 0.04  # and of a stance
 HOLE_S = 0.02  # and so is what lies so near to a hole
 LATE_S = 0.06  # farthest that the rates are looked for behind the forces, or before
-EXPLAINED = 0.5  # of what does not agree is left by a lag that is told
+EXPLAINED = 0.5  # of what does not agree is left by a lag that is reported
 ALIKE = 0.25  # smallest agreement of two signals that tells by what factor they differ
 FEWEST_POINTS = 50
 ROUNDS = 6  # of Gauss and Newton: from 1 to 2 in five
-SURE = 0.02  # largest standard error, from the scatter, of a gain that is told
+SURE = 0.02  # largest standard error, from the scatter, of a gain that is reported
 NAN = math.nan
 
 

@@ -8,7 +8,7 @@ A description of one experiment, as it stands in a YAML file:
         delimiter: tab                # comma, semicolon, tab, space
         header_rows: 1                # rows before the one with the column names
         header: true                  # false: there are no names, and columns are called by their number, from 1
-        decimal: point                # or comma; told by its numbers where nothing is said
+        decimal: point                # or comma; taken from its numbers where nothing is said
         sheet: walk 1                 # of a book, where several have the columns
         device: {place: foot, rate_hz: 100, accelerometer_unit: m/s^2, gyroscope_unit: rad/s}
         columns: {packet: PacketCounter, ax: Acc_X, ay: Acc_Y, az: Acc_Z, gx: Gyr_X, gy: Gyr_Y, gz: Gyr_Z}

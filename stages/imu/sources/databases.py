@@ -229,7 +229,7 @@ def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
     except OSError as error:
         raise SourceRefused(f"{path.name}: cannot be read ({error.strerror})") from error
     refuse((not head.startswith(MAGIC), f"{path.name}: is not an SQLite database"))
-    # A reader of a write-ahead database creates an index of its log beside it, unless told that nobody writes, or that
+    # A reader of a write-ahead database creates an index of its log beside it, unless it knows nobody writes, or that
     # it is alone: whoever writes has made one.
     ahead, logged = WRITE_AHEAD in head[18:20], log.exists() and log.stat().st_size > 0
     alone = ahead and logged and not index.exists() and os.name == "posix"

@@ -1,6 +1,6 @@
 """The head of a table of any kind, before anything is known about it: its layout, names, units, rows, and its maker.
 
-Exports of common makers are told by their names, and with them what no name in them says.
+Exports of common makers are recognised by their names, and with them what no name in them says.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Head:
 @dataclass(frozen=True)
 class Maker:
     """An export: `signs` are patterns that each must match a name or a line above, `without` one that must match none;
-    units where the file has none; `columns` patterns of names by value, where they are not told by the usual words;
+    units where the file has none; `columns` patterns of names by value, where they are not known by the usual words;
     `note` what to bear in mind."""
 
     name: str

@@ -46,7 +46,7 @@ def disc_force(
     """Force [N] (x, y) of the ground on an upright disc whose centre is at `height` [m] above the ground.
 
     The penetration is radius - height. Friction acts at the radius, so that its power is force times slip and the
-    losses can be told exactly; its moment about the centre is radius * F_x.
+    losses are exact; its moment about the centre is radius * F_x.
     """
     normal = normal_force(law, radius - height, -velocity_y, ops)
     friction = friction_coefficient(law, velocity_x + radius * angular_velocity, ops) * normal

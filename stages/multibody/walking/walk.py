@@ -61,7 +61,7 @@ def simulate(
     """Walk from `state` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
 
     The walk ends in the solver step in which the hip passes over the foot that landed last, or after `duration` [s] if
-    that is given. A fall, a standstill or a failure of the solver ends it earlier and is told by the run's outcome.
+    that is given. A fall, a standstill or a failure of the solver ends it earlier and is stated in the run's outcome.
     With `lanes` the feet stand on stepping blocks instead of the ideal ground, see `stages.multibody.walking.watch`.
     `blocks` have drawn heights. Pass a built `assembly` of the same design (and the same lanes; rough for blocks) to
     save building it again.

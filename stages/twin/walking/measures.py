@@ -21,7 +21,7 @@ from stages.twin.walking.record import Record, pair_axes, point_motion
 SETTLED_STEPS = 4
 #: A step has settled when its period and its length are this close to the means of these.
 SETTLED_WITHIN = 0.01
-#: How the transient fades is told by the largest of so many changes from stride to stride, and of those so many before.
+#: How the transient fades is seen by the largest of so many changes from stride to stride, and of those so many before.
 SEEN, BEFORE = 3, 4
 #: What it leaves is at most so many times what it would be if it faded as the largest of them does. Without this factor
 #: the worst of 72 walks of 10 to 20 steps, of 8 bipeds, was .99.

@@ -257,7 +257,7 @@ def sample(record: Record, time: np.ndarray, settings: Settings) -> Signals:
 
 
 def planar_walk(at: Sampling, foot_force: np.ndarray, sensed: bool) -> Walk:
-    """The planar projection: each pair of feet as one, what is felt (if it is) at the hip and at the feet's middle."""
+    """The planar projection: each pair of feet as one, what is sensed (if so) at the hip and at the feet's middle."""
     (q, v), machine = at.motion, at.record.machine
     events = find_events(at.record)
     hip, foot, turning = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)

@@ -64,7 +64,7 @@ def leg_in_c(kind: Kind, index: int, numbers: Any, rigid: bool) -> Leg:
 
 
 def on_ground(p: Penalty, kind: Kind, legs: list[Leg], length: sp.Expr, time: sp.Expr) -> str:
-    """Lines of contact, force, and of what events are told by, in scales of the walker."""
+    """Lines of contact, force, and of what events follow from, in scales of the walker."""
     touch, force, outputs = (dict[str, sp.Expr]() for _ in range(3))
     for i, leg in enumerate(legs):
         depth, rate, slip = met = [real(f"{name}_{i}") for name in ("depth", "rate", "slip")]
