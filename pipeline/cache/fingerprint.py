@@ -186,7 +186,7 @@ def attributes(parts: Ingredients, requests: Iterable[Any] = (), above: Iterable
         "key": key(parts),
         "parameters": parameter_text(parts["parameters"]),
         "settings": disk.digest(json.dumps(settings, sort_keys=True).encode())[:16],
-        **{request.NAME: said for request in requests if (said := _asked(parts, request))},
+        **{request.NAME: said for request in requests if (said := _requested(parts, request))},
         "versions": _lines(parts["versions"]),
         "processor": processor.words(),
         "inputs": _lines(parts["inputs"]),
@@ -201,7 +201,7 @@ def made_as_here(about: Mapping[str, str]) -> bool:
     return same and about.get("processor") == processor.words()
 
 
-def _asked(parts: Ingredients, request: Any) -> str:
+def _requested(parts: Ingredients, request: Any) -> str:
     """What a request asked of the stage; nothing where nothing was asked."""
     own = parts["parameters"].get(parts["stage"], {}) if parts["stage"] in request.FILES else {}
     requested = own.get(request.NAME, request.FREE)

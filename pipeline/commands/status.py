@@ -102,7 +102,7 @@ class Standing:
             why = "; ".join(str(error).splitlines())
             self.doubt = f"whether these results are current cannot be told: {why}"
 
-    def said(self, names: Iterable[str]) -> str:
+    def sentence(self, names: Iterable[str]) -> str:
         """What is to be said of the results of these stages; nothing where all are current."""
         requested = set(names)
         stale = [name for name in self.found if name in requested]
@@ -137,7 +137,7 @@ class Standing:
 
 def say(study: Study, *names: str) -> None:
     """Say on standard error which results of these stages are not current."""
-    echo(Standing(study, names).said(names))
+    echo(Standing(study, names).sentence(names))
 
 
 def echo(said: str) -> None:

@@ -62,7 +62,7 @@ def main() -> NoReturn:
                 _keep(stdin, stdout, alone)
         except OSError:  # no room for another process
             traceback.print_exc()
-            _tell(stdout, ended=1)
+            _reply(stdout, ended=1)
         for number in (stdin, stdout, errors):
             os.close(number)
         os.dup2(nothing, 2)
@@ -127,14 +127,14 @@ def _keep(stdin: int, stdout: int, alone: bool) -> NoReturn:
         code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
     except OSError:
         traceback.print_exc()
-    _tell(stdout, ended=code)
+    _reply(stdout, ended=code)
     os._exit(0)
 
 
 def _work(stdin: int, stdout: int, alone: bool) -> NoReturn:
     try:
         os.setsid()
-        _tell(stdout, pid=os.getpid())
+        _reply(stdout, pid=os.getpid())
         for number, end in enumerate((stdin, stdout)):
             os.dup2(end, number)
             os.close(end)
@@ -147,7 +147,7 @@ def _work(stdin: int, stdout: int, alone: bool) -> NoReturn:
     os._exit(1)
 
 
-def _tell(stdout: int, **what: Any) -> None:
+def _reply(stdout: int, **what: Any) -> None:
     with contextlib.suppress(OSError):  # nobody may want to know any more
         os.write(stdout, b"\n" + json.dumps(what).encode() + b"\n")
 

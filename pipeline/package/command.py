@@ -80,7 +80,7 @@ def gathered(study: Study) -> tuple[list[Run], dict[str, Path], dict[str, str]]:
     """Every run, every file of the package by its place in it, and what some of them are. Raises `StudyError`."""
     names = study.graph.usual
     standing = status.Standing(study, names)
-    if said := standing.said(names):
+    if said := standing.sentence(names):
         raise StudyError(f"{shown(study.results)}: only results of the parameters and code at hand are packed; {said}")
     runs, settings = list[Run](), "".join(f" --set {shlex.quote(setting)}" for setting in study.settings)
     places = {FILE_NAME: study.root / FILE_NAME}

@@ -87,7 +87,7 @@ def figures(
         found = compare(expected, study.store.place(FIGURES), kept, allowed)
     else:
         found = _drawn_anew(study, expected, present, kept, allowed)
-    _tell(found, len(present), how, exact, form)
+    _report(found, len(present), how, exact, form)
 
 
 def _draw_named(study: Study, names: Iterable[str], folder: Path, form: options.Form) -> None:
@@ -130,7 +130,7 @@ def _drawn_anew(
         return compare(expected, Path(folder), kept, tolerance)
 
 
-def _tell(found: Sequence[Difference], count: int, how: str, exact: bool, form: options.Form) -> None:
+def _report(found: Sequence[Difference], count: int, how: str, exact: bool, form: options.Form) -> None:
     """Tell what differs of `count` files, and end with 1 if some of it is beyond what is allowed."""
     failed = [difference for difference in found if difference.fails or exact]
     lines = [f"{one.name} {one.what}" + (f"; see {shown(one.picture)}" if one.picture else "") for one in found]
@@ -178,7 +178,7 @@ def draw(
     surveyed = status.Standing(study, set().union(*shows.values())) if marked else None
     refused = []
     for name, makers in shows.items():
-        said = surveyed.said(makers) if surveyed else ""
+        said = surveyed.sentence(makers) if surveyed else ""
         try:
             results = {key: _result(study, places[key]) for key in drawn.figure(name).inputs}
             files, caption = drawn.draw(name, _parameters(study, values, makers), results, said)

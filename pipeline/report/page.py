@@ -59,7 +59,7 @@ def report(study: Study, into: Path | None, no_times: bool, form: options.Form) 
     made, names, path = entries(study), study.graph.usual, disk.replaceable(into) if into else study.results / REPORT
     found = Standing(study, names)
     stale = {name: "; ".join(item.reasons) for name, item in found.found.items()}
-    echo(f"{found.said(names)}; the page says so" if stale else found.doubt)
+    echo(f"{found.sentence(names)}; the page says so" if stale else found.doubt)
     disk.write(path, render(study, made, not no_times, stale))
     form.give([f"written: {shown(path)}"], {"written": shown(path), "not_current": stale})
 

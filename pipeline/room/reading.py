@@ -244,7 +244,7 @@ def _answer(send: int, reader: Reader, source: Path, given: Any, writes: Path | 
         except BrokenPipeError:
             pass
         except BaseException as error:
-            _send(out, {"ended": _said(error, source, reader.__module__.partition(".")[0])})
+            _send(out, {"ended": _sentence(error, source, reader.__module__.partition(".")[0])})
 
 
 def _check_unpacked(source: Path, limits: Limits) -> None:
@@ -271,7 +271,7 @@ class _Over(Exception):
     """A limit is met; its name."""
 
 
-def _said(error: BaseException, source: Path, package: str) -> str:
+def _sentence(error: BaseException, source: Path, package: str) -> str:
     """The sentence of an error, or the name of the limit that it met, perhaps beneath another error."""
     beneath: BaseException | None = error
     while beneath is not None:

@@ -109,10 +109,10 @@ def answered(
     if run.completed:
         audit = turnover(balance(float(times[-1])))
     hip = path.at(times)[0][:, :2] if len(path.time) > 1 else np.zeros((len(times), 2))
-    return Answer(run.completed, said(run.outcome, message), times, hip, audit)
+    return Answer(run.completed, ending(run.outcome, message), times, hip, audit)
 
 
-def said(outcome: str, message: str) -> str:
+def ending(outcome: str, message: str) -> str:
     """How a run ended, without the time at which it did."""
     words = f"{outcome}: {message}" if message and message != outcome else outcome
     return "the solver gets nowhere within its steps" if outcome == "step floor" else words.split(" at t =")[0]
@@ -157,7 +157,7 @@ def rigid_limit(usual: Parameters, here: Parameters, point: Point) -> Finding:
     state = rolling_state(here.biped, stiff, stance, walk.standing_force)
     run = simulate(here.biped, here.slope, stiff, state, patient, steps=1)
     if not run.completed:
-        return Finding(FAILED, reason=said(run.outcome, run.message))
+        return Finding(FAILED, reason=ending(run.outcome, run.message))
     away = (walk.time <= period) & (np.abs(walk.time - walk.heel_strike_time[0]) > IMPACT)
     hip = run.trajectory.at(walk.time[away])[0][:, :2]
     error = float(np.abs(hip - walk.hip_position[away]).max() / here.biped.leg_length)

@@ -74,7 +74,8 @@ def test_show_why_tells_parameters_by_line_inputs_code_and_the_same_of_what_was_
     told = " ".join(" ".join(lines[own:above]).split())
     assert f"ground.contact_stiffness = 1e5 N/m params/ground.yaml:{number} (assumed)" in told
     assert "reads results/fall.h5, made by stage fall, SHA-256 " in told and "code: stages/bounce/run.py and " in told
-    assert "fall.marks = [0.5, 1e-7] m" in " ".join(lines[above:]) and "that are listed above" in " ".join(lines[above:])
+    below = " ".join(lines[above:])
+    assert "fall.marks = [0.5, 1e-7] m" in below and "that are listed above" in below
     made = json.loads(plain)["made"]
     assert [one["stage"] for one in made] == ["bounce", "fall"]
     assert "stages/fall/run.py" in made[1]["code"] and any(each.startswith("numpy ") for each in made[1]["versions"])

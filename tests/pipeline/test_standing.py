@@ -11,7 +11,7 @@ HEIGHT = "fall.yaml: height 2 -> 2.5"
 
 
 def said(toy, *names, settings=()):
-    return Standing(toy.study(*settings), names).said(names)
+    return Standing(toy.study(*settings), names).sentence(names)
 
 
 def edit_height(toy):

@@ -121,18 +121,18 @@ def described(design: Design, asking: Asking) -> dict[str, Any]:
         if walker.rigid:
             lengths = (design.biped.leg(each).leg_length for each in (leg, 1 - leg))
             of = replace(of, **dict(zip(("stance_length", "swing_length"), lengths)))
-        return {name: said(value, units[name]) for name, value in vars(of).items()}
+        return {name: quantity_of(value, units[name]) for name, value in vars(of).items()}
 
     events = [{
         "event": "heel strike" if segment.last else "toe-off", "stance_leg": segment.stance_leg,
-        "time": said((segment.start + segment.duration) * walker.time, "s"),
+        "time": quantity_of((segment.start + segment.duration) * walker.time, "s"),
         "state": state(walker.stance_state(segment.end), segment.stance_leg),
     } for segment in record_steps(walker, point, TOLERANCE)]  # fmt: skip
     start = replace(start, **{name: float(text) for name, text in found["centre"].items()})
     return {
         "name": design.name, "words": design.words, "steps": len(point.steps), "stable": found["stable"],
         "parameters": parameters_of(design), "start": state(start, 0), "events": events,
-        "period": said(gait.period_s, "s"), "step_length": said(gait.step_length_m, "m"),
+        "period": quantity_of(gait.period_s, "s"), "step_length": quantity_of(gait.step_length_m, "m"),
         "multipliers": {"value": gait.floquet_multipliers.tolist(), "unit": "1"},
         "enclosures": {name.removesuffix(f"_{unit}"): {"between": ends, "unit": unit}
                        for name, ends in found["enclosures"].items()
@@ -140,7 +140,7 @@ def described(design: Design, asking: Asking) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def said(value: float, unit: str) -> dict[str, Any]:
+def quantity_of(value: float, unit: str) -> dict[str, Any]:
     """A number with its unit."""
     return {"value": float(value), "unit": unit}
 
@@ -151,10 +151,10 @@ def parameters_of(design: Design) -> dict[str, Any]:
     from stages.ground.slope import Slope
 
     units = {field.name: field.metadata["unit"] for kind in (Biped, Slope) for field in dataclasses.fields(kind)}
-    hip = {name: said(getattr(design.biped, key), units.get(key, "kg")) for name, key in HIP.items()}
-    legs = {f"leg_{i}": {field.name: said(getattr(design.biped.leg(i), field.name), units[field.name])
+    hip = {name: quantity_of(getattr(design.biped, key), units.get(key, "kg")) for name, key in HIP.items()}
+    legs = {f"leg_{i}": {field.name: quantity_of(getattr(design.biped.leg(i), field.name), units[field.name])
                          for field in dataclasses.fields(Leg)} for i in (0, 1)}  # fmt: skip
-    ground = {name: said(value, units[name]) for name, value in vars(design.slope).items()}
+    ground = {name: quantity_of(value, units[name]) for name, value in vars(design.slope).items()}
     return {"hip": {"legs": design.biped.legs, **hip}, "ground": ground, **legs}
 
 

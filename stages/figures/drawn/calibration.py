@@ -151,7 +151,7 @@ def caption_fit(given: Given) -> str:
     words = (f"{fit.name}, {fit.kind}, {len(fit.strikes) - 1} steps fitted alone by the constraint model: residuals "
              f"of {fit.sigmas:.2f} times the sensors' noise. Lines below: root mean square by part of the step; what "
              f"is sampled at impacts does not count. {_largest(fit)}")  # fmt: skip
-    return " ".join([words, *_told(calibration)])
+    return " ".join([words, *_remarks(calibration)])
 
 
 def _largest(fit: FittedRun) -> str:
@@ -160,7 +160,7 @@ def _largest(fit: FittedRun) -> str:
     return f"The foot's are largest {100 * middle[worst]:.0f} % into a step ({size[worst]:.3f} m/s²)."
 
 
-def _told(calibration: Calibration) -> Iterator[str]:
+def _remarks(calibration: Calibration) -> Iterator[str]:
     for one in calibration.held_out:
         words = (f"{one.name} was held out: with its start and sensors fitted errors are {one.fit_force:.3f} m/s² and "
                  f"{1e3 * one.fit_rate:.1f} mrad/s")  # fmt: skip

@@ -143,7 +143,7 @@ def caption_bifurcation(given: Given) -> str:
     text = f"{text} {stretches(families[0])}"
     for family in families:
         for turn in family.turns:
-            text = f"{text} {said(family, turn)}"
+            text = f"{text} {label(family, turn)}"
     gone = [f"the cycle of {family.steps} at {value:.3g}°" for family in families
             for value in without_double_stance(family)]  # fmt: skip
     if gone:
@@ -173,7 +173,7 @@ def stretches(family: RecordedFamily) -> str:
     return f"{known}; stable ones lie between {low:.4g}° and {high:.4g}°."
 
 
-def said(family: RecordedFamily, turn: Turn) -> str:
+def label(family: RecordedFamily, turn: Turn) -> str:
     """A turn in words."""
     what = {
         "period doubling": f"the cycle of {family.steps} doubles",

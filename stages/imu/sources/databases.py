@@ -188,13 +188,13 @@ class SqliteSource(TableSource):
 
     def __init__(self, path: Path, timeout_s: float = 2.0) -> None:
         super().__init__(path.name)
-        with _said(self, SQLITE_REASONS):
+        with _refusing(self, SQLITE_REASONS):
             self._connection = _open(path, timeout_s)
         self.open_tables()
 
     def query(self, sql: str, **values: Any) -> Iterator[tuple[Any, ...]]:
         """Rows of a SELECT."""
-        with _said(self, SQLITE_REASONS):
+        with _refusing(self, SQLITE_REASONS):
             yield from self._connection.execute(sql, values)
 
     def present(self) -> dict[str, set[str]]:
@@ -255,7 +255,7 @@ class SqlSource(TableSource):
         self._connection: Any = None
         self._limit_s = statement_s + GRACE_S
         try:
-            with _said(self, SERVER_REASONS):
+            with _refusing(self, SERVER_REASONS):
                 self._open(connection_string, statement_s)
         except SourceRefused:
             self.close()
@@ -296,7 +296,7 @@ class SqlSource(TableSource):
 
     def query(self, sql: str, **values: Any) -> Iterator[tuple[Any, ...]]:
         """Rows of a SELECT."""
-        with _said(self, SERVER_REASONS):
+        with _refusing(self, SERVER_REASONS):
             how = {"stream_results": True}
             ask = partial(self._connection.execute, _sqlalchemy().text(sql), values, execution_options=how)
             result = _within(self._limit_s, ask)
@@ -305,7 +305,7 @@ class SqlSource(TableSource):
 
     def present(self) -> dict[str, set[str]]:
         """Tables and views with their columns."""
-        with _said(self, SERVER_REASONS):
+        with _refusing(self, SERVER_REASONS):
             found = _within(self._limit_s, self._present)
         if not {*TABLES} <= {*found} and self.name == TITLES[DRIVERS["postgresql"]]:
             names = ", ".join(f"'{table}'" for table in TABLES)
@@ -361,7 +361,7 @@ def _within(seconds: float, work: Callable[[], T]) -> T:
 
 
 @contextmanager
-def _said(source: TableSource, reasons: Reasons) -> Generator[None, None, None]:
+def _refusing(source: TableSource, reasons: Reasons) -> Generator[None, None, None]:
     """Our own words for an engine's; its words only choose among ours. Raises SourceRefused."""
     try:
         yield

@@ -57,13 +57,13 @@ class Head:
         """What a map calls the column."""
         return self.names[column] if self.names else str(column + 1)
 
-    def said(self, column: int) -> tuple[str, str]:
+    def stated(self, column: int) -> tuple[str, str]:
         """What may say the unit of a column: the row of units, if there is one, and the name."""
         return self.units[column] if column < len(self.units) else "", self.name(column)
 
-    def said_unit(self, column: int, among: Sequence[str]) -> str:
+    def stated_unit(self, column: int, among: Sequence[str]) -> str:
         """The unit that the name or the row of units says; empty where neither does."""
-        said = self.said(column)
+        said = self.stated(column)
         return next((unit for text in said for unit, pattern in _UNITS
                      if unit in among and text and re.search(pattern, text, re.I)), "")  # fmt: skip
 

@@ -132,7 +132,7 @@ def _of_table(path: Path) -> Proposed:
     force, rates = (_unit(head, columns, kind, maker) for kind in ("a", "g"))
     missing = [name for name in (*FORCES, *RATES) if name not in columns]
     lacks = f"{LACKS}{', '.join(missing)}" if missing else ""
-    remarks = list(filter(None, (*_layout_said(head, maker), said, force[1], rates[1], lacks)))
+    remarks = list(filter(None, (*_layout_remarks(head, maker), said, force[1], rates[1], lacks)))
     beside = _gyroscope_beside(path) if tuple(missing) == RATES else None
     other = head if beside is None else head_of(beside)
     found = {} if beside is None else columns_of(other, "g", maker)
@@ -161,7 +161,7 @@ def _stands_twice(head: Head, columns: dict[str, int]) -> bool:
     return any(names.count(names[column]) > 1 for column in columns.values() if names)
 
 
-def _layout_said(head: Head, maker: Maker | None) -> list[str]:
+def _layout_remarks(head: Head, maker: Maker | None) -> list[str]:
     """Lines on how a table is laid out, and by which maker."""
     layout = [
         f"{head.delimiter}-separated" if head.delimiter else "",
@@ -265,7 +265,7 @@ def _axis_named(head: Head, column: int, alone: str) -> str:
     if not axis or _OTHER.search(name):
         return ""
     kind = "a" if _FORCE.search(name) else "g" if _RATE.search(name) else ""
-    kind = kind or ("a" if head.said_unit(column, tuple(GRAVITY)) else "g" if head.said_unit(column, TURNS) else "")
+    kind = kind or ("a" if head.stated_unit(column, tuple(GRAVITY)) else "g" if head.stated_unit(column, TURNS) else "")
     kind = kind or ("g" if re.match(r"[gw][xyz]", name, re.I) else alone)
     return f"{kind}{(axis[1] or axis[2]).lower()}"
 
@@ -283,7 +283,7 @@ def _rate(head: Head, columns: dict[str, int]) -> tuple[float, str]:
         return float(written[1]), f"rate {written[1]} Hz: written above the names"
     if stamp is None:
         return 100.0, "no stamps: the rate of 100 Hz is a guess"
-    said = head.said_unit(stamp, tuple(UNITS))
+    said = head.stated_unit(stamp, tuple(UNITS))
     return _rate_of(_stamps(head, stamp), (said,) if said else tuple(UNITS), head.name(stamp))
 
 
@@ -305,11 +305,11 @@ def _unit(head: Head, columns: dict[str, int], kind: str, maker: Maker | None) -
     if not mine:
         return ("m/s^2", "no accelerometer found") if kind == "a" else ("", "")
     refuse((
-        any(map(OTHER_UNITS.search, head.said(mine[0]))),
+        any(map(OTHER_UNITS.search, head.stated(mine[0]))),
         f"the column {printable(head.name(mine[0]))} is in a unit that is not read: bring it to "
         f"{', '.join(known[:-1])} or {known[-1]}",
     ))
-    said = head.said_unit(mine[0], known)
+    said = head.stated_unit(mine[0], known)
     if said:
         return said, f"{what} in {said}: written in the file"
     if maker is not None:
