@@ -18,7 +18,7 @@ from typing import Any
 from pipeline.cache import disk
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
-from pipeline.execution.executor import Planner, State
+from pipeline.execution.executor import State
 from pipeline.graph import REPORT
 from pipeline.questions.asking import Asked
 from pipeline.report import page
@@ -121,9 +121,7 @@ class Flipped:
 
     def current_and_wrong(self, variant: tuple[str, ...]) -> list[str]:
         """Files of stages that are called current, and are not what an undisturbed run makes."""
-        study = self.toy.study(*variant)
-        survey = Planner(study, study.parameters(tuple(study.graph.stages))).survey(study.graph.stages)
-        current = [item.entry for item in survey if item.state is State.CURRENT]
+        current = [item.entry for item in self.toy.survey(*variant).values() if item.state is State.CURRENT]
         names = [path.removeprefix("results/") for entry in current if entry for path in entry.outs]
         return [name for name in names if disk.read(self.results / name) != self.right[variant].get(name)]
 

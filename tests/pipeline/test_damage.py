@@ -9,15 +9,8 @@ import h5py
 import pytest
 
 from pipeline.cache import disk
-from pipeline.execution.executor import Planner, State
+from pipeline.execution.executor import State
 from tests.pipeline.toy import Toy
-
-
-def survey(toy):
-    """What `status` finds of each stage."""
-    study = toy.study()
-    names = tuple(study.graph.stages)
-    return {item.name: item for item in Planner(study, study.parameters(names)).survey(names)}
 
 
 def flipped(content):
@@ -32,7 +25,7 @@ def test_a_damaged_artefact_is_seen_and_put_right(done, damage):
     before = done.results()
     path = done.root / "results/fall.h5"
     path.write_bytes(damage(path.read_bytes()))
-    assert survey(done)["fall"].reasons == ("results/fall.h5 was edited or damaged",)
+    assert done.survey()["fall"].reasons == ("results/fall.h5 was edited or damaged",)
     assert done.run()["fall"] == "restored"
     assert done.results() == before
 
@@ -117,7 +110,7 @@ def arrive(toy: Toy) -> None:
 
 
 def states(toy: Toy) -> dict[str, State]:
-    return {name: item.state for name, item in survey(toy).items()}
+    return {name: item.state for name, item in toy.survey().items()}
 
 
 def manifests(toy: Toy) -> dict[str, object]:
@@ -148,7 +141,7 @@ def test_results_that_replaced_others_beside_their_cache_are_current(done):
 def test_what_arrived_for_other_parameters_says_what_changed(done):
     arrive(done)
     done.edit("params/fall.yaml", "{value: 2.0,", "{value: 3,")
-    fall = survey(done)["fall"]
+    fall = done.survey()["fall"]
     assert fall.state is State.STALE and fall.reasons == ("fall.yaml: height 2 -> 3",)
 
 

@@ -134,15 +134,14 @@ def test_a_figure_is_drawn_alone_from_the_artefacts_that_it_names(ran):
 
 
 def test_a_figure_that_cannot_be_drawn_says_why_after_the_others(ran):
-    toy = ran
-    toy.edit("stages/picture/drawn.py", '    if name == "two":', """    if name == "one":
+    ran.edit("stages/picture/drawn.py", '    if name == "two":', """    if name == "one":
         from stages.fall.errors import NoFall
         raise NoFall("it hangs")
     if name == "two":""")
-    code, out, errors = toy.command("figures", "one", "two", "--set", "picture.extra=true")
+    code, out, errors = ran.command("figures", "one", "two", "--set", "picture.extra=true")
     assert code == 3 and out.endswith("this is two\n") and errors.endswith("error: one is not drawn: it hangs\n")
-    (toy.root / "results/figures/one.svg").unlink()
-    assert toy.says("figures --check").startswith("0 files, 0 differ"), "as there is none to compare with"
+    (ran.root / "results/figures/one.svg").unlink()
+    assert ran.says("figures --check").startswith("0 files, 0 differ"), "as there is none to compare with"
 
 
 def test_figures_of_another_processor_are_compared_within_a_tolerance(toy_with_commands):

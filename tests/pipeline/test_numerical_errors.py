@@ -33,6 +33,7 @@ def closer_toy(toy):
 
 @pytest.fixture
 def falling(toy):
+    """For runs from this process."""
     return closer_toy(toy)
 
 
@@ -45,19 +46,18 @@ def errors(toy, stage):
 
 
 def test_a_number_carries_its_error_and_hands_it_on(falling):
-    toy = falling
-    toy.run(names=("bounce", "side"))
-    found, why = errors(toy, "fall")
+    falling.run(names=("bounce", "side"))
+    found, why = errors(falling, "fall")
     assert found["height"] == SAFE * 0.25 and not why
     assert found["mass/ball"] == pytest.approx(ROUND_OFF * np.spacing(0.1), rel=0.05), "no less than round-off"
-    content = (toy.root / "results/fall.h5").read_bytes()
-    with h5py.File(toy.root / "results/fall.h5") as file, h5py.File(toy.root / "results/bounce.h5") as below:
+    content = (falling.root / "results/fall.h5").read_bytes()
+    with h5py.File(falling.root / "results/fall.h5") as file, h5py.File(falling.root / "results/bounce.h5") as below:
         distance, other = file["sample/distance"], file["closer/sample/distance"]
         np.testing.assert_allclose(other[()], 1.5 * distance[()])
         assert found["sample/distance"] == pytest.approx(SAFE * 0.5 * distance[-1], rel=0.05)
         assert below["force"].attrs["numerical_error"] == pytest.approx(SAFE * 0.5 * below["force"][()], rel=0.05)
     assert not any(each.path.startswith("closer") for each in artefact.tree(content, "fall"))
-    assert errors(toy, "side") == ({}, ""), "it has no solver, and reads none's result"
+    assert errors(falling, "side") == ({}, ""), "it has no solver, and reads none's result"
 
 
 def test_claims_are_as_safe_as_artefacts():
@@ -91,29 +91,26 @@ def test_show_prints_it_or_why_there_is_none(toy_with_commands):
 
 
 def test_a_result_stands_where_closer_solvers_fail_and_says_so(falling):
-    toy = falling
-    toy.edit("PACKAGE/fall/run.py", "    files = ", """    if parameters.gravity.gravity > 14:
+    falling.edit("PACKAGE/fall/run.py", "    files = ", """    if parameters.gravity.gravity > 14:
         raise ValueError("too heavy")
     files = """)
-    toy.run(names=("bounce",))
-    assert errors(toy, "fall") == ({}, "at closer settings: too heavy") and errors(toy, "bounce") == ({}, "")
+    falling.run(names=("bounce",))
+    assert errors(falling, "fall") == ({}, "at closer settings: too heavy") and errors(falling, "bounce") == ({}, "")
 
 
 def test_a_stage_that_compares_reads_both(falling):
-    toy = falling
-    toy.edit("PACKAGE/bounce/run.py", "    fall: Fall\n", '    fall: Fall\n    closer: "Inputs | None" = None\n')
-    toy.edit("PACKAGE/bounce/run.py", "    fall = inputs.fall\n", """    if inputs.closer is not None:
+    falling.edit("PACKAGE/bounce/run.py", "    fall: Fall\n", '    fall: Fall\n    closer: "Inputs | None" = None\n')
+    falling.edit("PACKAGE/bounce/run.py", "    fall = inputs.fall\n", """    if inputs.closer is not None:
         return Result(inputs.closer.fall.height - inputs.fall.height)
     fall = inputs.fall
 """)
-    toy.run(names=("bounce",))
-    with h5py.File(toy.root / "results/bounce.h5") as file:
+    falling.run(names=("bounce",))
+    with h5py.File(falling.root / "results/bounce.h5") as file:
         assert file["force"][()] == 0.25
 
 
 def test_a_stage_may_take_its_closer_result_from_what_it_found(falling):
-    toy = falling
-    path = toy.path("PACKAGE/fall/run.py")
+    path = falling.path("PACKAGE/fall/run.py")
     path.write_text(f"""import dataclasses
 
 {path.read_text()}
@@ -121,8 +118,8 @@ def test_a_stage_may_take_its_closer_result_from_what_it_found(falling):
 def again(parameters, inputs, result):
     return dataclasses.replace(result, height=result.height + 0.5)
 """)
-    toy.run(names=("fall",))
-    assert errors(toy, "fall")[0]["height"] == SAFE * 0.5
+    falling.run(names=("fall",))
+    assert errors(falling, "fall")[0]["height"] == SAFE * 0.5
 
 
 def test_every_stage_that_solves_has_closer_settings_or_says_why_not():

@@ -68,19 +68,18 @@ def test_before_any_run_it_says_what_to_do(toy):
 
 
 def test_run_all_writes_it_and_the_command_marks_what_is_stale(ran):
-    toy = ran
-    (toy.root / "results/report.html").unlink()
-    assert toy.says("run-all").splitlines()[-1].split() == ["report", "written", "results/report.html"]
-    toy.edit("params/fall.yaml", "value: 2", "value: 3")
-    code, out, errors = toy.command("report", "--into", "page.html", "--no-times")
+    (ran.root / "results/report.html").unlink()
+    assert ran.says("run-all").splitlines()[-1].split() == ["report", "written", "results/report.html"]
+    ran.edit("params/fall.yaml", "value: 2", "value: 3")
+    code, out, errors = ran.command("report", "--into", "page.html", "--no-times")
     assert (code, out) == (0, "written: page.html\n")
     assert errors == ("note: not current: fall, bounce, picture (fall.yaml: height 2 -> 3); make them current with: "
                       "bipedstudy run picture; the page says so\n")  # fmt: skip
-    assert "fall.yaml: height 2 -&gt; 3" in (toy.root / "page.html").read_text(encoding="utf-8")
-    assert json.loads(toy.says("report --json")) == {"written": "results/report.html", "not_current": {
+    assert "fall.yaml: height 2 -&gt; 3" in (ran.root / "page.html").read_text(encoding="utf-8")
+    assert json.loads(ran.says("report --json")) == {"written": "results/report.html", "not_current": {
         "fall": "fall.yaml: height 2 -> 3", "bounce": "input fall will be computed first",
         "picture": "input bounce will be computed first"}}  # fmt: skip
-    toy.says("report --results elsewhere", code=2)
+    ran.says("report --results elsewhere", code=2)
 
 
 # --- A proof beside the results: what claims and report say of it, by where it was made and of which parameters.

@@ -4,7 +4,6 @@ import pytest
 
 from pipeline.errors import StageFailed
 from pipeline.execution import executor
-from pipeline.execution.executor import Planner
 
 
 def can_do_without(toy):
@@ -29,9 +28,7 @@ def test_it_is_kept_its_files_go_and_what_needs_it_says_so(done, monkeypatch):
                     "side": ("current", told["side"][1]), "picture": ("computed", "2 figures")}
     assert not toy.results().keys() & {"fall.h5", "bounce.h5"}, "nothing of them is left to be mixed in"
     assert b"there is no fall: nothing falls upwards" in toy.results()["claims.yaml"]
-    study = toy.study("fall.behaviour=answer")
-    kept = {one.name: one.entry.refused for one in Planner(study, study.parameters(study.graph.stages)).survey(
-        study.graph.stages)}
+    kept = {name: found.entry.refused for name, found in toy.survey("fall.behaviour=answer").items()}
     assert kept == {"fall": True, "bounce": True, "side": False, "picture": False}
     monkeypatch.setattr(executor._Run, "_start", None)  # whatever is computed now fails
     with pytest.raises(StageFailed) as again:

@@ -4,7 +4,7 @@ import json
 import shutil
 
 from pipeline.commands.status import Standing, together
-from pipeline.execution.executor import Planner, State
+from pipeline.execution.executor import State
 from pipeline.report.figures import draw
 
 HEIGHT = "fall.yaml: height 2 -> 2.5"
@@ -102,10 +102,7 @@ def test_the_note_stands_on_standard_error_beside_json(ran):
 
 
 def survey(toy, *settings):
-    study = toy.study(*settings)
-    names = tuple(study.graph.stages)
-    found = Planner(study, study.parameters(names)).survey(names)
-    return {item.name: (item.state, item.reasons) for item in found}
+    return {name: (found.state, found.reasons) for name, found in toy.survey(*settings).items()}
 
 
 def test_never_run_and_of_unknown_origin(toy):

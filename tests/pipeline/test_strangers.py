@@ -7,7 +7,6 @@ import pytest
 
 from pipeline.cache import disk
 from pipeline.errors import StudyError
-from pipeline.execution.executor import Planner
 from pipeline.graph import is_inside
 from pipeline.questions.asking import Asked
 
@@ -216,8 +215,7 @@ def test_a_pipe_or_a_folder_in_place_of_a_file_stops_nothing(done, name, make):
     make(path)
     if name.endswith("KEY/results/fall.h5"):
         (done.root / "results/fall.h5").unlink()  # so that it is looked for
-    study = done.study()
-    list(Planner(study, study.parameters(tuple(study.graph.stages))).survey(study.graph.stages))
+    done.survey()
     done.run()
     assert done.results() == before
 

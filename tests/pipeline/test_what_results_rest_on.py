@@ -144,18 +144,15 @@ def test_any_change_ends_it(noted, change):
     assert untouched.recall(noted.study()) == {}
 
 
-def test_it_holds_for_what_was_asked_alone(noted):
+def test_it_holds_for_what_was_asked_alone_and_not_for_what_is_missing(noted):
     assert untouched.recall(noted.study("fall.height=3")) == {}
+    for name in (".cache/current/fall.json", "fall.h5"):
+        (noted.root / "results" / name).unlink()
+    assert untouched.look(noted.study()) is None
 
 
 def test_what_changed_just_now_is_not_relied_on(done):
     done.edit("params/fall.yaml", "height", "height")
-    assert untouched.look(done.study()) is None
-
-
-def test_a_result_that_is_missing_is_not_noted(done):
-    for name in (".cache/current/fall.json", "fall.h5"):
-        (done.root / "results" / name).unlink()
     assert untouched.look(done.study()) is None
 
 

@@ -21,7 +21,7 @@ from pipeline import trust
 from pipeline.cache.fingerprint import WRITER
 from pipeline.cache.sources import SyntaxMemo, beside
 from pipeline.execution.display import Display
-from pipeline.execution.executor import Outcome, bring_up_to_date
+from pipeline.execution.executor import Assessment, Outcome, Planner, bring_up_to_date
 from pipeline.study import Study
 from tests import commands
 
@@ -53,6 +53,12 @@ class Toy:
         wanted = study.graph.needed_for(names or tuple(study.graph.stages))
         values = study.parameters(wanted)
         return bring_up_to_date(study, values, Display(), force=wanted if force else (), jobs=jobs)
+
+    def survey(self, *settings: str) -> dict[str, Assessment]:
+        """What `status` finds of each stage, by its name."""
+        study = self.study(*settings)
+        names = tuple(study.graph.stages)
+        return {item.name: item for item in Planner(study, study.parameters(names)).survey(names)}
 
     def path(self, name: str) -> Path:
         return self.root / name.replace("PACKAGE", self.package)
