@@ -19,7 +19,6 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-from fontTools import subset
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.collections import PathCollection, QuadMesh
@@ -144,28 +143,6 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
         yield
 
 
-@contextmanager
-def bare_fonts() -> Iterator[None]:
-    """Fonts with numbers for the names of their glyphs, and without rules for joining letters: a PDF reads neither.
-
-    To cut fonts to the letters that are used takes a quarter of the drawing with those, and a twentieth without.
-    """
-    load = subset.load_font
-
-    def bare(file: Any, options: Any) -> Any:
-        font = load(file, options, dontLoadGlyphNames=True)
-        for name in {"GDEF", "GPOS", "GSUB"} & set(font.keys()):
-            del font[name]
-        font.setGlyphOrder([f"glyph{number}" for number in range(font["maxp"].numGlyphs)])
-        return font
-
-    subset.load_font = bare
-    try:
-        yield
-    finally:
-        subset.load_font = load
-
-
 def in_few_colours(picture: Image.Image, pieces: str = "") -> bytes:
     """A picture as PNG with the 256 colours that fit it best: a quarter of the size, and no difference to be seen.
 
@@ -211,8 +188,7 @@ def pictures(name: str, figure: Figure, dpi: int, *, pdf: bool = True, said: str
         if pdf:
             buffer = io.BytesIO()
             nameless = {"CreationDate": None, "Producer": None, "Creator": None}
-            with bare_fonts():
-                figure.savefig(buffer, format="pdf", dpi=dpi, metadata=nameless, bbox_inches=box)
+            figure.savefig(buffer, format="pdf", dpi=dpi, metadata=nameless, bbox_inches=box)
             files[f"figures/{name}.pdf"] = buffer.getvalue()
     plt.close(figure)
     return files
