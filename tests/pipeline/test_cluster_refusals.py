@@ -94,9 +94,9 @@ def no_program(folder):
     (lambda folder: (folder / "h5py-9.9.dist-info").mkdir(parents=True), "has h5py 9.9 instead of "),
     (no_program, "every machine of a cluster needs this program"),
 ], ids=["other code", "other versions", "no program"])  # fmt: skip
-def test_a_machine_that_is_not_like_this_one_refuses(toy, started, tmp_path, make, said):
-    make(tmp_path / "other")
-    cluster = started(first_on_path=(tmp_path / "other",))
+def test_a_machine_that_is_not_like_this_one_refuses(toy, started, tmp_path_factory, make, said):
+    make(other := tmp_path_factory.mktemp("other"))  # in the study it would be code that nobody agreed to
+    cluster = started(first_on_path=(other,))
     toy.says(f"sweep seeds.yaml --cluster {cluster.address}", said, code=1)
 
 
