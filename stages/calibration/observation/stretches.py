@@ -6,6 +6,7 @@ with what is varied, and nothing is differentiated across a jump.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -165,9 +166,9 @@ class Stretch:
 
 
 def walk_stretches(
-    walker: Walker, begin: Vector, along: np.ndarray, until: float, tolerance: float, first_leg: int
-) -> list[Stretch]:
-    """Stretches of a walk from mid-stance up to the first that ends after the time `until`.
+    walker: Walker, begin: Vector, along: np.ndarray, tolerance: float, first_leg: int
+) -> Iterator[Stretch]:
+    """The stretches of a walk from mid-stance on, one after another without end.
 
     It begins in single stance on leg `first_leg` with the state `begin` (size,), or upright, (size - 1,), without
     theta, which is zero. There what springs do fades soon; just after a heel strike it would move the next events too,
@@ -184,7 +185,6 @@ def walk_stretches(
     variations = np.zeros((free + len(along), size))
     variations[range(free), range(size - free, size)] = 1.0
     y = np.concatenate([np.zeros(size - free), begin, variations.ravel()])
-    stretches: list[Stretch] = []
     start, leg, phases = 0.0, first_leg, 0
     fastest = fastest_rate(walker.p)
     phase, decided = int(single_stance(y[:size], p)), True
@@ -207,13 +207,11 @@ def walk_stretches(
                 raise StepFailed("no integration step is short enough")
             end[:size] = event
             arrive(phase, end, p, numbers)
-            stretches.append(Stretch(
+            yield Stretch(
                 leg, np.append(start, before), np.append(duration, numbers.delays - before), edges,
                 _columns(states[:-1], size), _columns(rates[:-1], size), _columns(y, size)[0], _columns(end, size)[0],
-                lands, bool(in_contact(phase))))
+                lands, bool(in_contact(phase)))
         start += duration
-        if start > until:
-            return stretches
         y, ended = end, phase
         phase, decided = succeed(phase, y, p, numbers)
         if lands:
