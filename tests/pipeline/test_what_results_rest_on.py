@@ -165,5 +165,3 @@ def test_the_command_believes_the_note_and_says_the_same(ran):
     found = ran.command("run-all", before=sure)
     assert found[0] == 0 and found[1].count("current") == 4
     assert ran.command("run-all", before=sure + unread) == found
-    assert "bounce        computed" in ran.command("run-all", "--set", "ground.contact_stiffness=2e5", before=sure)[1]
-    assert "bounce        restored" in ran.command("run-all", before=sure)[1]
