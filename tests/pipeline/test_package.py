@@ -136,7 +136,7 @@ def test_a_recording_from_outside_is_refused(done, tmp_path):
     (tmp_path / "lab.txt").write_text("41")
     setting = f"side.table={tmp_path / 'lab.txt'}"
     done.run(setting)
-    with pytest.raises(StudyError, match="table = .* lies outside of the study"):
+    with pytest.raises(StudyError, match=r"table = .* lies outside of the study"):
         command.gathered(done.study(setting))
 
 
