@@ -21,7 +21,6 @@ import socket
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -94,15 +93,6 @@ def load(job: Job) -> None:
         for module, names in foreign(job.package, job.modules, heads):
             with contextlib.suppress(BaseException):
                 __import__(module, fromlist=names)
-        if "numba" in sys.modules:
-            ready_to_compile()
-
-
-@cache
-def ready_to_compile() -> None:
-    """Numba gets ready at the first function that it compiles or loads: a third of a second, here for all workers."""
-    with contextlib.suppress(BaseException):
-        sys.modules["numba"].njit(lambda: None)()
 
 
 def foreign(
