@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.accuracy.estimate import ErrorEstimate
-from stages.biped.quantity import quantity
+from stages.biped.quantity import LEFT, quantity
 from stages.biped.walk import Gait, StanceState, Walk
 
 #: A sliding foot uses all the friction there is, up to this share.
@@ -156,11 +156,13 @@ class Result:
 
     gait: Gait = quantity("-", "the most stable gait of the design")
     mid_stance: StanceState = quantity("-", "state of that gait with the stance leg upright, single stance")
-    residual: float = quantity("1", "how far the fixed point moves in one step, in leg lengths and pendulum times")
+    residual: float = quantity(
+        "1", "how far the fixed point moves in one step, in leg lengths and pendulum times", without_error=LEFT)
     monodromy_matrix: np.ndarray = quantity("1", "derivative of the step map at the fixed point, dimensionless, (j, j)")
     energy: EnergyAudit = quantity("-", "energy audit of one step")
     constraint_drift: np.ndarray = quantity(
-        "1", "clearance, normal and slip velocity of the trailing foot at toe-off, dimensionless, shape (3,)")
+        "1", "clearance, normal and slip velocity of the trailing foot at toe-off, dimensionless, shape (3,)",
+        without_error=LEFT)
     variations: tuple[Variation, ...] = quantity("-", "largest multiplier with one design parameter changed")
     elasticities: tuple[Elasticities, ...] = quantity("-", "how the gait answers to each parameter; none on a fold")
     uncertainties: tuple[Uncertainty, ...] = quantity(

@@ -106,6 +106,10 @@ def half_widths(description: str) -> Any:
     return dataclasses.field(metadata=metadata, default_factory=dict)
 
 
+#: Why what a search leaves has no numerical error.
+LEFT = "it is what a solver leaves, an error itself"
+
+
 def quantity(
     unit: str,
     description: str,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.accuracy.estimate import ErrorEstimate
-from stages.biped.quantity import quantity
+from stages.biped.quantity import LEFT, quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
 from stages.planar.energy import EnergyBalance
@@ -33,7 +33,8 @@ class Cycle:
         "1", "multipliers of the step map, largest first, rows of real and imaginary part, (10, 2), or (0, 2)",
         dimensions=("multiplier", "part")
     )
-    residual: float = quantity("1", "how far the fixed point moves in one step, in the scales of the section")
+    residual: float = quantity(
+        "1", "how far the fixed point moves in one step, in the scales of the section", without_error=LEFT)
     period_change: float = quantity("s", "largest difference between the periods of the walk's last four steps")
 
     @property

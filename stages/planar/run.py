@@ -15,7 +15,7 @@ import numpy as np
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.between_steps import acting, hermite, hermite_from
 from stages.biped.design import Biped
-from stages.biped.quantity import quantity
+from stages.biped.quantity import LEFT, quantity
 from stages.biped.walk import StanceState
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import static_penetration
@@ -215,6 +215,7 @@ class LimitCycle:
     floquet_multipliers: np.ndarray = quantity(
         "1", "eigenvalues, largest first, real and imaginary part, (10, 2)", dimensions=("multiplier", "part")
     )
-    residual: float = quantity("1", "how far the fixed point moves in one step, in the scales of the section")
+    residual: float = quantity(
+        "1", "how far the fixed point moves in one step, in the scales of the section", without_error=LEFT)
     solver_steps: int = quantity("1", "solver steps of one step")
     steps_walked: int = quantity("1", "steps walked to find the gait and its derivative")

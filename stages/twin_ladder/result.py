@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.quantity import quantity
+from stages.biped.quantity import LEFT, quantity
 from stages.studies.result import COMPLETED, Table
 
 
@@ -28,8 +28,10 @@ class RungGait:
     side_multipliers: np.ndarray = quantity(
         "1", "the largest multiplier of a step in roll, yaw and sideways motion, shape (1, 2) or empty"
     )
-    residual: float = quantity("1", "how far the fixed point moves in a stride, in the section's scales")
-    solver_steps: float = quantity("1", "solver steps a step of walking takes")
+    residual: float = quantity(
+        "1", "how far the fixed point moves in a stride, in the section's scales", without_error=LEFT)
+    solver_steps: float = quantity(
+        "1", "solver steps a step of walking takes", without_error="it is a count, no number of the gait")
     strides_walked: int = quantity("1", "strides walked to find the gait and its multipliers")
 
     @property

@@ -63,7 +63,7 @@ def test_what_is_asked_is_among_the_parameters_and_stated():
 
 def said_of(stage, parameters):
     """What an artefact's account says of the request."""
-    return fingerprint._asked({"stage": stage, "parameters": parameters}, request)
+    return fingerprint._requested({"stage": stage, "parameters": parameters}, request)
 
 
 def test_what_can_be_asked_is_what_the_parameters_have():

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pipeline.cache import artefact
 from stages.biped.walk import StanceState
 from stages.multibody.walking.cycle import SectionWalker
 from stages.planar.limit_cycle import gait_near
@@ -43,6 +44,13 @@ def made_up():
     own = tuple(SameMachine(row.name, "no gait" if row.is_twin else COMPLETED, 0.495, 0.160, 0.0, row.plane_multipliers,
                             apart, 2 * apart) for row in rows)  # fmt: skip
     return Result(0.48, 0.16, rows, 0.471, 0.164, own)
+
+
+def test_how_many_steps_solvers_take_is_in_no_error_of_a_gait(made_up):
+    more = tuple(dataclasses.replace(rung, solver_steps=1e4, residual=1e-3) for rung in made_up.rungs)
+    fields = artefact.tree(artefact.encoded(made_up, {}, {}, dataclasses.replace(made_up, rungs=more))[1], "ladder.h5")
+    errors = [each.error for each in fields if each.error is not None]
+    assert len(errors) > 5 and max(errors) < 1e-12
 
 
 def test_changes_up_to_the_twin_add_up_to_its_difference(made_up):
