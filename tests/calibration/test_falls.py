@@ -16,7 +16,7 @@ from stages.calibration.following.stream import STAMP, Stream, rows_of
 from stages.calibration.following.track import Track, follow
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
-from stages.calibration.observation.prediction import at_once, predict, taken, walk
+from stages.calibration.observation.prediction import predict, taken, walk
 from tests.calibration.runs import DESIGN, PARAMETERS, disturbed
 from tests.calibration.test_following import follower, made, model, true_times
 
@@ -140,10 +140,10 @@ def test_a_robot_that_walks_on_where_the_likeliest_would_fall_is_followed():
     mean[rate] *= 6.0
     brink = Belief(mean, covariance, step.sampling)
     with pytest.raises(StepFailed):
-        at_once(robot.walked(mean, step.sampling, period))
+        robot.walked(mean, step.sampling, period)
     reached = robot.mid_stance(mean) + 0.2 * period
-    for found in (at_once(robot.nearer(Step(robot.anywhere, robot.wrong, brink, mean, step.walked), period, reached)),
-                  at_once(track._begun(brink, mean))):
+    for found in (robot.nearer(Step(robot.anywhere, robot.wrong, brink, mean, step.walked), period, reached),
+                  track._begun(brink, mean)):
         assert found.at[rate] < mean[rate] and found.ends > reached
         off = found.at - mean
         assert off @ np.linalg.pinv(covariance) @ off < 3.0 * len(off)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -25,7 +25,7 @@ from stages.calibration.estimation.run_fit import Model, fit_run
 from stages.calibration.following.step import Belief, Step
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import MeasuredRun, Sampling
-from stages.calibration.observation.prediction import Walked, walk_in_parts
+from stages.calibration.observation.prediction import Walked, walk
 from stages.calibration.parameters import Settings
 
 #: A step is walked for so many of the last one's period, to the heel strike after the next mid-stance.
@@ -141,8 +141,8 @@ class Follower:
 
     def walked(
         self, at: Vector, sampling: Sampling, period: float, reached: float = -math.inf
-    ) -> Generator[None, None, Walked]:
-        """A step of about a `period` [s], and what follows, as far as it does not fall; in parts.
+    ) -> Walked:
+        """A step of about a `period` [s], and what follows, as far as it does not fall.
 
         Raises StepFailed where it has no end, or one before a time that is `reached` [s].
         """
@@ -151,28 +151,28 @@ class Follower:
         if not there.is_legal():
             raise StepFailed("the robot has no such design")
         least = max(reached - self.mid_stance(at), 0.0)
-        return (yield from walk_in_parts(there, self.model.of_design, at[o:], self.anywhere.layout, sampling,
-                                         max(AHEAD * period, least), least, TOLERANCE))  # fmt: skip
+        return walk(there, self.model.of_design, at[o:], self.anywhere.layout, sampling, max(AHEAD * period, least),
+                    TOLERANCE, least)  # fmt: skip
 
-    def nearer(self, step: Step, period: float, reached: float) -> Generator[None, None, Step]:
+    def nearer(self, step: Step, period: float, reached: float) -> Step:
         """A step about what its samples tell, or about the largest of halves of the way there with which the robot
         walks until a time [s] that is `reached`; or about the first drawn robot that does, as where a push leaves it at
-        the brink of a fall that does not come. In parts."""
+        the brink of a fall that does not come."""
         moved = step.known.mean - step.at
         halves = (step.at + moved / 2**halved for halved in range(HALVED))
-        found = yield from self.walking(halves, step.known, period, reached)
+        found = self.walking(halves, step.known, period, reached)
         if found is None:
             raise StepFailed("no robot near this one walks as the samples say")
         return step.about(*found)
 
     def walking(
         self, among: Iterable[Vector], belief: Belief, period: float, reached: float = -math.inf
-    ) -> Generator[None, None, tuple[Vector, Walked] | None]:
+    ) -> tuple[Vector, Walked] | None:
         """The first of some unknowns (n,), and then of drawn ones of a belief, with which the robot walks as `walked`
-        has it, and that walk; None if it does with none. In parts."""
+        has it, and that walk; None if it does with none."""
         for there in chain(among, drawn(belief)):
             with contextlib.suppress(StepFailed):
-                return there, (yield from self.walked(there, belief.sampling, period, reached))
+                return there, self.walked(there, belief.sampling, period, reached)
         return None
 
     def mid_stance(self, at: Vector) -> float:

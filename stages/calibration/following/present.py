@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -45,8 +45,6 @@ FEW, MANY = ((np.sqrt(2.0) * points, weights / weights.sum())
              for points, weights in map(np.polynomial.hermite.hermgauss, (3, 15)))  # fmt: skip
 #: Steps that are looked ahead; states that are drawn, and how many of them first: where these do alike, so do all.
 STEPS, DRAWN, FIRST = 3, 60, 8
-#: So many of them are walked after one answer.
-AT_ONCE = 4
 #: Falls are found with steps that are solved to this.
 LOOSE = 1e-5
 
@@ -206,13 +204,11 @@ def _length(walker: Walker, state: Vector) -> float:
                                   + radius * theta + other * psi))  # fmt: skip
 
 
-def falls(
-    walked: Walked, moved: Vector, covariance: np.ndarray, wrong: float, steps: int = STEPS
-) -> Generator[None, None, Vector]:
+def falls(walked: Walked, moved: Vector, covariance: np.ndarray, wrong: float, steps: int = STEPS) -> Vector:
     """Probabilities (steps,) to fall in the first, the first two and so on of the steps after a walk's first strike.
 
     The walk's unknowns are `moved` (n,) from its own, with a covariance; the start of each step is `wrong` by so much,
-    dimensionless. NaN where it does not come to a strike. In parts: states are drawn some at a time.
+    dimensionless. NaN where it does not come to a strike.
     """
     if not any(one.ends_step for one in walked.stretches):
         return np.full(steps, np.nan)
@@ -222,8 +218,6 @@ def falls(
     rng, walker, other = np.random.default_rng(0), walked.walker.on(leg), walked.walker.on(1 - leg)
     last = list[int]()
     while len(last) < (FIRST if len(set(last)) < 2 else DRAWN):
-        if last and len(last) % AT_ONCE == 0:
-            yield
         off = wrong * rng.normal(size=(steps, 3))
         last.append(_last(mean + spread @ rng.normal(size=len(mean)), walker, other, off))
     return np.asarray((np.array(last)[:, None] <= np.arange(steps)).mean(axis=0))

@@ -7,7 +7,7 @@ filter; all again, about better unknowns, Gauss and Newton's method with what wa
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -99,8 +99,8 @@ class Step:
         self._surprise, self._count = 0.0, 0
         return self._present.at(time, *self._solved, surprise)
 
-    def falls(self) -> Generator[None, None, Vector]:
-        """In parts, probabilities to fall within so many steps after the next heel strike, by what is known now."""
+    def falls(self) -> Vector:
+        """Probabilities to fall within so many steps after the next heel strike, by what is known now."""
         return falls(self.walked, *self._solved, self._wrong)
 
     def about(self, at: Vector, walked: Walked) -> Step:

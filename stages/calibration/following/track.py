@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +21,6 @@ from stages.calibration.following.present import Instant
 from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.following.step import Belief, Sample, Step
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
-from stages.calibration.observation.prediction import at_once
 from stages.calibration.parameters import Settings
 
 #: A step is linearised again, at most so often, where its mean moved by more than this share of its errors; what is
@@ -89,8 +88,8 @@ class Track:
     [s] of a sample's time.
 
     No answer waits for what the next ones need. After a step's last sample it is linearised again, a part after the
-    answer to each of the next samples; then the next step takes these once more. The chances to fall are walked in
-    such parts as well, and come with a later answer. Raises StepFailed where the run cannot be followed.
+    answer to each of the next samples; then the next step takes these once more. The chances to fall are walked after
+    one answer and come with the next. Raises StepFailed where the run cannot be followed.
     """
 
     _step: Step
@@ -104,11 +103,10 @@ class Track:
         self._follower, self._ahead = follower, ahead
         self._waiting = list[Sample]()
         self._work: Iterator[None] | None = None
-        self._chances: Iterator[None] = iter(())
         self._period = self._usual = float(np.diff(run.strikes[:3]).mean())
         belief, at = follower.begin(run)
         self._first = self._until = follower.mid_stance(belief.mean) + follower.settling
-        self._enter(at_once(self._begun(belief, at)))
+        self._enter(self._begun(belief, at))
         self._shown_from = self._until
 
     def take(self, sample: Sample) -> Iterator[Instant]:
@@ -126,8 +124,8 @@ class Track:
             self._falls = ()
             soon = instant.strike < sample.time + EARLY * self._period and instant.strike_sd < SURE * self._period
             if soon and not self._warned:
-                self._warned, self._chances = True, self._forecast(self._step)
-        if next(self._chances, self) is self and self._work is not None and next(self._work, self) is self:
+                self._warned, self._falls = True, tuple(self._step.falls())
+        if self._work is not None and next(self._work, self) is self:
             self._enter_next()
 
     def _route(self, sample: Sample) -> None:
@@ -164,7 +162,7 @@ class Track:
         if self._pushed > -math.inf:
             if settled and sample.side == SIDES[0] and kept:
                 with contextlib.suppress(StepFailed):  # where no step is near, more samples may tell
-                    self._step = at_once(self._follower.nearer(self._step, self._period, sample.time))
+                    self._step = self._follower.nearer(self._step, self._period, sample.time)
                     self._end()
         elif len(self._lately) == LATELY and min(self._lately)[0] > PUSHED:
             self._push(min(time for _, time in self._lately))
@@ -172,8 +170,8 @@ class Track:
     def _push(self, time: float) -> None:
         """Begin a step where it is: at a time [s] something moved the robot that is not in its model."""
         belief = self._follower.pushed(self._step.until(time), time)
-        self._until, self._waiting, self._work, self._chances, self._falls = time, [], None, iter(()), ()
-        self._enter(at_once(self._begun(belief, belief.mean)))
+        self._until, self._waiting, self._work, self._falls = time, [], None, ()
+        self._enter(self._begun(belief, belief.mean))
         self._pushed = time
 
     def _end(self) -> None:
@@ -189,7 +187,7 @@ class Track:
         """Linearise the step about what all its samples tell, and enter the next one, in parts of like work."""
         follower, step = self._follower, self._step
         for _ in range(AGAIN):
-            step = yield from follower.nearer(step, self._period, self._until)
+            step = follower.nearer(step, self._period, self._until)
             yield
             known = step.known
             yield
@@ -199,18 +197,14 @@ class Track:
         belief = follower.onwards(step)
         late = follower.mid_stance(belief.mean) - follower.mid_stance(step.at)
         self._period = max(self._usual, late)  # a short one comes alone
-        entered = yield from self._begun(belief, belief.mean)
+        entered = self._begun(belief, belief.mean)
         yield
         self._enter(entered)
 
-    def _forecast(self, step: Step) -> Iterator[None]:
-        """Walk the chances to fall after a step, in parts."""
-        self._falls = tuple((yield from step.falls()))
-
-    def _begun(self, belief: Belief, at: Vector) -> Generator[None, None, Step]:
-        """In parts, a step with the unknowns `at` (n,), or with drawn ones where it falls with those."""
+    def _begun(self, belief: Belief, at: Vector) -> Step:
+        """A step with the unknowns `at` (n,), or with drawn ones where it falls with those."""
         follower = self._follower
-        found = yield from follower.walking((at,), belief, self._period)
+        found = follower.walking((at,), belief, self._period)
         if found is None:
             raise StepFailed("the robot falls before its next heel strike")
         return Step(follower.anywhere, follower.wrong, belief, *found)

@@ -6,10 +6,9 @@ Last axes hold a value, then its derivatives: by the parameters of the design, t
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar, cast
 
 import numpy as np
 
@@ -23,7 +22,6 @@ from stages.calibration.observation.measured_run import SIDES, STRETCHES, Layout
 from stages.calibration.observation.signals import SIGNALS, LowPass, Piece, Sensing
 from stages.calibration.observation.stretches import Stretch, walk_stretches
 
-Of = TypeVar("Of")
 #: Columns of a sensor's samples.
 AXES = ("forward", "up", "rate")
 PLACES = {"hip": (0, 1, 4), "foot": (2, 3, 4)}
@@ -224,27 +222,10 @@ class Shown:
 
 def walk(
     design: DesignPoint, names: tuple[str, ...], unknowns: Vector, layout: Layout, sampling: Sampling, until: float,
-    tolerance: float,
+    tolerance: float, least: float = math.inf,
 ) -> Walked:  # fmt: skip
-    """Walk from the run's start to the first event after `until` [s]. Raises StepFailed where the walker falls."""
-    return at_once(walk_in_parts(design, names, unknowns, layout, sampling, until, math.inf, tolerance))
-
-
-def at_once(work: Generator[None, None, Of]) -> Of:
-    """What comes of work that is done in parts."""
-    while True:
-        try:
-            next(work)
-        except StopIteration as end:
-            return cast(Of, end.value)
-
-
-def walk_in_parts(
-    design: DesignPoint, names: tuple[str, ...], unknowns: Vector, layout: Layout, sampling: Sampling, until: float,
-    least: float, tolerance: float,
-) -> Generator[None, None, Walked]:  # fmt: skip
     """Walk from the run's start to the first event after `until` [s], or to the last one before a fall that comes after
-    the `least` time [s]; a part ends with each heel strike. Raises StepFailed where it falls earlier."""
+    the `least` time [s]. Raises StepFailed where the walker falls earlier."""
     walker = design.walker()
     changes = changes_of(design, names)
     scales = walker.scales()[-layout.free :]
@@ -260,8 +241,6 @@ def walk_in_parts(
             end = float(stretch.start[0] + stretch.duration[0]) * walker.time
             if end > until:
                 break
-            if stretch.ends_step:
-                yield
     except StepFailed:
         if end <= least:
             raise
