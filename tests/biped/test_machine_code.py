@@ -431,6 +431,7 @@ print(Kept("texts", Path(sys.argv[1]), by="").text("a.txt", make), end="")
 """
 
 
+@pytest.mark.slow
 def test_processes_that_make_a_text_at_once_leave_one_and_a_killed_one_leaves_none(
     repository: Path, tmp_path: Path
 ) -> None:

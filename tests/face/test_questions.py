@@ -113,6 +113,7 @@ def test_a_dataset_has_units_and_a_time_axis():
 BLOCK = re.compile(r"```python\n(.*?)```", re.S)
 
 
+@pytest.mark.slow
 def test_the_examples_page_runs_from_top_to_bottom(repository, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     known: dict[str, object] = {}

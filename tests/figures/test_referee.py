@@ -64,7 +64,8 @@ def test_a_figure_passes_a_referee(name):
     assert complaints(drawn(name), phone=True) == []
 
 
-@pytest.mark.parametrize("name", [*question_pictures.PICTURES, *LARGE])
+@pytest.mark.parametrize("name", [
+    *question_pictures.PICTURES, pytest.param("extremes, all", marks=pytest.mark.slow), *list(LARGE)[1:]])
 def test_a_picture_of_a_question_and_a_large_one_pass_a_referee(name):
     assert complaints((question_pictures.PICTURES | LARGE)[name]()) == []
 

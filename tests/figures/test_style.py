@@ -35,6 +35,7 @@ def drawn():
         return style.pictures("it", figure, 100)
 
 
+@pytest.mark.slow
 def test_the_last_digits_of_a_layout_are_in_no_picture(monkeypatch):
     before, execute = drawn(), ConstrainedLayoutEngine.execute
 

@@ -135,6 +135,7 @@ def test_nothing_of_the_connection_is_told(server: postgres.Server, filled: Path
         assert refused.value.__suppress_context__ or refused.value.__context__ is None
 
 
+@pytest.mark.slow
 def test_a_server_whose_certificate_is_not_trusted(tmp_path: Path) -> None:
     """Each reason is a sentence of its own; with the right authority, and no host name asked for, it is read."""
     stranger = tmp_path / "stranger.crt"
@@ -228,6 +229,7 @@ def test_a_copy_has_each_row_in_its_place(
         assert all(after[name] == before[name] for name in others)
 
 
+@pytest.mark.slow
 def test_a_locked_table_and_an_endless_view_end(server: postgres.Server, filled: Path) -> None:
     with writer(server) as connection:
         connection.exec_driver_sql("LOCK TABLE sample IN ACCESS EXCLUSIVE MODE")

@@ -318,6 +318,7 @@ def test_it_writes_the_file_and_says_what_it_lacks(export, tmp_path, parameters)
     assert export("twin", "--format", "urdf", "--out", path)[0] == 2
 
 
+@pytest.mark.slow
 def test_its_answer_as_json_with_other_parameters(export, tmp_path):
     path = tmp_path / "twin.xml"
     _, out, _ = export("twin", "--format", "mjcf", "--out", path, "--set", "ground.block_sets=5", "--json")
@@ -327,6 +328,7 @@ def test_its_answer_as_json_with_other_parameters(export, tmp_path):
     assert path.read_text().count('name="block') == 10
 
 
+@pytest.mark.slow
 def test_of_a_walk_on_the_plane_the_ramp_has_its_sets_of_blocks_and_is_as_long_as_they_need(export, tmp_path):
     settings = ("--set", "twin.ramp_length=0.1", "--set", "ground.block_sets=4")
     assert export("twin", "--format", "mjcf", "--out", tmp_path / "twin.xml", *settings)[0] == 0
