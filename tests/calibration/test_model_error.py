@@ -1,6 +1,7 @@
 """Intervals where the model is not the robot's: residual structure, the sandwich, and the discrepancy."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from stages.calibration.intervals.model_error import (
 )
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, usable
 from stages.calibration.observation.prediction import predict
-from stages.calibration.recordings import first_steps
+from stages.calibration.recordings import first_steps, measured
 from stages.calibration.result import HALF_WIDTH
 from tests.calibration import runs
 from tests.calibration.runs import PARAMETERS, SETTINGS, fitted, gait
@@ -55,6 +56,28 @@ def planned():
     run = MeasuredRun("planned", Sampling(times, times, late, PARAMETERS.sensor.bandwidth_hz, 1), samples, used,
                       strikes, {})
     return design, model, run
+
+
+def test_a_run_counts_from_its_first_heel_strike_wherever_its_clock_stands(planned):
+    """Of times that binary numbers hold exactly."""
+    design, model, _ = planned
+    device = SimpleNamespace(bandwidth_hz=PARAMETERS.sensor.bandwidth_hz)
+    trace = SimpleNamespace(rate_hz=128.0, indexed=SimpleNamespace(recording=SimpleNamespace(device=device)))
+    values = np.random.default_rng(4).normal(size=(2, 384, 3))
+
+    def run(later):
+        time = later + np.arange(384) / 128
+        sensors = dict.fromkeys(SIDES, SimpleNamespace(time=time, force=values[0], rate=values[1], trace=trace))
+        strikes = later + 0.25 + 31 / 64 * np.arange(STEPS - 2)
+        return measured("run", sensors, strikes, np.arange(STEPS - 2) % 2, 2.0, design, model.layout, SETTINGS, None)
+
+    here, there = run(0.0), run(16.0)
+    assert here.sampling.hip.size == there.sampling.hip.size > 150 and 0.0 < here.sampling.hip[0] < 31 / 64
+    np.testing.assert_array_equal(here.strikes, there.strikes)
+    for side in SIDES:
+        np.testing.assert_array_equal(here.sampling.of(side), there.sampling.of(side))
+        np.testing.assert_array_equal(here.samples[side], there.samples[side])
+        np.testing.assert_array_equal(here.used[side], there.used[side])
 
 
 def equations_of(planned):
