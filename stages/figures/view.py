@@ -201,21 +201,15 @@ def deck(start: float, end: float, half_width: float) -> Faces:
     return faces(box((end - start, DECK_HEIGHT, 2.0 * half_width)).moved(middle), tinted(DECK, 0.0))
 
 
-def paint(axes: Axes, camera: Camera, layers: Iterable[Faces], *, strength: float = 1.0,
-          window: tuple[tuple[float, float], tuple[float, float]] | None = None) -> None:  # fmt: skip
+def paint(axes: Axes, camera: Camera, layers: Iterable[Faces], *, strength: float = 1.0) -> None:
     """Paint triangles, those of later layers over those of earlier ones, within a layer the nearer over the farther.
 
-    `strength` below 1 makes them pale. What lies outside of a `window`, its low left and its high right corner on the
-    page [m], is left out.
+    `strength` below 1 makes them pale.
     """
     eye = camera.axes[2]
     light = LIGHT / np.linalg.norm(LIGHT)
     for layer in layers:
         seen = layer.normals @ eye > 1e-9
-        if window is not None:
-            page, (low, high) = camera.page(layer.corners), np.array(window)
-            outline = 0.01 * (high - low)
-            seen &= ((page.max(axis=1) > low - outline) & (page.min(axis=1) < high + outline)).all(axis=1)
         corners, normals, colours = layer.corners[seen], layer.normals[seen], layer.colours[seen]
         order = np.argsort((corners @ eye).mean(axis=1), kind="stable")
         bright = 0.62 + 0.38 * np.clip(normals @ (camera.axes.T @ light), 0.0, 1.0)

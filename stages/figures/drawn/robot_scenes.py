@@ -266,19 +266,18 @@ def draw_steps(given: Given) -> Figure:
         x, (centre, ground) = poses[number - 1].hip[0], middles[number - 1]
         near = max(0, int(np.ceil((x - 3 * half) / ramp.step))), int((x + 3 * half) / ramp.step)
         board = view.deck(x - 0.6 * half / STEP_WINDOW, x + 0.6 * half / STEP_WINDOW, edge)
-        low, high = (centre - half, ground - below - 0.15 * large), (centre + half, ground + above)
-        view.paint(axes, camera, [board, view.blocks(ramp, *near), robots[number - 1]], window=(low, high))
+        view.paint(axes, camera, [board, view.blocks(ramp, *near), robots[number - 1]])
         view.frame(axes)
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        axes.set(xlim=(centre - half, centre + half), ylim=(ground - below - 0.15 * large, ground + above))
         axes.set_title(f"step {number}, {time - walk.time[0]:.2f} s", fontsize=7)
     for axes in panels[len(moments(walk)) :]:
         axes.set_axis_off()
     if poses:  # a scale, as the camera sees what lies along the ramp
         (across, up), (centre, ground) = camera.page(np.array([ramp.step, 0.0, 0.0])), middles[0]
-        bar = ground - below - 0.04 * large
-        panels[0].plot(centre + 0.5 * across * np.array([-1, 1]), bar + 0.5 * up * np.array([-1, 1]), "|-",
+        low = ground - below - 0.04 * large
+        panels[0].plot(centre + 0.5 * across * np.array([-1, 1]), low + 0.5 * up * np.array([-1, 1]), "|-",
                        color="black", linewidth=1.0, markersize=5)  # fmt: skip
-        panels[0].text(centre, bar - 0.03 * large, f"a step, {1e3 * ramp.step:.0f} mm", ha="center", va="top",
+        panels[0].text(centre, low - 0.03 * large, f"a step, {1e3 * ramp.step:.0f} mm", ha="center", va="top",
                        fontsize=7)  # fmt: skip
     handles = [Line2D([], [], color=colour, linewidth=4, label=name)
                for colour, name in zip(LEG_COLOURS, LEG_NAMES, strict=True)]  # fmt: skip
@@ -326,13 +325,13 @@ def draw_sensors(given: Given) -> Figure:
         view.arrows(whole, camera, place, large * WHOLE * pose.axes(0), NAMES, color="black", linewidth=0.9)
     view.frame(whole)
     for axes, (name, place, rotation) in zip(near, sensors, strict=True):
-        x, y = camera.spot(place)
-        view.paint(axes, camera, [robot], strength=0.5, window=((x - window, y - window), (x + window, y + window)))
+        view.paint(axes, camera, [robot], strength=0.5)
         own = large * OWN_LENGTH * pose.axes(0) @ rotation
         view.arrows(axes, camera, place, own, ("x", "y", "z"), beside=True, color=OWN, linewidth=0.8,
                     linestyle="--")  # fmt: skip
         view.arrows(axes, camera, place, large * CLOSE * pose.axes(0), NAMES, color="black", linewidth=1.1)
         view.frame(axes)
+        x, y = camera.spot(place)
         axes.set(xlim=(x - window, x + window), ylim=(y - window, y + window), title=name)
     style.panel_labels((whole, *near))
     near[0].plot([], [], "--", color=OWN, linewidth=0.8, label="axes of the sensor")
