@@ -9,7 +9,7 @@ those of the planar model's section, and nine out of it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -204,13 +204,17 @@ class Search:
         10) and its `sideways`. Raises NoLimitCycle if it falls or the search fails."""
         found = fixed_point(self, near, derivative)
         first, second = found.step.first, found.step.second
+        plane = self.multipliers(found.numbers, derivative, IN_PLANE)[:IN_PLANE]
+        side = np.zeros(0)
+        if self.sideways:
+            side, sideways = leading(self._changes(found.numbers), sideways, self.settled)
         period = 0.5 * (first.duration + second.duration)
-        gait = Gait(
+        return Gait(
             stride=found.step,
             plane=found.numbers,
             sideways=sideways,
-            plane_multipliers=self.multipliers(found.numbers, derivative, IN_PLANE)[:IN_PLANE],
-            side_multipliers=np.zeros(0),
+            plane_multipliers=plane,
+            side_multipliers=side,
             period=period,
             step_length=0.5 * (first.length + second.length),
             limp=(first.duration - second.duration) / period,
@@ -218,14 +222,6 @@ class Search:
             strides=self.steps // 2,
             solver_steps=first.solver_steps + second.solver_steps,
         )
-        return self.disturbed(gait, sideways)
-
-    def disturbed(self, gait: Gait, sideways: np.ndarray) -> Gait:
-        """A gait that is known in the plane, with what becomes of changes out of it if these are sought."""
-        if not self.sideways:
-            return gait
-        side, sideways = leading(self._changes(gait.plane), sideways, self.settled)
-        return replace(gait, sideways=sideways, side_multipliers=side, strides=self.steps // 2)
 
     def multipliers(self, numbers: np.ndarray, near: np.ndarray, count: int) -> np.ndarray:
         """The `count` largest multipliers of a step in the plane, complex, or one more where the last is of a pair.

@@ -291,6 +291,9 @@ def climb(
     found: tuple[Machine, Gait, np.ndarray] | None = None
     for number, (rung, own) in enumerate(zip(machines, constrained[1:], strict=True), 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
+        if not settings.sideways and found is not None and alike_in_the_plane(found[0], rung.machine):
+            rows.append((spatial_row(rung, found[1]), found[2]))
+            continue
         longer = float(rung.machine.length.mean()) - length
         length += longer
         if own.found and before.found:
@@ -301,10 +304,7 @@ def climb(
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
         search = Search(take, (in_plane, sideways), settings.tolerance, settings.difference, settings.sideways)
         try:
-            if found is not None and alike_in_the_plane(found[0], rung.machine):
-                gait = search.disturbed(found[1], side)
-            else:
-                gait = search.find(*in_the_plane(parameters, rung.machine, section_state(plane, STANDING)), side)
+            gait = search.find(*in_the_plane(parameters, rung.machine, section_state(plane, STANDING)), side)
         except NoLimitCycle as error:
             rows.append((without_gait(rung.name, rung.added, str(error), rung.is_twin), NO_HIP))
             continue
