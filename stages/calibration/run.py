@@ -126,7 +126,7 @@ def _rows(parameters: Parameters) -> tuple[tuple[Determined, ...], tuple[str, ..
     one, all_runs = (identifiability(*planned, known, count) for count in (1, runs))
     rows = tuple(
         Determined(name, units[row], float(one.values[row]), float(one.sd[row]), float(all_runs.sd[row]),
-             all_runs.partners[row], float(all_runs.correlations[row]))
+                   all_runs.partners[row], float(all_runs.correlations[row]))
         for row, name in enumerate(model.of_design)
     )
     return rows, tuple(described(each, model.of_design, units, plain.values) for each in plain.unseen)

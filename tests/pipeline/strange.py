@@ -23,6 +23,7 @@ from tests.pipeline.strange_files import Maker, written
 from tests.pipeline.strange_graphs import graphs
 from tests.pipeline.toy import HOME, TEMPLATE, TEMPLATE_PACKAGE, Toy
 
+_LONGEST_S = 180
 _MEMORY = 6_000_000_000
 _MAY_READ_ALL = 0b110  # CAP_DAC_OVERRIDE and CAP_DAC_READ_SEARCH
 _CAPABILITIES_3 = 0x20080522  # the form in which the system tells and takes them
@@ -130,9 +131,10 @@ class Strange:
             words = (*(str(path) if os.path.lexists(path) else word for word, path in inside.items()),
                      "--results", str(self.toy.root / "other"))  # fmt: skip
         try:
-            code, _, errors = asked.command(*words, before="from tests.pipeline import strange; strange.bounded(); ")
+            bounds = "from tests.pipeline import strange; strange.bounded(); "
+            code, _, errors = asked.command(*words, before=bounds, timeout=_LONGEST_S)
         except subprocess.TimeoutExpired:
-            return -1, "did not end in time"
+            return -1, f"did not end within {_LONGEST_S} s"
         return code, errors
 
 

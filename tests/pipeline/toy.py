@@ -111,11 +111,11 @@ class Toy:
         return {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "200"}
 
     def command(
-        self, *arguments: str, before: str = "", environment: Mapping[str, str] | None = None
+        self, *arguments: str, before: str = "", environment: Mapping[str, str] | None = None, timeout: float = 300.0
     ) -> tuple[int, str, str]:
         """Run `bipedstudy` to its end, after some code: exit code, standard output, standard error."""
         asked = {**self._environment(), **(environment or {})}
-        done = commands.python(before + self._code(), *arguments, cwd=self.root, env=asked)
+        done = commands.python(before + self._code(), *arguments, cwd=self.root, env=asked, timeout=timeout)
         return done.returncode, done.stdout, done.stderr
 
     def says(self, words: str, *parts: str, code: int = 0, before: str = "",
