@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -136,6 +137,11 @@ class Validity:
     deepest_scuff: float = quantity("m", "depth of the swing foot below ground at mid-swing")
     deepest_scuff_angle: float = quantity("rad", "stance angle at the deepest scuff")
     feet_push_only: bool = quantity("1", "whether every normal force and impulse pushes")
+
+
+def of_friction(needed: float, digits: str = ".3g") -> str:
+    """A friction that a gait needs (1), in words where the ground would have to pull instead."""
+    return f"{needed:{digits}}" if needed < math.inf else "a pull"
 
 
 @dataclass(frozen=True)

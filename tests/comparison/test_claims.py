@@ -43,7 +43,7 @@ CASES = [
     (given("chaos_amplifies", 1.1, 4.0, 2.6, 10), {"multiplier": 0.64, "left": 0.02}),
     (given("contact_set", 0.124, 0.049, 0.6, 3.7, 100.0), {"best": 0.13}),
     (given("contact_set_figure_8", 2e-4, 3e4, 4e-3, 1.9e-3, 4.5e-4, 0.05), {"least": 2.3e-3}),
-    (given("rolling_without_slip", 1.1, 0.19, 0.9, 0.0, 0.0), {"strike": 24.0, "time_outside": 0.2}),
+    (given("rolling_without_slip", 1.1, 0.19, 0.9, 0.4, 0.0, 0.0), {"trailing": 24.0, "time_outside": 0.2}),
     (given("friction_velocities", "stiction_velocity", inf, 2e-3, -3e-3, 4e-3), {"turning": 1.05}),
     (given("stiff_solver", 400.0, 500.0, 4000.0, 5000.0), {"constraint_stiff": 600.0, "penalty_stiff": 6000.0}),
     (given("hip_displacement", 2.5e-4, 2.9e-4, 1.9e-4, 1.1e-3, 1.2e-3, PARTS, 2.4e-4, 2e-5, 0.1), {"limit_step": 4e-4}),
@@ -70,6 +70,7 @@ CASES = [
 ]
 
 #: Inputs that make a claim hold on a condition, or leave it open.
+ROLLING = next(holding for holding, _ in CASES if holding.about.id == "rolling_without_slip")
 PATH = next(holding for holding, _ in CASES if holding.about.id == "hip_path_drifts")
 CONDITIONS = [
     (PATH, {"once": 5e-3}, "one integration of the rate"),
@@ -141,6 +142,13 @@ def test_a_claim_that_holds_on_a_condition_names_it_and_why(holding, change, con
     claim = judged(PARAMETERS, of(holding, **change))
     assert claim.verdict == HOLDS_IF and condition in claim.condition
     assert claim.causes and reason(claim) != reason(judged(PARAMETERS, holding))
+
+
+def test_ground_that_would_have_to_pull_is_not_told_as_friction_without_a_number():
+    for foot, needed, words in (("trailing", inf, "pull the trailing foot"), ("landing", 2.0, "on the landing")):
+        claim = judged(PARAMETERS, of(ROLLING, **{foot: needed}))
+        said = " ".join([claim.measured, *claim.causes])
+        assert claim.verdict == FAILS and words in said and not re.search(r"\binf\b|asks the trailing foot", said)
 
 
 @pytest.mark.parametrize(("holding", "change", "words"), UNDECIDED, ids=names(UNDECIDED))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from stages.analytic.result import ROUND_OFF, Validity
@@ -36,13 +37,15 @@ def on_a_ramp(validity: Validity, stable: bool) -> OnARamp:
     there_is, pull = validity.friction_there_is * (1.0 + ROUND_OFF), min(0.0, validity.least_normal_force_stance)
     alone, landing, trailing = (
         validity.friction_single_stance, validity.impulse_friction_landing, validity.impulse_friction_trailing)
-    ground, pulled = f"the ground has {validity.friction_there_is:.3g}", validity.impulse_normal_trailing < 0.0
+    ground = f"the ground has {validity.friction_there_is:.3g}"
+    pulled = validity.impulse_normal_trailing < 0.0 or trailing == math.inf
     slips = trailing > there_is or validity.time_outside_cone > 0.0
     against = (
         (not stable, "a step enlarges what disturbs it"),
-        (pull < 0.0, f"the ground would have to pull the stance foot with {-pull:.3g} N"),
-        (alone > there_is, f"the stance foot needs friction {alone:.3g}, {ground}"),
-        (landing > there_is, f"the impulse on the landing foot needs friction {landing:.3g}, {ground}"))
+        (pull < 0.0 or alone == math.inf, f"the ground would have to pull the stance foot with {-pull:.3g} N"),
+        (there_is < alone < math.inf, f"the stance foot needs friction {alone:.3g}, {ground}"),
+        (there_is < landing < math.inf, f"the impulse on the landing foot needs friction {landing:.3g}, {ground}"),
+        (landing == math.inf, "the ground would have to pull the landing foot at heel strike"))
     conditions = (
         (validity.deepest_scuff > 0.0, "it has stepping blocks or feet that retract, as the swing foot passes "
          f"{1e3 * validity.deepest_scuff:.2g} mm below ground"),

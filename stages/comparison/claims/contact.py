@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stages.analytic.result import of_friction
 from stages.comparison.claims.statement import Statement
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
@@ -49,42 +50,48 @@ def judge_twice_differentiated(limits: Settings, drift: float, slip: float, desc
     )
 
 
-def rolling_without_slip(e: Evidence) -> tuple[float, float, float, float, float]:
+def rolling_without_slip(e: Evidence) -> tuple[float, float, float, float, float, float]:
     validity = e.results.analytic.validity
     return (
         validity.friction_there_is,
         validity.friction_single_stance,
-        max(validity.impulse_friction_trailing, validity.impulse_friction_landing),
+        validity.impulse_friction_trailing,
+        validity.impulse_friction_landing,
         validity.time_outside_cone,
         validity.impulse_outside_cone,
     )
 
 
 def judge_rolling_without_slip(
-    limits: Settings, friction: float, single: float, strike: float, time_outside: float, impulse_outside: float
-) -> Judgement:
-    """Friction over normal force (1): there is, needed in single stance, by the impulses of heel strike.
+    limits: Settings, friction: float, single: float, trailing: float, landing: float, time_outside: float,
+    impulse_outside: float,
+) -> Judgement:  # fmt: skip
+    """Friction over normal force (1): there is, needed in single stance, by the impulses of heel strike on both feet.
 
-    `time_outside` and `impulse_outside` are the shares (1) of double stance in which the trailing foot needs more.
+    It is infinite where the ground would have to pull. `time_outside` and `impulse_outside` are the shares (1) of
+    double stance in which the trailing foot needs more.
     """
-    within = max(single, strike) <= friction and time_outside == 0
+    within = max(single, trailing, landing) <= friction and time_outside == 0
     shares = f"{100 * time_outside:.0f} % of its time and {100 * impulse_outside:.0f} % of its impulse"
     return Judgement(
-        f"single stance needs {single:.2f} of a static coefficient of {friction:g}, the trailing foot {strike:.4g} at "
-        f"heel strike; in double stance that foot is outside the friction cone for {shares}",
+        f"single stance needs {of_friction(single, '.2f')} of a static coefficient of {friction:g}, the trailing foot "
+        f"{of_friction(trailing, '.4g')} and the landing foot {of_friction(landing, '.4g')} at heel strike; in double "
+        f"stance the trailing foot is outside the friction cone for {shares}",
         yes_or_no(within),
         (
-            (within, f"every phase stays inside the cone, at most at {max(single, strike):.2f}"),
+            (within, f"every phase stays inside the cone, at most at {max(single, trailing, landing):.2f}"),
             (
-                strike > friction,
-                f"rolling on through the impact asks the trailing foot for {strike / friction:.3g} times "
+                friction < trailing < math.inf,
+                f"rolling on through the impact asks the trailing foot for {trailing / friction:.3g} times "
                 "the friction there is: hardly any normal impulse comes with the tangential one",
             ),
+            (trailing == math.inf, "rolling on through the impact asks the ground to pull the trailing foot"),
+            (landing > friction, "the impulse on the landing foot needs more than the friction there is"),
             (
                 time_outside > 0,
                 "towards toe-off the normal force vanishes before the tangential one: the ratio has no bound there",
             ),
-            (single > friction, f"single stance needs {single:.2f}"),
+            (single > friction, f"single stance needs {of_friction(single, '.2f')}"),
             (
                 not within and single <= friction,
                 f"in single stance the foot does roll, with {100 * single / friction:.0f} % of the cone",

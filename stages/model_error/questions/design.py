@@ -331,11 +331,13 @@ def elsewhere(searches: Sequence[DesignSearch], starts: int) -> Iterator[str]:
 
 def ground_needed(validity: Validity) -> str:
     """What a gait asks of the ground beside friction in single stance, in words."""
+    from stages.analytic.result import of_friction
+
     time, impulse = 100 * validity.time_outside_cone, 100 * validity.impulse_outside_cone
-    return (f"It needs friction {validity.friction_single_stance:.3g} in single stance and "
-           f"{validity.impulse_friction_landing:.3g} for the impulse on the landing foot. In double stance the "
-           f"trailing foot is outside of the cone of friction {validity.friction_there_is:g} for {time:.3g} % of time "
-           f"and {impulse:.3g} % of its tangential impulse. Deepest scuff: {1e3 * validity.deepest_scuff:.3g} mm.")
+    return (f"It needs friction {of_friction(validity.friction_single_stance)} in single stance and "
+           f"{of_friction(validity.impulse_friction_landing)} for the impulse on the landing foot. In double stance "
+           f"the trailing foot is outside of the cone of friction {validity.friction_there_is:g} for {time:.3g} % of "
+           f"time and {impulse:.3g} % of its tangential impulse. Deepest scuff: {1e3 * validity.deepest_scuff:.3g} mm.")
 
 
 QUESTION = Question(
