@@ -25,6 +25,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
 import h5py
+import numpy as np
 
 from pipeline.cache import disk, hdf5
 from pipeline.cache.differences import differences, is_of_floats
@@ -34,6 +35,8 @@ from pipeline.errors import ArtefactError
 _FORM, _NUMBER = "bipedstudy artefact", 3
 FORMAT = f"{_FORM} {_NUMBER}"
 PROVENANCE, CLOSER = "provenance", "closer"
+#: The group of the files of the closer result.
+_FILES = "files"
 #: Attributes of a result's provenance: digest of the file that says nothing else, and of this one but for that digest.
 CONTENT, _OWN = "content", "sha256"
 _WITH_ZEROS, _ZEROS = "with zeros in place of these digits: ", "0" * 64
@@ -67,8 +70,7 @@ def encoded(
     """The HDF5 file of a result dataclass that says nothing else, and the one that says how it was made as well.
 
     The latter is sealed. `about` (title, source, license, ...) are further attributes of it. `closer` is the result at
-    closer settings, or why there is none. One with files is not handed on: who reads it reads the files of the result
-    beside it. Raises `TypeError` for what cannot be stored.
+    closer settings, or why there is none; its files are in it. Raises `TypeError` for what cannot be stored.
     """
     with in_memory(result) as file:
         if isinstance(closer, str):
@@ -76,8 +78,10 @@ def encoded(
         elif closer is not None:
             for path, error in _errors(file, closer).items():
                 file[path].attrs[ERROR] = float(f"{error:.2g}")
-            if not getattr(closer, "files", None):
-                hdf5.write_fields(file.create_group(CLOSER, track_order=True), closer)
+            group = file.create_group(CLOSER, track_order=True)
+            hdf5.write_fields(group, closer)
+            for path, content in getattr(closer, "files", {}).items():
+                group[f"{_FILES}/{path}"] = np.frombuffer(content, np.uint8)
         plain = image(file)
         for name, text in (about or {}).items():
             file.attrs[name] = text
@@ -152,14 +156,18 @@ def decode(content: bytes, cls: type[T], name: str) -> T:
 
 
 def decode_closer(content: bytes, cls: type[T], name: str) -> T | None:
-    """The result that closer settings gave; None where there is none. Raises `ArtefactError`."""
+    """The result that closer settings gave, with its files; None where there is none. Raises `ArtefactError`."""
     return _decoded(content, cls, name, CLOSER)
 
 
 def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
     with opened(content, name) as file:
         try:
-            return typing.cast(T, hdf5.read_fields(file[where], cls)) if where in file else None
+            if where not in file:
+                return None
+            found = hdf5.read_fields(file[where], cls)
+            files = {path: item[()].tobytes() for path, item in file[where].get(_FILES, {}).items()}
+            return typing.cast(T, dataclasses.replace(found, files=files) if files else found)
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
             raise ArtefactError(f"{name}: its fields do not fit this version of the study ({reason})") from None

@@ -107,7 +107,8 @@ class _Work:
         for kind, source, weighed in sources(
                 inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database):
             left = {one.name for one in wanted if one.kind == kind}
-            for run, known in recorded(source, drawn, self.model, parameters, weighed) if left else ():
+            anew = inputs.campaign.files
+            for run, known in recorded(source, drawn, self.model, parameters, weighed, anew) if left else ():
                 self.runs[run.name] = run, known
                 left.discard(run.name)
                 if not left:

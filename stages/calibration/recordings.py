@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -110,15 +111,24 @@ def sources(
 
 
 def recorded(
-    source: Path, design: DesignPoint, model: Model, parameters: Parameters, weighed: Mapping[str, float]
-) -> Iterator[Recorded]:
+    source: Path, design: DesignPoint, model: Model, parameters: Parameters, weighed: Mapping[str, float],
+    anew: Mapping[str, bytes],
+) -> Iterator[Recorded]:  # fmt: skip
     """Runs of a database that can be used, one at a time, each cut to the steps that are fitted.
 
-    `weighed` [kg] by the runs' names; for other runs the settings say it. Raises SourceRefused.
+    `weighed` [kg] by the runs' names; for other runs the settings say it. `anew` are databases by the names of files:
+    runs that closer solvers made once more, which take the place of those of their names. Raises SourceRefused.
     """
     settings = parameters.settings
+    closer = dict[str, MeasuredRun]()
+    if source.name in anew:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, source.name)
+            path.write_bytes(anew[source.name])
+            closer = {one.name: one for one in read_runs(path, design, model, parameters) if not isinstance(one, str)}
     for run in read_runs(source, design, model, parameters):
         if not isinstance(run, str):
+            run = closer.get(run.name, run)
             mass, sd = weighed.get(run.name, settings.weighed_mass), settings.weighed_sd
             known = () if mass is None else (Known(TOTAL_MASS, mass, sd * mass, "weighed"),)
             yield first_steps(run, settings.fitted_steps), known

@@ -92,7 +92,8 @@ def run(
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     found: list[FittedRun | HeldOut | Failed] = []
     missed, shown = tuple[FittedRun, ...](), None
-    robots = [(kind, recorded(source, design, model, parameters, weights)) for kind, source, weights in sources(
+    anew = inputs.campaign.files
+    robots = [(kind, recorded(source, design, model, parameters, weights, anew)) for kind, source, weights in sources(
         inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database)]
     for number, (kind, runs) in enumerate(robots):
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")

@@ -165,17 +165,23 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
-    """The result at closer settings: its first runs and the hardest contact, and the others as they were."""
+    """The result at closer settings: its first runs and the hardest contact, and the others as they were. Its files
+    hold these runs alone, for who fits them.
+    """
     if not result.runs:
-        return result
+        return dataclasses.replace(result, files={})
     state, normal_force = first_state(inputs.twin.walk)
     one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
     usual, bare = min(FEW, len(result.runs)), min(1, len(result.bare))
     wanted = [*((number, False) for number in range(usual)), *((number, True) for number in range(bare))]
-    found = [truth for _, (_, truth, _) in sorted(each_in_a_process(one, wanted), key=itemgetter(0))]
+    made = [run for _, run in sorted(each_in_a_process(one, wanted), key=itemgetter(0))]
+    found, stored = [truth for _, truth, _ in made], [(experiment, sent) for experiment, _, sent in made]
+    devices = [device(place, parameters) for place in MOUNTING]
     return dataclasses.replace(
         result, runs=(*found[:usual], *result.runs[usual:]), bare=(*found[usual:], *result.bare[bare:]),
-        spikes=(*result.spikes[:-1], spike(SHARES[-1], state, normal_force, parameters)))
+        spikes=(*result.spikes[:-1], spike(SHARES[-1], state, normal_force, parameters)),
+        files={WITH_OUTSOLE: database_bytes(devices, stored[:usual]),
+               WITHOUT: database_bytes(devices, stored[usual:])})  # fmt: skip
 
 
 def device(place: str, parameters: Parameters) -> Device:

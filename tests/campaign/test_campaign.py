@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipeline.cache.differences import closer
 from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
+from stages.calibration.information.identifiability import first_model
+from stages.calibration.recordings import drawn_design, looked_for, recorded
 from stages.campaign import run as campaign_run
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result
-from stages.campaign.run import Inputs, run, synthetic_run
+from stages.campaign.run import Inputs, again, run, synthetic_run
 from stages.campaign.twin_run import draw_variation, first_state, generator
 from stages.imu.result import Result as Ingested
 from stages.imu.run import Inputs as Measured
@@ -84,6 +87,24 @@ def test_runs_made_again_without_the_outsole_differ_in_that_alone(made: Result, 
         assert other.stiffness == one.stiffness and other.total_mass > one.total_mass and "bare" in bare.name
         assert bare.weighed != one.total_mass == pytest.approx(bare.weighed, rel=5 * few.runs.scale_sd)
     assert b"bare" in made.files["without_outsole.sqlite"]
+
+
+def test_a_fit_at_closer_settings_reads_the_runs_that_closer_solvers_made(
+    made: Result, few: Parameters, inputs: Inputs, repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the others as they are; without closer runs all are."""
+    monkeypatch.setattr(campaign_run, "FEW", 1)
+    monkeypatch.setattr("os.cpu_count", lambda: 1)
+    found = again(closer(few), inputs, made)
+    fit = locate(start=repository).parameters(("calibration",))["calibration"]
+    source, design = tmp_path / "measurements.sqlite", drawn_design(fit)
+    source.write_bytes(made.files[source.name])
+    model = first_model(design, looked_for(design), fit)
+    usual, near = ([run for run, _ in recorded(source, design, model, fit, {}, files)] for files in ({}, found.files))
+    assert [one.name for one in near] == [one.name for one in usual] == [one.name for one in made.runs]
+    moved = [np.abs(there.strikes - here.strikes).max() for here, there in zip(usual, near, strict=True)]
+    assert 0.0 < moved[0] < 2e-3 and moved[1] == 0.0
+    assert again(few, inputs, dataclasses.replace(made, runs=())).files == {}, "a lab's own runs are as they are"
 
 
 def test_everything_says_synthetic(made: Result) -> None:

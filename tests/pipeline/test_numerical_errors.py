@@ -239,8 +239,8 @@ def test_a_number_that_is_equal_by_chance_has_part_of_the_largest_error_beside_i
     assert found == {"name": None, "value": pytest.approx(SHARED * SAFE * 0.5, rel=0.03), "part": SAFE * 0.5}
 
 
-def test_a_closer_result_with_files_is_not_handed_on():
-    """What reads the result reads the files beside it, which are the exact ones."""
-    _, told = artefact.encoded(motions(1.0), {}, {}, motions(1.5, log=b"x"))
-    assert artefact.decode_closer(told, Motions, "x.h5") is None
+def test_a_closer_result_is_handed_on_with_its_files():
+    _, told = artefact.encoded(motions(1.0, log=b"usual"), {}, {}, motions(1.5, log=b"x\0y"))
+    assert artefact.decode_closer(told, Motions, "x.h5").files == {"log": b"x\0y"}
+    assert artefact.decode(told, Motions, "x.h5").files == {}, "who reads the result reads the files beside it"
     assert [each.error for each in artefact.tree(told, "x.h5") if each.path.endswith("place")] == [SAFE * 0.5]
