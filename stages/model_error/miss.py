@@ -13,14 +13,12 @@ import numpy as np
 from scipy.stats import t as student
 
 from stages.model_error.designs import FITTED
-from stages.model_error.result import COVERED, PENALTY, SHARED, TWIN, Result
+from stages.model_error.result import COVERED, FEWEST, PENALTY, SHARED, TWIN, Result
 
 #: Prior sizes of the slopes over the spread of the misses; leaving one out decides among them.
 PRIORS = (0.0, 0.1, 0.3, 1.0, 3.0)
 #: Half width that a number of all draws alike is given, as a share of its size.
 ALIKE = 0.25
-#: Fewest draws from which a spread is estimated.
-FEWEST = 4
 
 
 @dataclass(frozen=True)

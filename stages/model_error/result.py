@@ -22,6 +22,8 @@ PRICES = 0.05, 0.06, 0.2, 1.5
 #: Probability that a stated error holds, if misses are normal, and how many standard deviations such an error is.
 COVERED = 0.95
 WIDTH = NormalDist().inv_cdf(0.5 + 0.5 * COVERED)
+#: Fewest draws from which a spread is estimated.
+FEWEST = 4
 #: The digits of a parameter leave it anywhere between its edges: standard deviation over half width.
 EVEN = 1.0 / 3.0**0.5
 
@@ -64,10 +66,12 @@ class Result:
     def summary(self) -> str:
         """One line of what was found."""
         frequency = NAMES.index("step_frequency")
-        parts = [f"{name} {100 * found.mean():+.2f} % with a spread of {100 * found.std():.2f} %"
+        parts = [f"the {name} {100 * found.mean():+.2f} % "
+                + (f"with a spread of {100 * found.std():.2f} %" if len(found) >= FEWEST else f"in {len(found)} alone")
                 for rung, name in enumerate(MODELS[:PENALTY])
                 if len(found := self.misses(rung)[:, frequency])]  # fmt: skip
-        return f"{len(self.numbers)} designs; the penalty walker's step frequency from the " + ", the ".join(parts)
+        told = "the penalty walker's step frequency from " + ", ".join(parts)
+        return f"{len(self.numbers)} designs; {told if parts else 'none has a stable gait by two models'}"
 
     def tables(self) -> list[Table]:
         """Mean and spread of each rung's misses, as (title, columns, rows)."""
@@ -81,6 +85,8 @@ class Result:
                 unit = "of it" if share else "1"
                 rows.append([name, MODELS[TWIN if rung == PENALTY else PENALTY], word, unit, *shown(mean, spread),
                              len(found)])  # fmt: skip
+                if len(found) == 1:
+                    rows[-1][5] = "none"
         return [
             ("What each model misses of the next better one", ("model", "of", "measure", "unit", "mean", "spread",
                                                                "designs"), rows),

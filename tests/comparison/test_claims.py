@@ -188,6 +188,15 @@ def test_another_biped_or_slope_is_not_judged_as_the_papers(key):
     assert (of_the_method.verdict == DOES_NOT_APPLY) == (key == "biped.legs")
 
 
+@pytest.mark.parametrize(("key", "value", "word"), [
+    ("frame_mass", 0.1, "0.1 kg"), ("other_leg_length", 0.3331, "0.3331 m"), ("feet_retract", True, "true")])
+def test_a_detail_that_the_papers_biped_has_not_is_another_biped(key, value, word):
+    parameters = changed(PARAMETERS, biped=dataclasses.replace(PARAMETERS.biped, **{key: value}))
+    claim = judged(parameters, CASES[18][0])
+    assert claim.verdict == DOES_NOT_APPLY and f"biped.{key} is {word}, the paper's biped has none" in claim.causes[0]
+    assert judged(parameters, CASES[0][0]).verdict == HOLDS  # of the method
+
+
 def test_a_changed_contact_set_or_solver_keeps_the_claim_and_is_named_in_it():
     planar = dataclasses.replace(PARAMETERS.planar, tolerance=1e-8)
     claim = judged(changed(PARAMETERS, contact_stiffness=2e5, stiction_velocity=0.1, planar=planar), CASES[3][0])

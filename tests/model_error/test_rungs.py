@@ -198,6 +198,17 @@ def test_without_enough_draws_nothing_is_known():
     assert untold.at(TWIN, 0, np.array([1.0, 1.0, 0.25])).error == 0.0
 
 
+@pytest.mark.parametrize(("count", "words"), [
+    (0, "none has a stable gait by two models"), (1, "% in 1 alone"), (5, "with a spread of")])
+def test_too_few_draws_have_no_spread(count, words):
+    result, _ = made(1e-3)
+    few = Result(0, "", result.numbers[:count], result.values[:, :count], result.solver_errors[:, :count],
+                 np.zeros((len(MODELS), len(NAMES), 3)), ())  # fmt: skip
+    rows = few.tables()[0][2]
+    assert words in few.summary() and ("spread" in few.summary()) == (count > 1)
+    assert {row[5] == "none" for row in rows} == ({count == 1} if count else set())
+
+
 def test_noise_alone_has_no_slopes():
     rng = np.random.default_rng(0)
     terms = np.column_stack([np.ones(12), rng.uniform(-1, 1, (12, 8))])

@@ -83,14 +83,19 @@ def judged(parameters: Parameters, measured: Measured, closer: Measured | None =
 
 
 def another_biped(parameters: Parameters, keys: Iterable[str] = BIPED) -> tuple[str, ...]:
-    """The parameters among `keys` in which this biped or its slope is not the paper's, in words."""
+    """The parameters among `keys` in which this biped or its slope is not the paper's, in words.
+
+    Of all `keys` together: also the details that a biped may have and the paper's has not.
+    """
     differing = []
     for key in keys:
         printed, (value, unit) = BIPED[key], found(parameters, key)
         if value != printed.value:
             differing.append(f"{key} is {quantity(value, unit)}, the paper has {quantity(printed.value, unit)} "
                              f"({printed.source})")  # fmt: skip
-    return tuple(differing)
+    further = () if keys is not BIPED else (key for key in parameters.biped.details if f"biped.{key}" not in BIPED)
+    given = ((key, quantity(*found(parameters, f"biped.{key}"))) for key in further)
+    return (*differing, *(f"biped.{key} is {value}, the paper's biped has none" for key, value in given))
 
 
 def rests_on(parameters: Parameters, keys: Iterable[str]) -> tuple[str, ...]:
@@ -126,7 +131,7 @@ def quantity(value: Any, unit: str) -> str:
     """A value with its unit; nothing for a list or a table, which is named only."""
     if not isinstance(value, (str, int, float)):
         return ""
-    text = value if isinstance(value, str) else f"{value:g}"
+    text = str(value).lower() if isinstance(value, bool) else value if isinstance(value, str) else f"{value:g}"
     return text if unit in ("1", "-", "") else f"{text} {unit}"
 
 

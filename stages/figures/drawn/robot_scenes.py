@@ -99,9 +99,12 @@ def draw_simple_model(given: Given) -> Figure:
 
 def caption_simple_model(given: Given) -> str:
     biped = given.parameters.biped
+    other = biped.leg(1)
+    masses, radii = dict.fromkeys([biped.foot_mass, other.foot_mass]), dict.fromkeys(biped.foot_radii)
     return (
         f"The planar model as it stands in Exudyn: hip of {biped.hip_mass:g} kg, two legs on springs with "
-        f"{biped.foot_mass:g} kg below each and feet of {1e3 * biped.foot_radius:g} mm. It moves in the x-y plane; its "
+        f"{' and '.join(f'{mass:g}' for mass in masses)} kg below {'each' if len(masses) == 1 else 'them'} and feet of "
+        f"{' and '.join(f'{1e3 * radius:g}' for radius in radii)} mm. It moves in the x-y plane; its "
         "legs are drawn side by side so that both are seen."
     )
 
