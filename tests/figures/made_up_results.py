@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from stages.analytic.result import Basin, RecordedFamily, Turn
 from stages.biped.accuracy.tolerances import Level
+from stages.biped.design import Biped
 from stages.calibrated_twin.result import Check, Number, Pair, Robot
 from stages.calibration.result import FittedRun, Followed, HeldOut, Trace
 from stages.comparison.agreement import HipDifference
@@ -265,8 +266,8 @@ def machine(outsole=0.0):
 def parameters(level="paper"):
     """A design on a slope of 2 degrees, and pictures of few pixels."""
     return SimpleNamespace(
-        biped=SimpleNamespace(foot_radius=0.083, leg_length=0.333, hip_mass=0.3, foot_mass=0.3, foot_com=0.1,
-                              total_mass=0.9, detailed=False),
+        biped=Biped(legs="compliant", hip_mass=0.3, foot_mass=0.3, leg_length=0.333, foot_radius=0.083, foot_com=0.1,
+                    stiffness=2800.0, damping=58.35, leg_inertia=0.0),
         twin=machine(),
         slope=SimpleNamespace(angle=np.radians(2), gravity=9.81), contact=DEFAULTS, blocks=Blocks(),
         settings=Settings(3e-4, 5e-3, 101, 80, True), level=Level(level),

@@ -130,6 +130,12 @@ def test_captions_survive_yaml():
     }
 
 
+def test_unequal_legs_are_both_in_the_caption_of_the_simple_model():
+    biped = dataclasses.replace(parameters().biped, other_foot_mass=0.31, other_foot_radius=0.09)
+    said = figure("figure_03_simple_model").caption(SimpleNamespace(parameters=SimpleNamespace(biped=biped)))
+    assert "0.3 and 0.31 kg below them and feet of 83 and 90 mm" in said
+
+
 def test_the_stage_draws_all_in_their_places_with_captions_beside(monkeypatch):
     monkeypatch.setattr(run, "NAMES", ("extremes", "figure_04_normal_force", "gait_animation"))
     monkeypatch.setattr(processes.os, "cpu_count", lambda: 1)
