@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,8 @@ from pipeline.room import reading
 
 MISSING, CLOSER = "missing", "closer"
 _NONE = "there is no "
+#: Of a longer reason only the first clause is passed on; the stage that gave it says the whole.
+_LONG = 120
 
 
 def disagreements(package: str, stage: Stage, inputs: type | None, parameters: type) -> Iterator[str]:
@@ -105,7 +108,10 @@ def _lacking(
     if path not in stage.inputs and optional and Path not in kinds:
         return f"{_NONE}{name}: this study's dvc.yaml leaves it out of what stage {stage.name} reads"
     why = next((reason for place, reason in files.values() if not place), "")
-    return f"{_NONE}{Path(path).name.removesuffix('.h5')}: {why}" if why and not why.startswith(_NONE) else why
+    if not why or why.startswith(_NONE):
+        return why
+    clause = re.split(r"[:;] | \(", why, maxsplit=1)[0] if len(why) > _LONG else why
+    return f"{_NONE}{Path(path).name.removesuffix('.h5')}: {clause}"
 
 
 def _place(path: str, files: Mapping[str, File]) -> Path:

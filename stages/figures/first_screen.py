@@ -93,7 +93,8 @@ def measure(analytic: Analytic, learnt: ModelError | None, name: str) -> Measure
 def answers(inputs: Inputs) -> tuple[Answer, ...]:
     """The answers, as far as there are results."""
     if why := inputs.missing.get("analytic"):
-        return (Answer("Does it walk?", "No gait is known.", "", why),)
+        cause = why.removeprefix("there is no analytic: ")
+        return (Answer("Does it walk?", "No gait is known.", "", f"{cause[:1].upper()}{cause[1:]}."),)
     found = {name: measure(inputs.analytic, inputs.model_error, name) for name in FIELDS}
     return (walks(inputs), fast(found), stable(inputs, found["multiplier"]), *measured(inputs.imu, found))
 
@@ -163,9 +164,10 @@ def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer
 
 def title(compared: Comparison | None) -> dict[str, str | bool]:
     """Title, what stands below, and whether claims go before numbers. A report puts the study's name for {study}."""
-    differing = compared.another if compared else ("it has no gait",)
-    if not differing:
+    differing = compared.another if compared else ()
+    if compared and not differing:
         return {"title": PAPERS, "about": ATTRIBUTES["references"], "claims_first": True}
     rest = f"; and {len(differing) - 2} more" if len(differing) > 2 else ""
     return {"title": "{study}: a passive biped", "claims_first": False,
-            "about": f"Not the paper's biped: {'; '.join(differing[:2])}{rest}."}  # fmt: skip
+            "about": f"Not the paper's biped: {'; '.join(differing[:2])}{rest}." if compared else
+            "Not compared with the paper's biped."}  # fmt: skip

@@ -54,7 +54,8 @@ class Result:
     def summary(self) -> str:
         """One line of what was found."""
         words = [
-            f"{kind} {survived:g} {unit} survived" + (f", {fatal:g} not" if np.isfinite(fatal) else "")
+            (f"{kind} {survived:g} {unit} survived" + (f", {fatal:g} not" if np.isfinite(fatal) else "")
+             if survived else f"{kind} {fatal:g} {unit} not survived")
             for kind, unit, survived, fatal in self.limits()
         ]
         return f"{len(self.walks)} pushes: " + "; ".join(words)

@@ -93,6 +93,20 @@ def test_without_a_fit_there_is_the_reason_and_no_picture():
             made_up_figure(name, calibration=SimpleNamespace(**nothing), calibrated_twin=SimpleNamespace(**empty))
 
 
+def test_where_no_model_walked_there_is_the_reason_and_no_picture():
+    nothing = SimpleNamespace(known=lambda: [], step=None, cycle=None, outcome="no gait")
+    for name in ("error_budget", "error_budget_bars"):
+        with pytest.raises(NoEvidence, match=r"^no gait$"):
+            made_up_figure(name, error_budget=nothing)
+    with pytest.raises(NoEvidence, match=r"has a gait$"):
+        made_up_figure("price_and_error", model_error=SimpleNamespace(at_the_design=np.full((4, 6, 3), np.nan)))
+
+
+def test_a_push_that_topples_at_its_smallest_is_not_said_to_be_survived_at_nought():
+    said = given("twin_pushes").twin_pushes.summary()
+    assert "side 0.1 m/s survived, 0.2 not" in said and "spin 1 m/s not survived" in said
+
+
 def test_a_run_that_cannot_be_foretold_is_shown_as_it_is_fitted():
     usual = given("calibration_held_out").calibration
     falls = dataclasses.replace(usual.held_out[0], name="run 03", foretold_force=math.nan)
@@ -251,8 +265,9 @@ def test_it_says_whether_the_biped_walks(found, answer, means):
 
 
 def test_without_a_gait_the_reason_is_the_answer():
-    one, = answers(SimpleNamespace(analytic=None, missing={"analytic": "it falls"}))
-    assert one.answer == "No gait is known." and one.means == "it falls"
+    one, = answers(SimpleNamespace(analytic=None, missing={"analytic": "there is no analytic: it falls"}))
+    assert one.answer == "No gait is known." and one.means == "It falls."
+    assert title(None)["about"] == "Not compared with the paper's biped."
 
 
 def test_the_title_names_the_papers_biped_or_the_study():

@@ -38,6 +38,15 @@ def test_it_is_kept_its_files_go_and_what_needs_it_says_so(done, monkeypatch):
     assert toy.run() == {"fall": "restored", "bounce": "restored", "side": "current", "picture": "computed"}
 
 
+def test_of_a_long_reason_the_first_clause_is_passed_on(done):
+    long = f"nothing falls upwards: of {', '.join(map(str, range(60)))} tries none did"
+    can_do_without(done).edit("PACKAGE/fall/run.py", "nothing falls upwards", long)
+    with pytest.raises(StageFailed) as no:
+        done.run("fall.behaviour=answer")
+    told = {one.stage: one.summary for one in no.value.outcomes}
+    assert told["fall"] == long and told["bounce"] == "there is no fall: nothing falls upwards"
+
+
 def test_another_reason_is_another_key(done):
     """What a stage does without something follows from the reason."""
     toy, keys = can_do_without(done), []

@@ -165,7 +165,7 @@ def _remarks(calibration: Calibration) -> Iterator[str]:
         words = (f"{one.name} was held out: with its start and sensors fitted errors are {one.fit_force:.3f} m/s² and "
                  f"{1e3 * one.fit_rate:.1f} mrad/s")  # fmt: skip
         if math.isfinite(one.foretold_force):
-            words += (f"; predicted from its first {one.begun:g} s, {one.foretold_force:.2f} m/s² and "
+            words += (f"; predicted from its first {one.begun:.3g} s, {one.foretold_force:.2f} m/s² and "
                       f"{1e3 * one.foretold_rate:.0f} mrad/s over the rest")  # fmt: skip
         yield words + "."
     for words in calibration.not_seen:

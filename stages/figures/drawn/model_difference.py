@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stages.comparison.stride import NoEvidence
 from stages.contact_study.result import PARTS, Distance, RigidLimit
 from stages.contact_study.result import Result as ContactStudy
 from stages.drawing import style
@@ -47,6 +48,8 @@ COMPONENTS = (
 def draw_error_budget(given: Given) -> Figure:
     """Left over one step from the same mid-stance state, right between cycles at equal phase."""
     budget = given.error_budget
+    if not budget.known():
+        raise NoEvidence(budget.outcome)
     figure, axes = plt.subplots(4, 2, figsize=(style.TWO_COLUMNS, 6.6), sharex="col")
     sides: list[tuple[int, np.ndarray, Split, str, str]] = []
     if budget.step is not None:
@@ -68,8 +71,6 @@ def draw_error_budget(given: Given) -> Figure:
             style.panel_label(panel, "abcdefgh"[2 * row + side])
         axes[0, side].set_title(title)
         axes[-1, side].set_xlabel(label)
-    if not sides:
-        axes[0, 0].set_title(budget.outcome)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
     return figure
 
@@ -124,15 +125,13 @@ def measures(budget: Result) -> list[tuple[str, np.ndarray]]:
 def draw_error_bars(given: Given) -> Figure:
     """A panel for each measure, with a bar for each effect and one for their sum."""
     shown = measures(given.error_budget)
-    figure, axes = plt.subplots(
-        max(len(shown), 1), 1, figsize=(style.ONE_COLUMN, 0.3 + 1.3 * max(len(shown), 1)), squeeze=False
-    )
+    if not shown:
+        raise NoEvidence(given.error_budget.outcome)
+    figure, axes = plt.subplots(len(shown), 1, figsize=(style.ONE_COLUMN, 0.3 + 1.3 * len(shown)), squeeze=False)
     for panel, (label, ways), letter in zip(axes[:, 0], shown, "abcde"):
         bars(panel, ways)
         style.panel_label(panel, letter)
         panel.set_xlabel(label)
-    if not shown:
-        axes[0, 0].set_title(given.error_budget.outcome)
     return figure
 
 
@@ -171,7 +170,7 @@ def caption_error_bars(given: Given) -> str:
     return (
         "Penalty model minus constraint model. Bars add up to the total; of an rms each effect has its part along the "
         "whole difference. Slow sliding (creep) and impact affect each other: bars are the mean of both orders in "
-        f"which they can be added, whiskers reach to each. {'. '.join(said) or given.error_budget.outcome}."
+        f"which they can be added, whiskers reach to each. {'. '.join(said)}."
     )
 
 

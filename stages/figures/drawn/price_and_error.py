@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from stages.comparison.stride import NoEvidence
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
 from stages.model_error.measures import MEASURES
@@ -24,6 +25,8 @@ LEAST = 1e-9
 def draw(given: Given) -> Figure:
     """A panel for each measure: price over error, the solver's open, with the model's filled."""
     result = given.model_error
+    if not np.isfinite(result.at_the_design[..., 0]).any():
+        raise NoEvidence("none of the designs sampled around this one has a gait")
     figure, panels = plt.subplots(1, len(SHOWN), sharey=True, figsize=(style.TWO_COLUMNS, 2.6))
     for axes, name in zip(panels, SHOWN, strict=True):
         place = next(number for number, (measure, _, _) in enumerate(MEASURES) if measure == name)
