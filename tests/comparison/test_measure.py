@@ -9,8 +9,9 @@ import pytest
 
 from pipeline.commands.claims import Claim as Shown
 from pipeline.commands.claims import as_text
-from stages.comparison.claims import calibration, contact, figure_8, gait, judge, numerics, twin
+from stages.comparison.claims import calibration, contact, figure_8, gait, judge, measurement, numerics, twin
 from stages.comparison.claims.judge import SAFE, judged
+from stages.comparison.claims.paper import STANDARD_GRAVITY
 from stages.comparison.determinants import Determinants, digits_of, of_walk
 from stages.comparison.result import FAILS, HOLDS, UNDECIDED, UNKNOWN
 from stages.comparison.tables import side_by_side
@@ -114,6 +115,60 @@ def test_step_frequency_takes_its_uncertainty_from_the_model():
     found = gait.step_frequency(given(SimpleNamespace(name="period_s"), own))
     assert found == (2.07, 7e-3, "biped.foot_com", 3e-3, (2.05, 2.08))
     assert gait.step_frequency(given())[1] == 0.0, "all values are exact"
+
+
+def test_sensors_are_asked_for_specific_forces_over_g_and_degrees_a_second():
+    g = STANDARD_GRAVITY
+    spikes = [SimpleNamespace(hip_peak=peak, time_above_range=time) for peak, time in ((15 * g, 2e-3), (160 * g, 1e-3))]
+    spikes.append(SimpleNamespace(hip_peak=math.nan, time_above_range=math.nan))
+    runs = [SimpleNamespace(hip=SimpleNamespace(peak_filtered=peak * g)) for peak in (2.0, 3.0, 7.0)]
+    walked = SimpleNamespace(peak_specific_force=3 * g, peak_foot_specific_force=4 * g, peak_rate=math.pi,
+                             time_above_range=2e-3, step_frequency=2.0)  # fmt: skip
+    for made, family, behind in ((SimpleNamespace(spikes=spikes, runs=runs), ((15, 160), (1e-3, 2e-3)), 3),
+                                 (SimpleNamespace(spikes=[], runs=[]), ((math.nan,) * 2,) * 2, math.nan)):  # fmt: skip
+        found = measurement.sensor_range(SimpleNamespace(results=SimpleNamespace(campaign=made), twin=walked))
+        assert found[:5] == pytest.approx((3, 4, 180, 2e-3, 0.5))
+        np.testing.assert_allclose(found[5:7], family)
+        assert found[7] == pytest.approx(behind, nan_ok=True)
+
+
+@pytest.mark.parametrize("unknown", ["ingest", "leg", ""])
+def test_a_path_has_its_errors_where_the_truth_is_known_and_its_steps_where_legs_are_seen(unknown):
+    steps = SimpleNamespace(**{name: SimpleNamespace(step_length=length)
+                               for name, length in (("runs", 0.16), ("twin", 0.161), ("simple", 0.162))})
+    steps.step_length_error = 1e-3
+    leg = SimpleNamespace(way=np.array([1.0, 2.0]), twice=np.array([0.3, math.nan, -0.4]), step=np.array([0.01]),
+                          angle=np.full(2, math.nan))  # fmt: skip
+    evidence = SimpleNamespace(ingest=None if unknown == "ingest" else SimpleNamespace(leg=leg),
+                               measured=SimpleNamespace(origin="here", leg=None if unknown == "leg" else steps))
+    origin, *numbers = measurement.hip_path_drifts(evidence)
+    truth = [math.nan] * 4 if unknown == "ingest" else [1.5, math.sqrt(0.125), 0.01, math.nan]
+    seen = [math.nan] * 4 if unknown == "leg" else [0.16, 1e-3, 0.161, 0.162]
+    np.testing.assert_allclose(numbers, truth + seen)
+    assert origin == "here"
+
+
+def test_growth_is_that_of_the_unluckiest_disturbance_in_each_step():
+    """A shear enlarges one before it fades: |A^n| of A = [[1/2, 2], [0, 1/2]] by its singular values."""
+    analytic = SimpleNamespace(gait=SimpleNamespace(floquet_multipliers=np.array([[0.3, 0.4]])),
+                               walk=SimpleNamespace(heel_strike_time=np.arange(6.0)),
+                               monodromy_matrix=np.array([[0.5, 2.0], [0.0, 0.5]]))  # fmt: skip
+    multiplier, most, left, steps = gait.chaos_amplifies(SimpleNamespace(results=SimpleNamespace(analytic=analytic)))
+    # A^n = 2^-n [[1, 4n], [0, 1]], whose norm is 2^-n (2n + sqrt(4n^2 + 1))
+    norms = [0.5**n * (2 * n + math.sqrt(4 * n**2 + 1)) for n in range(1, 7)]
+    assert (multiplier, most, left) == pytest.approx((0.5, max(norms), norms[-1])) and steps == 6
+
+
+def test_the_least_multiplier_of_neighbours_names_its_change():
+    rows = [SimpleNamespace(name=name, change=0.05, multiplier_below=below, multiplier_above=above)
+            for name, below, above in (("hip_mass", math.nan, 0.6), ("foot_com", 0.5, 0.7))]  # fmt: skip
+    analytic = SimpleNamespace(gait=SimpleNamespace(floquet_multipliers=np.array([[-0.64, 0.0]])), variations=rows)
+    evidence = SimpleNamespace(results=SimpleNamespace(analytic=analytic))
+    assert gait.multipliers_minimised(evidence) == (0.64, 0.5, "foot_com -5 %")
+    analytic.variations = rows[:1]
+    assert gait.multipliers_minimised(evidence)[1:] == (0.6, "hip_mass +5 %")
+    analytic.variations = []
+    assert math.isnan(gait.multipliers_minimised(evidence)[1])
 
 
 def test_least_work_is_that_of_the_cheapest_way_at_the_error():

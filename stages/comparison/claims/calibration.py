@@ -92,6 +92,7 @@ def judge_outsole_slows(
         (
             (calibrated and origin != MEASURED, as_a_method(origin)[1]),
             (calibrated and not sure, "the calibrated interval of the change holds zero"),
+            (calibrated and sure and slower > 0, f"the runs step quicker with it, by {percent(slower)}"),
             (calibrated and math.isfinite(really),
                   f"the robots of the runs really differ by {percent(really)}"),
             (verdict == HOLDS, "the longer leg is the slower pendulum, without any mass"),
@@ -100,7 +101,7 @@ def judge_outsole_slows(
                 "length alone quickens the gait: it also raises the leg's mass centre and enlarges the foot's radius",
             ),
             (verdict == HOLDS_IF, f"the rubber's mass alone: {percent(with_mass - length_alone)}"),
-            (verdict == FAILS and not with_mass < 0, "its mass does not outweigh that"),
+            (verdict == FAILS and length_alone >= 0 and not with_mass < 0, "its mass does not outweigh that"),
             (length_alone >= 0 and not weighed, "what the rubber's mass does was not computed"),
             (not known, "no gait was found with an outsole"),
         ),
