@@ -2,12 +2,17 @@
 
 import dataclasses
 import json
-import os
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from pipeline.parameters import yaml_text
+from pipeline.questions.command import Described
+from stages.biped.question import WrongOption
 from stages.calibration.estimation.least_squares import Known
+from stages.calibration.following import robot_file
 from stages.calibration.information.identifiability import (
     described,
     experiments,
@@ -17,6 +22,8 @@ from stages.calibration.information.identifiability import (
     planned_equations,
     weighed,
 )
+from stages.calibration.questions.calibrate import Options, ask
+from stages.calibration.reports import angle_report, identifiability_report, sensor_report
 from tests import commands
 from tests.calibration.runs import PARAMETERS, ROOT
 
@@ -87,12 +94,36 @@ def test_the_command_says_what_runs_tell_without_any_recording(tmp_path):
     assert found["parameters"]["biped.leg_length"]["sd"] < found["parameters"]["biped.leg_length"]["sd_one_run"]
 
 
-@pytest.mark.slow
-def test_the_command_asks_for_recordings(tmp_path):
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = commands.python("from pipeline.cli import main; main()", "calibrate", "--results", str(tmp_path), cwd=ROOT,
-                    env=environment)  # fmt: skip
-    assert (done.returncode, "name the recordings" in done.stderr) == (2, True)
+def test_the_command_goes_by_what_is_recorded_and_a_robot_goes_on_with_sensors_alone(monkeypatch):
+    """Of each way only what it is given is looked at here: encoders' angles, sensors, sensors of a robot, a plan."""
+    done = []
+    plan = identifiability_report
+    for way, name in ((angle_report, "calibrated"), (sensor_report, "calibrated"), (plan, "answered")):
+        monkeypatch.setattr(way, name, lambda *given, of=way: done.append((of, given)))
+    monkeypatch.setattr(angle_report, "answered", lambda found: found)
+    monkeypatch.setattr(robot_file, "read", lambda path, option: (path, option))
+    asking = SimpleNamespace(progress=lambda share, what: None, reading="reading")
+
+    def asked(text="", **options):
+        about = Described(yaml_text.parse(text, "known.yaml"), "known.yaml") if text else None
+        ask(PARAMETERS, Options(about=about, **options), asking)
+        return done.pop()
+
+    of_angles = PARAMETERS.biped, PARAMETERS.slope, None, Path("steps.CSV"), "reading"
+    assert asked(source="steps.CSV") == (angle_report, of_angles)
+    for robot, before in ((None, None), ("mine", (Path("mine"), "continue"))):
+        of, (*_, recorded, _, known) = asked(source="lab.sqlite", robot=robot)
+        assert (of, recorded, known) == (sensor_report, Path("lab.sqlite"), before)
+    of, (*_, request, runs) = asked("free: [hip_mass]", source="steps.csv", identifiability=True, runs=7)
+    assert (of, request.free, runs) == (plan, ("biped.hip_mass",), 7)
+    assert asked(identifiability=True)[1][-1] == PARAMETERS.settings.planned_runs
+    goes_on = "goes on with recordings of sensors at hip and foot alone"
+    for refused, said in (({}, "name the recordings"), ({"robot": "mine", "source": "a.c3d"}, goes_on),
+                          ({"robot": "mine"}, goes_on), ({"robot": "mine", "identifiability": True}, goes_on),
+                          *(({"robot": "mine", "source": "lab.sqlite", "text": f"{key}: {value}"}, f"{key} is that of")
+                            for key, value in (("free", "[hip_mass]"), ("fixed", "[hip_mass]"), ("design", "parts")))):
+        with pytest.raises(WrongOption, match=said):
+            asked(**refused)
 
 
 def test_a_lever_arm_that_is_not_measured_leaves_the_inertia_open_and_the_length_as_it_is(planned):

@@ -14,7 +14,7 @@ from stages.imu.clock.clock import resample
 from stages.imu.judgement.evidence import axis_turn_of, gain_of, lever_of, spacing_of
 from stages.imu.judgement.sensor_evidence import flat_tops, wraps
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, swept_angle
-from stages.imu.strikes.heel_strikes import NO_STRIKES
+from stages.imu.strikes.heel_strikes import NO_STRIKES, lowest_between, refine
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import angle_between, find_frame, gravity_on_body, mounting
 from stages.imu.trial.sensor import filter_delay, mask_clipped
@@ -225,6 +225,32 @@ def test_a_full_scale_that_is_half_the_declared_one_shows_in_two_samples() -> No
     values[[10, 20], 2] = 17000, 18000
     assert flat_tops(np.clip(values, -16384, 16384), 32768) == (2, 16384.0)
     assert flat_tops(np.clip(values, -15000, 15000), 32768)[0] == flat_tops(values, 32768)[0] == 0
+
+
+def test_strikes_move_to_where_they_lie_on_each_other_and_one_with_little_left_stays() -> None:
+    """Where the record ends before the last strike's pulse, less than a quarter of its window is left."""
+    time, true = 0.002 * np.arange(1500), 0.3 * np.arange(1, 10) + 0.0005
+    signals = np.exp(-(((time[:, None, None] - true) / [[0.004], [0.012]]) ** 2)).sum(axis=2)
+    guessed = true + np.array([4, -6, 0, 8, -3, 5, -7, 2, -3]) * 1e-3
+    found = refine(time, signals, guessed, np.zeros(9, dtype=bool))
+    assert np.ptp(found - true) < 2e-4 and abs((found - guessed).mean()) < 1e-9
+    for end in np.arange(true[-1] - 0.06, true[-1] + 0.06, 0.004):
+        seen = time < end
+        cut = refine(time[seen], signals[seen], guessed, np.arange(9) == 8)
+        assert np.ptp((cut - true)[:8]) < 2e-4 and abs((cut - guessed)[:8].mean()) < 1e-9
+        if end > true[-1] - 0.021:
+            assert abs(cut[8] - true[8] - (cut - true)[:8].mean()) < 2e-4
+        else:
+            assert abs(cut[8] - guessed[8]) < 1e-3  # by how much all are moved
+    nothing = refine(time, signals, guessed, np.arange(9) > 1)
+    np.testing.assert_array_equal(nothing, guessed, "two strikes have no mean")
+
+
+def test_a_parabola_has_its_lowest_point_where_it_is() -> None:
+    row = np.arange(5.0)
+    for lowest in (1.6, 2.0, 2.4):
+        assert 2 + lowest_between(3.0 * (row - lowest) ** 2 + 1.0, 2) == pytest.approx(lowest)
+    assert lowest_between(-((row - 2.4) ** 2), 2) == lowest_between(row, 2) == 0.0
 
 
 def test_a_gain_is_told_from_errors_of_either_signal() -> None:

@@ -94,6 +94,28 @@ def test_registered_foot_and_hip_turn_as_one() -> None:
     assert np.sqrt(np.nanmean((hip - foot) ** 2)) < 0.1
 
 
+def test_tables_tell_the_reports_numbers_in_the_units_of_their_columns() -> None:
+    result = ingested(0.043)
+    sensor, run = result.reports[0], result.runs[0].report
+    shown = {title.partition(" (")[0]: dict(zip(columns, rows[0], strict=False))
+             for title, columns, rows in result.tables()}  # fmt: skip
+    steps = run.times
+    for table, heading, value, size in (
+        ("Clocks", "rate Hz", sensor.rate_hz, 1e-3), ("Clocks", "jitter ms", 1e3 * sensor.jitter_before_s, 1e-2),
+        ("Clocks", "error ms", 1e3 * sensor.clock_error_s, 1e-2), ("Sensors", "still s", sensor.rest_s, 1e-2),
+        ("Runs", "foot lag ms", 1e3 * run.foot_lag, 1e-2), ("Runs", "step frequency Hz", run.step_frequency, 1e-4),
+        ("Runs", "lever arm m", run.evidence.lever_arm, 1e-3),
+        ("Legs, with standard errors", "step mm", 1e3 * run.step_length, 0.1),
+        ("Legs, with standard errors", "inner step s", steps.inner_step, 1e-4),
+        ("Legs, with standard errors", "double stance ms", 1e3 * steps.double_stance, 0.1),
+        ("Legs, with standard errors", "asymmetry %", 100 * steps.asymmetry, 1e-2),
+    ):  # fmt: skip
+        if math.isnan(value):
+            assert shown[table][heading] == "-"
+        else:
+            assert float(shown[table][heading]) == pytest.approx(value, abs=0.51 * size), heading
+
+
 def walk(steps: int, rest: float) -> np.ndarray:
     """A rate at 200 Hz: rest, steps of 0.5 s that are all alike, rest."""
     time = np.arange(steps * 100) / 200

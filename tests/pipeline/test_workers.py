@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import os
 import platform
 import random
 import re
@@ -14,6 +15,7 @@ import pytest
 
 from pipeline.cache import fingerprint
 from pipeline.errors import StageFailed, StudyError
+from pipeline.execution import worker
 from pipeline.execution.display import Display
 from pipeline.execution.executor import bring_up_to_date
 from pipeline.execution.inputs import disagreements
@@ -24,6 +26,7 @@ from pipeline.study import Study, locate
 from pipeline.sweep import cluster, pool
 from pipeline.sweep import spec as specs
 from pipeline.sweep.sweep import Sweep
+from tests import commands
 
 BOUNCE = "PACKAGE/bounce/run.py"
 
@@ -51,6 +54,16 @@ def test_a_stage_that_disagrees_with_the_graph_is_one_sentence(done, path, old, 
         done.run()
     assert len(failed.value.sentences) == 1
     assert failed.value.sentences[0].partition(": ")[2].startswith(sentence.replace("PACKAGE", done.package))
+
+
+def test_what_a_stage_computes_in_processes_that_it_started_counts_too():
+    before = worker._processor_seconds()
+    spent = commands.python("import time\nwhile time.process_time() < 0.3: pass\nprint(time.process_time())",
+                            cwd=Path.cwd(), env=os.environ)  # fmt: skip
+    own = time.process_time()
+    while time.process_time() < own + 0.05:
+        pass
+    assert worker._processor_seconds() - before > float(spent.stdout) + 0.05 - 0.02  # as coarse as a tick is
 
 
 def test_every_disagreement_is_found_at_once():

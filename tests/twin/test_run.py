@@ -8,10 +8,12 @@ import pytest
 
 from stages.biped.design import BeyondModel
 from stages.planar.run import FELL, STALLED
+from stages.twin.machine.contact import COUNT, ROLL, YAW, Z
 from stages.twin.parameters import SIGNALS
 from stages.twin.result import Settling, with_doubt
 from stages.twin.run import Inputs, run
-from stages.twin.walking.measures import SETTLED_STEPS, transient_left
+from stages.twin.walking.measures import SETTLED_STEPS, settling, transient_left
+from stages.twin.walking.record import Record
 from tests.changed import changed
 
 
@@ -124,6 +126,46 @@ def test_it_walks_a_hundred_steps(parameters, analytic):
     result = run(changed(parameters, steps=100), Inputs(analytic))
     assert result.outcome == "completed" and result.steps == 100
     assert 0 <= result.settling.steps_to_settle < 20
+
+
+# --- How a walk settles, of one that is made up.
+
+
+def settled(periods, lengths, legs=(0, 1)):
+    """What is said of steps of these periods [s] and lengths [m] of a twin that turns, and its strikes [s]."""
+    strikes = 0.3 + np.concatenate(([0.0], np.cumsum(periods)))
+    time, position = np.linspace(0.0, strikes[-1] + 0.2, 4001), np.zeros((4001, COUNT))
+    position[:, 0] = np.interp(time, strikes, 0.7 + np.concatenate(([0.0], np.cumsum(lengths))))
+    position[:, Z], position[:, YAW] = 0.02 - 0.01 * time, 0.3 + 0.1 * time
+    position[:, ROLL] = np.where(time < strikes[-5:][0] - 2e-3, 0.2, -0.03 * np.sin(40.0 * time) ** 2)
+    walk = SimpleNamespace(heel_strike_time=strikes, heel_strike_leg=np.resize(legs, len(strikes)),
+                           double_stance=lambda of: (of[0], of[-1]))  # fmt: skip
+    zero = np.zeros_like(position)
+    record = Record(time, position, zero, zero, (True, True), (), None, None, None, "", "", len(strikes), 0,
+                    exact_acceleration=False)  # fmt: skip
+    return settling(record, walk), strikes
+
+
+def test_a_walk_has_settled_from_the_step_on_that_is_like_the_last_four():
+    periods, lengths = np.array([0.6, 0.52, 0.501, 0.499, 0.501, 0.499]), np.full(6, 0.16)
+    found, strikes = settled(periods, lengths)
+    walked = strikes[-1] + 0.2
+    assert (found.steps_to_settle, found.double_stance_s) == (2, (strikes[-5], strikes[-2]))
+    measured = (found.period_s, found.step_frequency_hz, found.step_length_m, found.speed_m_s)
+    assert measured == pytest.approx((0.5, 2.0, 0.16, 0.32), rel=1e-4)
+    np.testing.assert_allclose(found.step_period, periods)
+    np.testing.assert_allclose(found.step_length, lengths, atol=1e-4)  # samples are .3 mm apart
+    assert found.largest_roll == pytest.approx(0.03, rel=1e-2), "of the last four steps, to whichever side"
+    assert found.inner_outer_difference == pytest.approx(0.004), "a step that the inner pair's landing begins is longer"
+    assert (found.yaw_change, found.lateral_drift) == pytest.approx((0.1 * walked, -0.01 * walked))
+    assert settled(periods, lengths, legs=(1, 0))[0].inner_outer_difference == pytest.approx(-0.004)
+    assert settled(periods[1:], lengths[1:])[0].steps_to_settle == 1
+    assert settled(periods[2:], lengths[2:])[0].steps_to_settle == 0
+    late = settled(periods, np.array([0.16, 0.16, 0.16, 0.19, 0.16, 0.16]))[0]
+    assert late.steps_to_settle == -1, "its last four are not alike"
+    short = settled(periods[:3], lengths[:3])[0]
+    assert short.steps_to_settle == -1 and np.isnan(short.period_s) and short.yaw_change > 0.1
+    assert len(settled([], [])[0].step_period) == 0
 
 
 # --- What is left of a transient in the mean of a walk's last steps, and how it is told.
