@@ -90,11 +90,11 @@ class Walk:
         return float(self.ground_reaction[0, 0, 1])
 
     def double_stance(self, strikes: np.ndarray) -> float:
-        """Mean time from some of the heel strikes to the other leg's next toe-off [s]; NaN without one."""
+        """Mean time from some of the heel strikes to the other leg's toe-off [s], 0 if at once; NaN without one."""
         spans = []
         for strike in strikes:
             leg = self.heel_strike_leg[np.searchsorted(self.heel_strike_time, strike)]
-            after = self.toe_off_time[(self.toe_off_time > strike) & (self.toe_off_leg != leg)]
+            after = self.toe_off_time[(self.toe_off_time >= strike) & (self.toe_off_leg != leg)]
             if len(after):
                 spans.append(after[0] - strike)
         return float(np.mean(spans)) if spans else float("nan")

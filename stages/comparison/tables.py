@@ -28,7 +28,9 @@ def side_by_side(title: str, columns: Mapping[str, Any]) -> Table:
 
 
 def in_digits(value: float, least: float) -> str:
-    """A number in the digits that people read; what is smaller than `least` only as that."""
+    """A number in the digits that people read; what is smaller than `least` only as that, what is not known empty."""
+    if value == math.inf:
+        return "no bound"
     if 0.0 < abs(value) < least:
         return f"< {least:g}"
     return "" if not math.isfinite(value) else f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"

@@ -75,6 +75,13 @@ def test_determinants_of_a_known_walk():
     assert of_walk(longer, RADIUS, 0.333, 9.81).duty_factor == pytest.approx(0.55)
 
 
+def test_a_foot_that_leaves_as_the_other_lands_has_no_double_stance():
+    """Rigid legs change at once; the next toe-off of the leg that leaves is a stride later."""
+    walk = rolling()
+    found = of_walk(dataclasses.replace(walk, toe_off_time=walk.heel_strike_time), RADIUS, 0.333, 9.81)
+    assert found.double_stance == 0.0 and found.duty_factor == 0.5
+
+
 def test_what_a_gait_does_not_tell_stays_empty():
     title, columns, rows = side_by_side("title", {"one": Determinants(step_frequency=2.0), "two": Determinants()})
     assert (title, columns) == ("title", ("", "one", "two"))
@@ -84,10 +91,12 @@ def test_what_a_gait_does_not_tell_stays_empty():
 
 
 def test_a_table_has_numbers_for_people():
-    found = Determinants(step_frequency=12345.6, step_length=5e-14, froude_number=5e-14, foot_clearance=0.0)
+    found = Determinants(step_frequency=12345.6, step_length=5e-14, froude_number=5e-14, foot_clearance=0.0,
+                         duty_factor=math.inf)  # fmt: skip
     rows = dict(side_by_side("title", {"one": found})[2])
     assert (rows["step frequency [Hz]"], rows["step length [mm]"]) == ("12346", "< 0.001")
     assert rows["largest clearance of the swing foot [mm]"] == "0"
+    assert rows["duty factor, a leg's stance over its stride"] == "no bound"
 
 
 def test_the_gait_turns_with_the_velocity_and_the_factor_at_which_it_changes_most():

@@ -109,7 +109,7 @@ def draw(given: Given) -> str:
     shown = sources(given.analytic.walk, given.multibody.walk, given.twin.walk)
     biped = given.parameters.biped
     moving = content(shown, biped.foot_radius, given.parameters.slope.angle, size(biped))
-    page = page.replace("@ARROW@", f"{1e3 * moving['arrow']:.3g}").replace("@LONGEST@", f"{300 * moving['size']:.3g}")
+    page = page.replace("@ARROW@", f"{1e3 * moving['arrow']:.3g}").replace("@LONGEST@", f"{300 * moving['size']:.0f}")
     data = json.dumps(moving, separators=(",", ":")).replace("<", "\\u003c")
     before, _, after = page.partition(">DATA<")
     return f"{before}>{data}<{after}"

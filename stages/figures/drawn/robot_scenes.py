@@ -102,7 +102,8 @@ def caption_simple_model(given: Given) -> str:
     other = biped.leg(1)
     masses, radii = dict.fromkeys([biped.foot_mass, other.foot_mass]), dict.fromkeys(biped.foot_radii)
     return (
-        f"The planar model as it stands in Exudyn: hip of {biped.hip_mass:g} kg, two legs on springs with "
+        f"The planar model as it stands in Exudyn: hip of {biped.hip_mass:g} kg, two legs "
+        f"{'on springs' if biped.legs == 'compliant' else 'without springs'} with "
         f"{' and '.join(f'{mass:g}' for mass in masses)} kg below {'each' if len(masses) == 1 else 'them'} and feet of "
         f"{' and '.join(f'{1e3 * radius:g}' for radius in radii)} mm. It moves in the x-y plane; its "
         "legs are drawn side by side so that both are seen."
@@ -184,6 +185,8 @@ def caption_twin(given: Given) -> str:
 ALONG = 0.55
 #: Of a sensor: its name, and where its words stand from it on the page [m], for a leg of `following.LEG_LENGTH`.
 WORDS = {"hip sensor": (0.16, 0.10), "foot sensor": (0.30, 0.10)}
+#: How high such words are on the page [m], for the same leg.
+HIGH = 0.06
 
 
 def draw_ramp(given: Given) -> Figure:
@@ -211,6 +214,7 @@ def draw_ramp(given: Given) -> Figure:
         place = twin.foot_sensor(biped.foot_com - biped.leg_length) if foot else twin.hip_socket
         group = "inner_foot" if foot else "inner_frame"
         point = pose.point(place, group)
+        axes.update_datalim([camera.spot(point, (words[0], words[1] + HIGH * large))])  # its words stay in the picture
         axes.annotate(name, camera.spot(point), camera.spot(point, words), ha="center", va="bottom", fontsize=8,
                       arrowprops={"arrowstyle": "-|>", "linewidth": 0.7, "color": "black", "shrinkA": 0})  # fmt: skip
     for number in (0, ramp.sets - 1):
