@@ -22,7 +22,7 @@ from stages.figures.first_screen import Measure, answers, measure, title
 from stages.figures.result import Caption
 from stages.figures.run import synthetic
 from stages.model_error.result import EVEN, WIDTH
-from tests.comparison.made_up import make_agreement
+from tests.comparison.made_up import make_agreement, make_study, make_walk
 from tests.figures.made_up_results import analytic, comparison, given, misses, parameters, results
 from tests.figures.made_up_results import drawn as made_up_figure
 
@@ -100,6 +100,31 @@ def test_where_no_model_walked_there_is_the_reason_and_no_picture():
             made_up_figure(name, error_budget=nothing)
     with pytest.raises(NoEvidence, match=r"has a gait$"):
         made_up_figure("price_and_error", model_error=SimpleNamespace(at_the_design=np.full((4, 6, 3), np.nan)))
+
+
+@pytest.mark.parametrize(("name", "words"), [
+    ("figure_02_ground_reaction", "walk ends before"), ("figure_07_snapshots", "fell after 1 steps"),
+    ("figure_05_contact_parameters", "no set of contact"), ("figure_06_friction", "no set of contact"),
+    ("contact_sets", "no set of contact"), ("figure_13_steps", "no whole step: it slipped"),
+])
+def test_a_robot_that_falls_at_once_leaves_no_figure_and_no_traceback(name, words):
+    fallen = SimpleNamespace(walk=make_walk(steps=1), summary=lambda: "fell after 1 steps", reason="it slipped")
+    files, said = run._draw(parameters(), results(multibody=fallen, twin=fallen, contact_study=nothing_walks()), name)
+    assert not files and said.startswith("Not drawn: ") and words in said and "unexpected" not in said
+
+
+def nothing_walks():
+    study = make_study()
+    nan = {"hip_position": np.full(2, math.nan), "outcome": "fell"}
+    variations = dataclasses.replace(study.variations, hip_position=math.nan * study.variations.hip_position)
+    return dataclasses.replace(study, default=dataclasses.replace(study.default, **nan), variations=variations,
+                               chosen=dataclasses.replace(study.chosen, **nan))  # fmt: skip
+
+
+def test_a_number_that_is_not_known_is_a_question_mark_in_captions():
+    cycle = SimpleNamespace(**vars(results()["multibody"].cycle) | {"step_frequency_hz": math.nan})
+    unknown = SimpleNamespace(walk=make_walk(), cycle=cycle)
+    assert "? Hz and" in drawn.draw("gait_animation", parameters(), results(multibody=unknown))[1]
 
 
 def test_a_push_that_topples_at_its_smallest_is_not_said_to_be_survived_at_nought():

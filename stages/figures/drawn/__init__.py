@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from html import escape
 from importlib import import_module
@@ -58,4 +59,4 @@ def draw(name: str, parameters: Parameters, results: Mapping[str, Any], said: st
             if isinstance(shown, str)
             else style.pictures(name, shown, parameters.settings.resolution_dpi, pdf=parameters.settings.pdf, said=said)
         )
-    return files, figure(name).caption(given)
+    return files, re.sub(r"[-+]?\b(nan|inf)\b", "?", figure(name).caption(given))  # a number that is not known

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.walk import Walk
+from stages.comparison.stride import NoEvidence
 from stages.contact_study.result import Result
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
@@ -105,9 +106,17 @@ def constraint_force(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     return time, np.insert(walk.ground_reaction[:, LANDING], after, np.nan, axis=0)
 
 
+def walked(study: Result) -> Result:
+    """A study in which some set of contact parameters walks its step. Raises NoEvidence."""
+    sizes = [study.default.hip_position, study.chosen.hip_position, *study.variations.hip_position]
+    if not np.isfinite(sizes).any():
+        raise NoEvidence(f"with no set of contact parameters the walker makes a step: {study.default.outcome}")
+    return study
+
+
 def draw_contact_parameters(given: Given) -> Figure:
     """A row for each parameter: the impact, and the force after it; below, the hip difference over all four."""
-    study, scales = given.contact_study, scales_of(given.parameters.biped, given.parameters.slope.gravity)
+    study, scales = walked(given.contact_study), scales_of(given.parameters.biped, given.parameters.slope.gravity)
     milliseconds, weight = 1e3 * scales.time, scales.size("N")
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 8.4))
     parts: Any = figure.subfigures(2, 1, height_ratios=(4.0, 1.2))
@@ -204,7 +213,7 @@ VELOCITIES = (
 
 def draw_friction(given: Given) -> Figure:
     """Law, force over the stance, and sensitivity of the hip's motion and of the creep."""
-    study = given.contact_study
+    study = walked(given.contact_study)
     figure, ((law, force), (hip, creep)) = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 4.2))
     default, chosen = study.default.law, study.chosen.law
     slip = np.linspace(-1.5, 1.5, 3001) * default.friction_velocity

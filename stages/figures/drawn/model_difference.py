@@ -26,6 +26,7 @@ from stages.error_budget.result import (
     Result,
     Split,
 )
+from stages.figures.drawn.contact_laws import walked
 from stages.figures.entry import Entry, Given
 
 # What the difference between the two models is made of: signed contributions that add up to it.
@@ -183,7 +184,7 @@ COLOURS = dict(zip(PARTS, (style.SEQUENCE[2], style.SEQUENCE[1], style.MEASURED)
 
 def draw_contact_sets(given: Given) -> Figure:
     """Above, distance over one step over cost and stiffness; below, its parts, and distance between cycles."""
-    study = given.contact_study
+    study = walked(given.contact_study)
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 6.6))
     places: Any = [["cost", "stiffness"]] * 2 + [["parts", "period"], ["parts", "length"]]
     panels = figure.subplot_mosaic(places, width_ratios=(1.0, 1.1))

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
 from stages.biped.walk import Walk
+from stages.comparison.stride import NoEvidence
 from stages.drawing import style
 from stages.figures import view
 from stages.figures.entry import Entry, Given
@@ -258,6 +259,8 @@ def draw_steps(given: Given) -> Figure:
     """A picture a step; the camera goes along."""
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
     ramp = laid(twin, given.parameters.blocks, given.analytic.gait.step_length_m)
+    if not len(moments(walk)):
+        raise NoEvidence(f"the twin makes no whole step: {given.twin.reason}")
     camera = camera_of("steps", given)
     bodies, natural, large = of_twin(twin, biped, SMALL), biped.leg_length + twin.outsole, size(biped)
     poses = [view.pose_at(walk, float(time), natural) for time in moments(walk)]
@@ -279,13 +282,12 @@ def draw_steps(given: Given) -> Figure:
         axes.set_title(f"step {number}, {time - walk.time[0]:.2f} s", fontsize=7)
     for axes in panels[len(moments(walk)) :]:
         axes.set_axis_off()
-    if poses:  # a scale, as the camera sees what lies along the ramp
-        (across, up), (centre, ground) = camera.page(np.array([ramp.step, 0.0, 0.0])), middles[0]
-        low = ground - below - 0.04 * large
-        panels[0].plot(centre + 0.5 * across * np.array([-1, 1]), low + 0.5 * up * np.array([-1, 1]), "|-",
-                       color="black", linewidth=1.0, markersize=5)  # fmt: skip
-        panels[0].text(centre, low - 0.03 * large, f"a step, {1e3 * ramp.step:.0f} mm", ha="center", va="top",
-                       fontsize=7)  # fmt: skip
+    # a scale, as the camera sees what lies along the ramp
+    (across, up), (centre, ground) = camera.page(np.array([ramp.step, 0.0, 0.0])), middles[0]
+    low = ground - below - 0.04 * large
+    panels[0].plot(centre + 0.5 * across * np.array([-1, 1]), low + 0.5 * up * np.array([-1, 1]), "|-",
+                   color="black", linewidth=1.0, markersize=5)  # fmt: skip
+    panels[0].text(centre, low - 0.03 * large, f"a step, {1e3 * ramp.step:.0f} mm", ha="center", va="top", fontsize=7)
     handles = [Line2D([], [], color=colour, linewidth=4, label=name)
                for colour, name in zip(LEG_COLOURS, LEG_NAMES, strict=True)]  # fmt: skip
     figure.legend(handles=handles, loc="outside lower center", ncols=2)

@@ -15,7 +15,7 @@ from stages.biped.accuracy.scales import scales_of, size
 from stages.biped.walk import Walk
 from stages.comparison.agreement import overlay
 from stages.comparison.result import DOES_NOT_APPLY
-from stages.comparison.stride import there
+from stages.comparison.stride import NoEvidence, there
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
 
@@ -41,6 +41,8 @@ def contact(walk: Walk, leg: int, which: int) -> Contact:
     strikes = walk.heel_strike_time[walk.heel_strike_leg == leg]
     lifts = walk.toe_off_time[walk.toe_off_leg == leg]
     whole = [(start, lifts[lifts > start][0]) for start in strikes if (lifts > start).any()]
+    if not whole:
+        raise NoEvidence("a model's walk ends before that foot has landed and left once")
     start, end = whole[which]
     # the penalty model touches and leaves a little earlier and later than its events: a margin shows the zeros
     inside = (walk.time >= start - 0.01) & (walk.time <= end + 0.02)
@@ -122,6 +124,8 @@ def draw_snapshots(given: Given) -> Figure:
     """Snapshots at equal times over the last three steps of the walk."""
     walk, slope = given.multibody.walk, given.parameters.slope.angle
     strikes = walk.heel_strike_time
+    if len(strikes) < 4:
+        raise NoEvidence(f"Exudyn's walk has no three whole steps: {given.multibody.summary()}")
     times = np.linspace(strikes[-4], strikes[-1], SNAPSHOTS)
     rows = np.searchsorted(walk.time, times).clip(max=len(walk.time) - 1)
     figure, panels = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 1.9), sharex=True, sharey=True)
