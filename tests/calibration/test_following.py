@@ -117,6 +117,54 @@ def test_a_step_comes_to_rest_after_a_linearisation_or_two(monkeypatch):
     assert 5 <= len(again) <= 12
 
 
+class Bent:
+    """A step with one unknown, which is known by its arctangent: whole steps of Gauss and Newton lead away from 1.4 on.
+    """
+
+    def __init__(self, at):
+        bend = 1e-2 * (1.0 + at**2)
+        self.at, self.cost = np.array([at]), (np.arctan(at) / 1e-2) ** 2
+        self.known = SimpleNamespace(mean=self.at - 1e2 * bend * np.arctan(at), covariance=np.array([[bend**2]]))
+
+
+def test_a_move_that_fits_worse_is_shortened():
+    track, entered = Track.__new__(Track), []
+    track._follower = SimpleNamespace(
+        nearer=lambda step, period, until, share=1.0: Bent(float((step.at + share * (step.known.mean - step.at))[0])),
+        onwards=lambda step, share=1.0: SimpleNamespace(mean=step.at + share * (step.known.mean - step.at)),
+        mid_stance=lambda at: 0.0)  # fmt: skip
+    track._step, track._period, track._usual, track._until = Bent(2.0), 0.5, 0.5, 1.0
+    track._begun, track._enter = lambda belief, at: at, entered.append
+    list(track._settle())
+    assert abs(entered[0][0]) < 1e-3
+
+
+def test_what_a_step_costs_counts_each_sample_once(monkeypatch):
+    """One after another as they came, or all again; and less is left of it where it is linearised again."""
+    run, _, _ = made(7, 8)
+    costs, nearer = [], Follower.nearer
+
+    def seen(self, step, *until):
+        found = nearer(self, step, *until)
+        costs.append((step.cost, step.about(step.at, step.walked).cost, found.cost))
+        return found
+
+    monkeypatch.setattr(Follower, "nearer", seen)
+    assert list(follow(follower(), run))
+    taken, again, then = np.array(costs).T
+    np.testing.assert_allclose(taken, again, rtol=1e-6)
+    assert np.all(then < taken) and 20.0 < then.min() < taken.max()
+
+
+def test_a_start_may_be_carried_on_from_where_it_was_linearised():
+    track = Track(follower(), made(3, 5)[0])
+    robot, step, places = track._follower, track._step, track._follower.start
+    there, mean, half = (robot.onwards(step, share).mean for share in (0.0, 1.0, 0.5))
+    np.testing.assert_allclose(there[places[:-1]], step.walked.next_start()[:-1, 0])
+    np.testing.assert_allclose(half, 0.5 * (there + mean), rtol=1e-12)
+    assert np.abs(mean - there).max() > 1e-4
+
+
 def test_no_answer_waits_for_what_the_next_ones_need(monkeypatch):
     """Steps are linearised and drawn states walked after an answer, when the next sample is not there yet."""
     run, _, _ = made(7, 8)

@@ -154,11 +154,11 @@ class Follower:
         return walk(there, self.model.of_design, at[o:], self.anywhere.layout, sampling, max(AHEAD * period, least),
                     TOLERANCE, least)  # fmt: skip
 
-    def nearer(self, step: Step, period: float, reached: float) -> Step:
-        """A step about what its samples tell, or about the largest of halves of the way there with which the robot
-        walks until a time [s] that is `reached`; or about the first drawn robot that does, as where a push leaves it at
-        the brink of a fall that does not come."""
-        moved = step.known.mean - step.at
+    def nearer(self, step: Step, period: float, reached: float, share: float = 1.0) -> Step:
+        """A step about what its samples tell, or a `share` of the way there, or about the largest of halves of that
+        with which the robot walks until a time [s] that is `reached`; or about the first drawn robot that does, as
+        where a push leaves it at the brink of a fall that does not come."""
+        moved = share * (step.known.mean - step.at)
         halves = (step.at + moved / 2**halved for halved in range(HALVED))
         found = self.walking(halves, step.known, period, reached)
         if found is None:
@@ -179,11 +179,14 @@ class Follower:
         """The time of mid-stance, or of a step's other start [s], in unknowns (n,)."""
         return float(at[self.start[-1]])
 
-    def onwards(self, step: Step) -> Belief:
-        """What a step tells of the next mid-stance. Raises StepFailed where it does not get there."""
-        return self._carried(step, step.walked.next_start(), self.drift(), 1 - step.sampling.first_leg)
+    def onwards(self, step: Step, share: float = 1.0) -> Belief:
+        """What a step tells of the next mid-stance, a `share` of the way from where it was linearised to its mean.
 
-    def _carried(self, step: Step, rows: np.ndarray, wrong: Vector, leg: int) -> Belief:
+        Raises StepFailed where it does not get there.
+        """
+        return self._carried(step, step.walked.next_start(), self.drift(), 1 - step.sampling.first_leg, share)
+
+    def _carried(self, step: Step, rows: np.ndarray, wrong: Vector, leg: int, share: float = 1.0) -> Belief:
         """What a step tells of a later start on a `leg`, given as `rows` of it and its derivatives; errors (n,) that
         are not the step's come on top.
 
@@ -196,7 +199,7 @@ class Follower:
         apart[[self.start[-1], lag], hip], apart[lag, foot] = step.sampling.since - since, since - step.sampling.since
         mean, grown = apart @ mean, apart @ grown
         covariance = grown @ known.covariance @ grown.T + np.diag(wrong**2)
-        return Belief(mean + grown @ (known.mean - step.at), 0.5 * (covariance + covariance.T),
+        return Belief(mean + grown @ (share * (known.mean - step.at)), 0.5 * (covariance + covariance.T),
                       replace(step.sampling, first_leg=leg, since=since))
 
 

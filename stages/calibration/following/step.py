@@ -20,6 +20,9 @@ from stages.calibration.following.present import Instant, Present, falls
 from stages.calibration.observation.measured_run import SIDES, Sampling
 from stages.calibration.observation.prediction import Shown, Walked
 
+#: What is known for certain is as good as known to a millionth of a standard deviation of anything else.
+CERTAIN = 1e-12
+
 
 @dataclass(frozen=True)
 class Belief:
@@ -50,7 +53,7 @@ class Step:
     ) -> None:
         self._model, self._wrong, self.sampling = model, wrong, before.sampling
         self._before, self.at, self.walked, self._taken = before, at, walked, list(taken)
-        self._surprise, self._count = 0.0, 0
+        self._surprise, self._count, self._loss = 0.0, 0, 0.0
 
     @cached_property
     def _shown(self) -> dict[str, Shown]:
@@ -79,9 +82,11 @@ class Step:
         """
         surprise = math.nan
         if sample.used.any():
+            moved, covariance = self._solved
             expected = self._shown[sample.side].read(np.array([sample.time]))[0]
-            variances = np.where(sample.used, np.square(self._model.noise), np.inf)
-            off = take_readings(*self._solved, sample.reading - expected[:, 0], expected[:, 1:], variances,
+            left, variances = sample.reading - expected[:, 0], np.square(self._model.noise)
+            self._loss += self._lost(left, sample.used)[1] if kept else 0.0
+            off = take_readings(moved, covariance, left, expected[:, 1:], np.where(sample.used, variances, np.inf),
                                 self._model.robust)[sample.used]  # fmt: skip
             self._surprise, self._count = self._surprise + float(off @ off), self._count + len(off)
             surprise = float(off @ off) / len(off)
@@ -112,13 +117,27 @@ class Step:
         taken = [one for one in self._taken if one.time < time]
         return Step(self._model, self._wrong, self._before, self.at, self.walked, taken)
 
+    @property
+    def cost(self) -> float:
+        """How ill the unknowns that it was walked with go with all that it took, and with what was known before."""
+        (off, unit, scaled), _ = self._prior, self._solved
+        return self._loss + float(off / unit @ np.linalg.solve(scaled + CERTAIN * np.eye(len(off)), off / unit))
+
+    @cached_property
+    def _prior(self) -> tuple[Vector, Vector, np.ndarray]:
+        """By how much what was known before is from `at` (n,), and its covariance (n, n) in units (n,)."""
+        unit = np.sqrt(np.diag(self._before.covariance))
+        unit[unit == 0.0] = 1.0
+        return self._before.mean - self.at, unit, self._before.covariance / unit / unit[:, None]
+
     @cached_property
     def _solved(self) -> tuple[Vector, np.ndarray]:
         """What all that was taken tells: by how much the mean (n,) is from `at`, and the covariance (n, n).
 
         Each further sample changes them in place.
         """
-        n, off = len(self.at), self._before.mean - self.at
+        off, unit, scaled = self._prior
+        n = len(off)
         matrix, right = np.zeros((n, n)), np.zeros(n)
         for side in SIDES:
             taken = [one for one in self._taken if one.side == side]
@@ -127,16 +146,20 @@ class Step:
                 rows = expected[:, :, 1:].reshape(-1, n)
                 used, noise = np.array([one.used for one in taken]), np.asarray(self._model.noise)
                 left = np.array([one.reading for one in taken]) - expected[:, :, 0]
-                pull = np.maximum(np.abs(left) / noise / self._model.robust, 1.0)  # Huber's
+                pull, loss = self._lost(left, used)
                 weighed = rows.T * np.ravel(used / (pull * noise**2))
                 matrix += weighed @ rows
                 right += weighed @ (left.ravel() - rows @ off)
-        unit = np.sqrt(np.diag(self._before.covariance))
-        unit[unit == 0.0] = 1.0
-        scaled = self._before.covariance / unit / unit[:, None]
+                self._loss += loss
         known = np.linalg.solve(np.eye(n) + scaled @ (matrix * unit * unit[:, None]), scaled) * unit * unit[:, None]
         known = 0.5 * (known + known.T)
         return off + known @ right, known
+
+    def _lost(self, left: np.ndarray, used: np.ndarray) -> tuple[np.ndarray, float]:
+        """How many times less residuals (..., 3) pull by Huber's estimate, and the loss of those that are `used`."""
+        sigmas = np.abs(left) / np.asarray(self._model.noise)
+        pull = np.maximum(sigmas / self._model.robust, 1.0)
+        return pull, float((used * (sigmas / pull) ** 2 * (2.0 * pull - 1.0)).sum())
 
 
 @compiled

@@ -24,8 +24,8 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Settings
 
 #: A step is linearised again, at most so often, where its mean moved by more than this share of its errors; what is
-#: known for certain, as the angle at mid-stance, moves by what is rounded.
-AGAIN, MOVED, ROUNDED = 6, 0.05, 1e-9
+#: known for certain, as the angle at mid-stance, moves by what is rounded. A move that fits worse is shortened so.
+AGAIN, MOVED, ROUNDED, SHORTER = 12, 0.05, 1e-9, 0.25
 #: Without samples a run is walked for so many steps, and then lost.
 BLIND = 4.0
 #: So much of a step before a heel strike it is said whether the robot will fall, if the strike is known to this share.
@@ -185,16 +185,21 @@ class Track:
 
     def _settle(self) -> Iterator[None]:
         """Linearise the step about what all its samples tell, and enter the next one, in parts of like work."""
-        follower, step = self._follower, self._step
+        follower, step, share = self._follower, self._step, 1.0
+        least = step.cost
         for _ in range(AGAIN):
-            step = follower.nearer(step, self._period, self._until)
+            tried = follower.nearer(step, self._period, self._until, share)
             yield
-            known = step.known
+            known, cost = tried.known, tried.cost
             yield
+            if cost > least:  # where readings bend, a whole step may lead away, and never come to rest
+                share *= SHORTER
+                continue
+            step, least, share = tried, cost, min(share / SHORTER, 1.0)
             errors = np.sqrt(np.abs(np.diag(known.covariance)))
             if np.all(np.abs(known.mean - step.at) <= np.maximum(MOVED * errors, ROUNDED)):
                 break
-        belief = follower.onwards(step)
+        belief = follower.onwards(step, share)
         late = follower.mid_stance(belief.mean) - follower.mid_stance(step.at)
         self._period = max(self._usual, late)  # a short one comes alone
         entered = self._begun(belief, belief.mean)
