@@ -1,5 +1,6 @@
 """The stage's questions: each answers what the model says, in words and as plain values, or refuses in a sentence."""
 
+import dataclasses
 import json
 from types import SimpleNamespace
 
@@ -95,6 +96,14 @@ def test_basin_counts_the_starts_that_reach_the_gait(found):
     assert answer.plain["share_reached"] == (reached == 0).mean()
     assert f"2 x 2 starts: {100 * (reached == 0).mean():.2f} % reach the gait" in answer.lines[0]
     assert listener.fractions[-1] == 1.0
+
+
+def test_the_rates_of_a_basin_follow_the_pace_of_the_robot():
+    """A robot on the moon steps 2.5 times as slowly; rates of Table 1's would begin near where its own end."""
+    on_the_moon = dataclasses.replace(PARAMETERS, slope=dataclasses.replace(PARAMETERS.slope, gravity=1.62))
+    found = basin.ask(on_the_moon, basin.Options(points=2, steps=1), Listener()).plain
+    pace = (1.62 / 9.81) ** 0.5
+    assert found["stance_rate_rad_s"] == pytest.approx([0.5 * pace, 6.0 * pace])
 
 
 def test_design_leaves_the_parameters_of_the_best_gait_it_found():

@@ -18,8 +18,9 @@ class Options:
 
     angle: tuple[float, float] = option(
         "rad", "Range of the stance angle at the start", default=(0.02, 0.6), read=interval, metavar="LOW:HIGH")
-    rate: tuple[float, float] = option(
-        "rad/s", "Range of the stance rate at the start", default=(0.5, 6.0), read=interval, metavar="LOW:HIGH")
+    rate: tuple[float, float] | None = option(
+        "rad/s", "Range of the stance rate at the start (default: 0.5:6 at the pace of Table 1's pendulum)",
+        default=None, read=interval, metavar="LOW:HIGH")
     points: int = option("1", "Points a side", default=100, bound=Bound(minimum=2, maximum=2000))
     steps: int = option("1", "Most steps of a walk", default=30, bound=Bound(minimum=1, maximum=10_000))
 
@@ -31,14 +32,17 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.analytic.gait.basin import basin_of_attraction
     from stages.analytic.gait.gait_search import find_gait
     from stages.analytic.result import ENDINGS
+    from stages.biped.accuracy.scales import quickness
 
     tolerance = parameters.settings.tolerance
+    quick = quickness(parameters.biped, parameters.slope.gravity)
+    slow, fast = options.rate or (0.5 * quick, 6.0 * quick)
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, parameters.limited_friction)
     mapped = basin_of_attraction(
         walker,
         [point.z],
         np.linspace(*options.angle, options.points),
-        np.linspace(*options.rate, options.points),
+        np.linspace(slow, fast, options.points),
         steps=options.steps,
         workers=asking.jobs,
         progress=lambda share: asking.progress(share, "starts"),
@@ -66,7 +70,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         "gait_reached": mapped.reached.tolist(),
     }
     starts = f"{options.points} x {options.points} starts"
-    lines = [f"{starts}: {100 * mapped.share:.2f} % reach the gait within {options.steps} steps"]
+    lines = [f"{starts}: {100 * mapped.share:.2f} % reach the gait within {options.steps} steps",
+             "        of angles {:g} to {:g} rad and rates {:.3g} to {:.3g} rad/s".format(*options.angle, slow, fast)]
     lines += [f"{100 * float((mapped.ending == number).mean()):6.2f} %  {words}"
               for number, words in enumerate(ENDINGS) if number and (mapped.ending == number).any()]  # fmt: skip
     return Answer(lines, plain, draw=draw, rows=rows)
