@@ -105,11 +105,14 @@ def headlines(biped: BipedSummary, determined: Mapping[str, Determinants], claim
     found = {name: one.step_frequency for name, one in determined.items() if math.isfinite(one.step_frequency)}
     spread = 100.0 * (max(found.values(), default=1.0) / min(found.values(), default=1.0) - 1.0)
     listed = ", ".join(f"{name} {frequency:.3f} Hz" for name, frequency in found.items())
+    stable, twins = ("stable" if each < 1 else "unstable" for each in (biped.multiplier, biped.twin_multiplier))
+    other = math.isfinite(biped.twin_multiplier) and stable != twins
     return [
         f"The robot takes {biped.step_frequency:.4f} steps a second"
         f"{f'; the paper has {FREQUENCY_HZ:g}' if judged else ''}.",
-        f"Its gait is {'stable' if biped.multiplier < 1 else 'unstable'}: a small disturbance "
-        f"{'shrinks' if biped.multiplier < 1 else 'grows'} to {biped.multiplier:.2f} of its size with each step.",
+        f"Its gait is {stable}: a small disturbance {'shrinks' if biped.multiplier < 1 else 'grows'} to "
+        f"{biped.multiplier:.2f} of its size with each step"
+        f"{f'; the twin of it is {twins}, with {biped.twin_multiplier:.2f} in the plane' * other}.",
         *([f"Step frequencies differ by at most {spread:.1g} %: {listed}."] if len(found) > 1 else []),
         f"The paper's claims, judged by these results: {counted([claim.verdict for claim in claims])}.",
     ]

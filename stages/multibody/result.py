@@ -14,6 +14,11 @@ from stages.planar.energy import EnergyBalance
 from stages.planar.run import LimitCycle
 
 
+def in_newtons(force: float) -> str:
+    """A force [N] in whole newtons, or in three digits where these are fewer."""
+    return f"{force:.3g} N" if force < 100 else f"{force:.0f} N"
+
+
 @dataclass(frozen=True)
 class Cycle:
     """The gait as the fixed point of the step map from mid-stance to mid-stance, with its multipliers.
@@ -86,7 +91,7 @@ class Result:
         cycle = self.cycle
         found = (
             f"{cycle.step_frequency_hz:.3f} Hz, step {1e3 * cycle.step_length_m:.1f} mm, "
-            f"peak force {cycle.peak_normal_force:.0f} N"
+            f"peak force {in_newtons(cycle.peak_normal_force)}"
         )
         if not self.settled:
             kind = "its cycle" if cycle.solved else "mean of the last steps"

@@ -55,6 +55,7 @@ class Result:
     def summary(self) -> str:
         """What was found, in one line."""
         row = self.of(CONSTRAINT)[0]
-        steps = f"{row.steps_to_fall:.3g} steps to a fall" if row.falls else f"no fall in {row.walked} steps"
+        steps = (f"{float(f'{row.steps_to_fall:.3g}'):g} steps to a fall" if row.falls else
+                 f"no fall in {row.walked} steps")  # fmt: skip
         return (f"{steps} on blocks of {1e3 * row.block_height_rms:.2g} mm; "
                 f"gait sensitivity norm {self.sensitivity_norm:.3g} s/m")

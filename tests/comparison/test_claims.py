@@ -16,7 +16,7 @@ from stages.comparison.claims import judge, numerics
 from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import BIPED, SETTINGS
 from stages.comparison.result import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS, BipedSummary
-from stages.comparison.run import as_yaml
+from stages.comparison.run import as_yaml, headlines
 from stages.tradeoff import constraint_ways, penalty_ways
 from tests.changed import changed
 
@@ -380,6 +380,14 @@ def test_claims_survive_yaml_and_the_command_knows_their_verdicts():
     assert read["tables"] == [{"title": "title", "columns": ["", "a"], "rows": [["row", "1"]]}]
     assert (read["verdicts"], read["numbers"]) == ({"holds": 1}, {"penalty_work": 3e-10, "error": 1.25})
     assert shown.Claim(**read["claims"][0]).full_verdict == "holds (errors unknown here)"
+
+
+@pytest.mark.parametrize(("twins", "words"), [
+    (0.66, "grows to 1.25 of its size with each step; the twin of it is stable, with 0.66 in the plane."),
+    (1.1, "grows to 1.25 of its size with each step."), (nan, "grows to 1.25 of its size with each step.")])
+def test_a_headline_does_not_call_unstable_what_the_twin_walks_without_a_word(twins, words):
+    biped = dataclasses.replace(BipedSummary(*[nan] * 18), multiplier=1.25, twin_multiplier=twins)
+    assert headlines(biped, {}, [])[1] == f"Its gait is unstable: a small disturbance {words}"
 
 
 def test_a_multibody_model_without_a_cycle_leaves_stability_open():

@@ -22,6 +22,7 @@ from stages.figures.first_screen import Measure, answers, measure, title
 from stages.figures.result import Caption
 from stages.figures.run import synthetic
 from stages.model_error.result import EVEN, WIDTH
+from stages.multibody.result import in_newtons
 from tests.comparison.made_up import make_agreement, make_study, make_walk
 from tests.figures.made_up_results import analytic, comparison, given, misses, parameters, results
 from tests.figures.made_up_results import drawn as made_up_figure
@@ -125,6 +126,10 @@ def test_a_number_that_is_not_known_is_a_question_mark_in_captions():
     cycle = SimpleNamespace(**vars(results()["multibody"].cycle) | {"step_frequency_hz": math.nan})
     unknown = SimpleNamespace(walk=make_walk(), cycle=cycle)
     assert "? Hz and" in drawn.draw("gait_animation", parameters(), results(multibody=unknown))[1]
+
+
+def test_a_small_robot_has_its_peak_force_in_digits():
+    assert [in_newtons(force) for force in (2.3456, 99.94, 768.2, 11138.0)] == ["2.35 N", "99.9 N", "768 N", "11138 N"]
 
 
 def test_a_push_that_topples_at_its_smallest_is_not_said_to_be_survived_at_nought():

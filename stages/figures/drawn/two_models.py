@@ -18,6 +18,7 @@ from stages.comparison.result import DOES_NOT_APPLY
 from stages.comparison.stride import NoEvidence, there
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
+from stages.multibody.result import in_newtons
 
 # Figure 2: ground reaction of one foot from its heel strike to its toe-off.
 
@@ -83,8 +84,8 @@ def caption_ground_reaction(given: Given) -> str:
     gait, cycle = given.analytic.gait, given.multibody.cycle
     return (
         "Ground reaction of one foot from heel strike to toe-off. Penalty contact peaks at "
-        f"{cycle.peak_normal_force:.0f} N with {1e6 * cycle.largest_penetration:.0f} µm of penetration; the constraint "
-        f"model has an impulse instead. Both feet are down for {1e3 * gait.double_stance_s:.2f} ms a step with "
+        f"{in_newtons(cycle.peak_normal_force)} with {1e6 * cycle.largest_penetration:.0f} µm of penetration; the "
+        f"constraint model has an impulse instead. Both feet are down for {1e3 * gait.double_stance_s:.2f} ms a step with "
         f"constraints and {1e3 * cycle.double_stance_s:.2f} ms with penalty contact."
     )
 
