@@ -85,8 +85,8 @@ def caption_ground_reaction(given: Given) -> str:
     return (
         "Ground reaction of one foot from heel strike to toe-off. Penalty contact peaks at "
         f"{in_newtons(cycle.peak_normal_force)} with {1e6 * cycle.largest_penetration:.0f} µm of penetration; the "
-        f"constraint model has an impulse instead. Both feet are down for {1e3 * gait.double_stance_s:.2f} ms a step with "
-        f"constraints and {1e3 * cycle.double_stance_s:.2f} ms with penalty contact."
+        f"constraint model has an impulse instead. Both feet are down for {1e3 * gait.double_stance_s:.2f} ms a step "
+        f"with constraints and {1e3 * cycle.double_stance_s:.2f} ms with penalty contact."
     )
 
 
