@@ -10,6 +10,11 @@ from stages.stability.result import Passage
 CONSTRAINT, PENALTY, TWIN = MODELS = ("constraint model", "penalty contact", "twin")
 
 
+def written_out(steps: float) -> str:
+    """Three digits of a number of steps, up to a million without a power of ten."""
+    return f"{float(f'{steps:.3g}'):g}"
+
+
 @dataclass(frozen=True)
 class OnHeight(Passage):
     """One model on blocks of one rms height."""
@@ -55,7 +60,6 @@ class Result:
     def summary(self) -> str:
         """What was found, in one line."""
         row = self.of(CONSTRAINT)[0]
-        steps = (f"{float(f'{row.steps_to_fall:.3g}'):g} steps to a fall" if row.falls else
-                 f"no fall in {row.walked} steps")  # fmt: skip
+        steps = f"{written_out(row.steps_to_fall)} steps to a fall" if row.falls else f"no fall in {row.walked} steps"
         return (f"{steps} on blocks of {1e3 * row.block_height_rms:.2g} mm; "
                 f"gait sensitivity norm {self.sensitivity_norm:.3g} s/m")

@@ -23,6 +23,7 @@ from stages.figures.result import Caption
 from stages.figures.run import synthetic
 from stages.model_error.result import EVEN, WIDTH
 from stages.multibody.result import in_newtons
+from stages.rough_ground.result import written_out
 from tests.comparison.made_up import make_agreement, make_study, make_walk
 from tests.figures.made_up_results import analytic, comparison, given, misses, parameters, results
 from tests.figures.made_up_results import drawn as made_up_figure
@@ -130,6 +131,7 @@ def test_a_number_that_is_not_known_is_a_question_mark_in_captions():
 
 def test_a_small_robot_has_its_peak_force_in_digits():
     assert [in_newtons(force) for force in (2.3456, 99.94, 768.2, 11138.0)] == ["2.35 N", "99.9 N", "768 N", "11138 N"]
+    assert [written_out(steps) for steps in (71.432, 1002.0, 54321.0)] == ["71.4", "1000", "54300"]
 
 
 def test_a_push_that_topples_at_its_smallest_is_not_said_to_be_survived_at_nought():

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
-from stages.rough_ground.result import CONSTRAINT, MODELS, PENALTY, TWIN, OnHeight
+from stages.rough_ground.result import CONSTRAINT, MODELS, PENALTY, TWIN, OnHeight, written_out
 
 LOOKS = {CONSTRAINT: (style.ANALYTIC, "o"), PENALTY: (style.MULTIBODY, "s"), TWIN: (style.TWIN, "^")}
 #: Models are drawn beside each other, apart by this factor of the height.
@@ -121,9 +121,11 @@ def of_front(given: Given) -> str:
     if not rows:
         return ""
     own, last = given_row(given), rows[-1]
-    steps = f"{last.steps_to_fall:.3g}" if np.isfinite(last.steps_to_fall) else f"more than {last.steps_low:.3g}"
-    return (f"(d) On blocks of {1e3 * own.block_height_rms:.2g} mm, where the design makes {own.steps_to_fall:.3g} "
-            "steps: designs of the least norm, their masses and radius searched, each with its speed within a bound. "
+    known = np.isfinite(last.steps_to_fall)
+    steps = written_out(last.steps_to_fall) if known else f"more than {written_out(last.steps_low)}"
+    return (f"(d) On blocks of {1e3 * own.block_height_rms:.2g} mm, where the design makes "
+            f"{written_out(own.steps_to_fall)} steps: designs of the least norm, their masses and radius searched, "
+            "each with its speed within a bound. "
             f"Within {100 * last.speed_share:.3g} % it makes {steps}; bounds reached: {last.stopped_by or 'none'}.")
 
 
