@@ -242,6 +242,8 @@ def test_the_study_s_own_parts_are_as_written_and_the_rule_names_what_was_change
     edited = dataclasses.replace(biped, hip_mass=0.3, leg_inertia=0.002)
     assert settings.bill_rule(edited) == ("parts scaled from another design (hip_mass 0.316 -> 0.3 kg), "
                                           "feet's moments scaled to leg_inertia 0.002 kg m^2")  # fmt: skip
+    small = dataclasses.replace(biped, leg_length=0.3)
+    assert settings.bill_rule(small).endswith("(leg_length 0.333 -> 0.3 m), lanes as in twin.yaml"), "not as the legs"
     points, softer = dataclasses.replace(settings, inertia="planar"), dataclasses.replace(biped, stiffness=1000.0)
     for chosen, own, parts in ((settings, biped, settings.parts), (settings, softer, settings.parts),
                                (points, edited, ())):  # fmt: skip

@@ -92,7 +92,8 @@ def rule(parts: Sequence[Part], drawn: Biped, biped: Biped) -> str:
     fields = {field.name: field.metadata["unit"] for field in dataclasses.fields(Biped)}
     said = [f"{key} {getattr(drawn, key):g} -> {getattr(biped, key):g} {fields[key]}"
             for key in changes(parts, drawn, biped)]
-    scaled = [f"parts scaled from another design ({', '.join(said)})"] if said else []
+    across = ", lanes as in twin.yaml" if biped.leg_length != drawn.leg_length else ""
+    scaled = [f"parts scaled from another design ({', '.join(said)}){across}"] if said else []
     given = [f"feet's moments scaled to leg_inertia {biped.leg_inertia:g} kg m^2"] if biped.leg_inertia > 0 else []
     return ", ".join(scaled + given)
 
