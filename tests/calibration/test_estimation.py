@@ -16,9 +16,9 @@ from stages.calibration.estimation import first_guess as first_guess_module
 from stages.calibration.estimation import run_fit
 from stages.calibration.estimation.campaign import JOINT, Joint, as_plain, fit_campaign, from_plain
 from stages.calibration.estimation.first_guess import first_guess, other_guesses
-from stages.calibration.estimation.least_squares import ENOUGH, WHOLE_RUN, Point, Rule, least_squares
+from stages.calibration.estimation.least_squares import ENOUGH, WHOLE_RUN, Ended, Point, Rule, least_squares
 from stages.calibration.estimation.request import request_of
-from stages.calibration.estimation.run_fit import fit_near, horizons, run_equations
+from stages.calibration.estimation.run_fit import fit_from, fit_near, horizons, run_equations
 from stages.calibration.information.identifiability import free_names
 from tests.calibration.runs import DESIGN, SHORT, drawn, fitted
 
@@ -148,6 +148,15 @@ def test_a_run_that_is_not_at_rest_begins_where_its_own_fit_ended(campaign, own_
     Joint(drawing, [run], model, campaign.known).fitted([restless], {}, 0)
     np.testing.assert_allclose(begun[0][2][0], unknowns, atol=1e-9)
     np.testing.assert_allclose(begun[0][1][0], fit.own, atol=1e-9)
+
+
+def test_who_weighed_no_robot_is_told_so_where_a_fit_finds_no_rest(campaign, monkeypatch):
+    _, model = fitted()
+    monkeypatch.setattr(run_fit, "least_squares", lambda evaluate, begin, *_: Ended(
+        evaluate(begin, None, 1.0), 1, False, "too few"))
+    why = [fit_from(campaign.design, campaign.unknowns[0], campaign.runs[0], model, known).why
+           for known in (campaign.known, ())]  # fmt: skip
+    assert why == ["too few", "too few" + run_fit.UNWEIGHED]
 
 
 def test_horizons_rise_to_the_whole_run(campaign):

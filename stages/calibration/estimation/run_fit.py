@@ -176,6 +176,8 @@ QUIETER, MOST_AGAIN = 3.0, 5
 SHORTER = Rule(12, enough=1.0)
 #: One step, whole and undamped, wherever it leads.
 STEP = Rule(2, larger=np.inf, caution=(0.0, 0.0, np.inf))
+#: What is said beside why a fit did not come to rest where nothing is known beside the samples.
+UNWEIGHED = "; the scale of masses, springs and dampers is not in such samples: weigh the robot and say its mass"
 #: Friction at the hip that is none, as a share of the weight times a leg's length.
 LEAST_FRICTION = 1e-9
 
@@ -396,4 +398,5 @@ def _fit(
             approach = ended.point.cost
             if other is not None and other.converged and abs(approach - other.approach) < ALIKE * other.approach:
                 return replace(other, evaluations=evaluations)
-    return RunFit(x[:d], x[d:o], x[o:], ended.point.state, evaluations, ended.converged, ended.why, approach)
+    why = ended.why + (UNWEIGHED if ended.why and model.shared and not known else "")
+    return RunFit(x[:d], x[d:o], x[o:], ended.point.state, evaluations, ended.converged, why, approach)
