@@ -173,7 +173,16 @@ def test_sensitivity_tells_elasticities_and_derivatives_that_agree():
     assert entries["biped.leg_inertia"]["elasticities"] is None
     assert entries["biped.leg_inertia"]["derivatives"]["step_frequency_hz"] < -100
     assert max(map(len, answer.lines)) <= 80 and answer.plain["uncertainties"] == []
-    assert any(line.startswith("biped.leg_inertia is 0;") for line in answer.lines)
+    lines = [line.split() for line in answer.lines]  # in words the same numbers
+    assert [float(lines[0][at]) for at in (1, 5, 7)] == pytest.approx(
+        [measures[name] for name in ("step_frequency_hz", "step_length_m", "speed_m_s")], rel=1e-4)
+    printed = next(line[1:] for line in lines if line[:1] == ["biped.foot_com"])
+    of_gait = [entry["elasticities"][name] for name in sensitivity.HEADS]
+    assert [float(one) for one in printed] == pytest.approx([*of_gait, *entry["elasticities"]["multipliers"]], abs=6e-5)
+    zero = next(at for at, line in enumerate(answer.lines) if line.startswith("biped.leg_inertia is 0;"))
+    slopes = entries["biped.leg_inertia"]["derivatives"]
+    for name, slope, _ in lines[zero + 1 : zero + len(slopes)]:
+        assert float(slope) == pytest.approx(slopes[name], rel=1e-3)
 
 
 def test_sensitivity_tells_which_digit_decides():
