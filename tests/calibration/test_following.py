@@ -224,6 +224,13 @@ def test_a_walk_goes_on_from_anywhere_as_it_did():
         again = walk(design, (), there, anywhere.layout, sampling, 0.3, 1e-11)
         times = time + np.array([0.02, 0.3])
         np.testing.assert_allclose(again.states(times)[0][:, :, 0], begun.states(times)[0][:, :, 0], atol=1e-6)
+    number = next(number for number, stretch in enumerate(begun.stretches) if stretch.double)
+    lands, stands = begun.begins()[0][number : number + 2] * begun.walker.time
+    both = 0.5 * (lands + stands)
+    rows, leg = begun.start_at(both)
+    assert rows[-1, 0] == pytest.approx(stands) and leg == begun.stretches[number + 1].stance_leg
+    ended = dataclasses.replace(begun, stretches=begun.stretches[: number + 1])  # before one leg alone stands
+    assert ended.start_at(both)[0][-1, 0] == pytest.approx(both)
 
 
 def test_a_state_is_known_as_well_as_it_says():
