@@ -150,9 +150,13 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     again = range(parameters.bare_runs)
     wanted = [*((number, False) for number in range(count)), *((number, True) for number in again)]
     one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
-    for place, (experiment, truth, sent) in each_in_a_process(one, wanted):
-        truths[place], stored[place] = truth, (experiment, sent)
-        progress(len(truths) / (len(wanted) + 1), f"synthetic run {len(truths)} of {len(wanted)}")
+    try:
+        for place, (experiment, truth, sent) in each_in_a_process(one, wanted):
+            truths[place], stored[place] = truth, (experiment, sent)
+            progress(len(truths) / (len(wanted) + 1), f"synthetic run {len(truths)} of {len(wanted)}")
+    except NoWalk as falls:
+        alone = inputs.twin.reason  # that of the walk without a push, which begins in the gait
+        raise NoWalk(f"{falls}; {f'from the gait itself it {alone}' if alone else 'try a smaller push_sd'}") from falls
     with_outsole, without = range(count), range(count, len(wanted))
     return Result(
         origin=SYNTHETIC,

@@ -219,7 +219,7 @@ def walk_twin(
             strikes, legs = walk.heel_strike_time, walk.heel_strike_leg
             truth = leg_truth(walk, TRUTH_RATES * parameters.sensor.rate_hz)
             return TwinRun(hip, foot, strikes, legs, truth, variation, attempt + 1)
-    raise NoWalk(f"synthetic run {number}: the twin fell after each of {MOST_ATTEMPTS} pushes; try a smaller push_sd")
+    raise NoWalk(f"synthetic run {number}: the twin fell after each of {MOST_ATTEMPTS} pushes")
 
 
 def leg_truth(walk: Walk, rate_hz: float) -> LegTruth:

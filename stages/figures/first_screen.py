@@ -84,7 +84,8 @@ def measure(analytic: Analytic, learnt: ModelError | None, name: str) -> Measure
     own = next((one for one in analytic.uncertainties if one.name == FIELDS[name]), None)
     slopes = float(np.nan_to_num(own.slope_most - own.slope_least)) if own else 0.0  # NaN: the slope is exact
     inputs = EVEN * WIDTH * math.hypot(own.independent, 0.5 * slopes) if own else 0.0
-    errors = learnt.at_the_design[0, place] if learnt is not None and gait.stable else np.full(3, math.nan)
+    errors = np.full(3, math.nan) if learnt is None else np.array(learnt.at_the_design[0, place])
+    errors[1:] = errors[1:] if gait.stable else math.nan
     solver, bias, model = (float(part) for part in errors * (found if SHARED[place] else 1.0))
     known = math.isfinite(model)
     return Measure(max(found + bias, 0.0) if known else found, solver, model if known else math.nan, inputs)
@@ -107,7 +108,8 @@ def walks(inputs: Inputs) -> Answer:
         WALKS_IF: ("Yes, on conditions.", f"It walks if {'; and if '.join(judged.because)}."),
         DOES_NOT: ("Not on a plain ramp.", f"Why not: {'; '.join(judged.because)}."),
     }[judged.verdict]
-    twin = inputs.missing.get("twin", "") or f"The twin: {inputs.twin.outcome}, {inputs.twin.steps} steps"
+    twin = inputs.missing.get("twin", "") or (
+        f"The twin: {inputs.twin.outcome}, {inputs.twin.steps} step{'s' * (inputs.twin.steps != 1)}")
     return Answer("Does it walk?", how, f"By the constraint model. {twin}.", means)
 
 

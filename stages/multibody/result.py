@@ -87,7 +87,7 @@ class Result:
     def summary(self) -> str:
         """One line of what was found."""
         if self.outcome != "completed":
-            return f"{self.outcome} after {self.steps} steps: {self.message}".removesuffix(": ")
+            return f"{self.outcome} after {self.steps} step{'s' * (self.steps != 1)}: {self.message}".removesuffix(": ")
         cycle = self.cycle
         found = (
             f"{cycle.step_frequency_hz:.3f} Hz, step {1e3 * cycle.step_length_m:.1f} mm, "

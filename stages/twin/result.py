@@ -188,7 +188,7 @@ class Result:
     def summary(self) -> str:
         """One line of what was found."""
         if self.outcome != "completed":
-            return f"{self.outcome} after {self.steps} steps: {self.reason}"
+            return f"{self.outcome} after {self.steps} step{'s' * (self.steps != 1)}: {self.reason}"
         gait = self.settling
         when = f"within 1 % after step {gait.steps_to_settle}" if gait.steps_to_settle >= 0 else "not settled"
         return (

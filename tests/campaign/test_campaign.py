@@ -3,6 +3,7 @@
 import dataclasses
 import sqlite3
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from stages.campaign import run as campaign_run
 from stages.campaign.parameters import Parameters
 from stages.campaign.result import Result
 from stages.campaign.run import Inputs, again, run, synthetic_run
-from stages.campaign.twin_run import draw_variation, first_state, generator
+from stages.campaign.twin_run import NoWalk, draw_variation, first_state, generator
 from stages.imu.result import Result as Ingested
 from stages.imu.run import Inputs as Measured
 from stages.imu.run import run as ingest
@@ -49,6 +50,18 @@ def made(few: Parameters, inputs: Inputs) -> Result:
         patched.setattr("os.cpu_count", lambda: 1)
         patched.setattr(campaign_run, "SHARES", (4.0, 1.0))  # spikes are looked at in `test_virtual_sensor.py`
         return run(few, inputs)
+
+
+@pytest.mark.parametrize(("alone", "words"), [
+    ("", "10 pushes; try a smaller push_sd"), ("fell in step 2", "10 pushes; from the gait itself it fell in step 2")])
+def test_a_smaller_push_is_no_advice_for_a_twin_that_falls_by_itself(few, inputs, monkeypatch, alone, words):
+    def fall(*_):
+        raise NoWalk("synthetic run 0: the twin fell after each of 10 pushes")
+
+    monkeypatch.setattr(campaign_run, "each_in_a_process", fall)
+    twin = SimpleNamespace(walk=inputs.twin.walk, reason=alone)
+    with pytest.raises(NoWalk, match=f"{words}$"):
+        run(few, Inputs(twin))
 
 
 @pytest.fixture(scope="module")

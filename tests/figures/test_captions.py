@@ -263,6 +263,7 @@ def test_the_digits_of_the_slope_are_inputs_too():
 def test_what_was_learnt_of_stable_gaits_corrects_no_other():
     found = measure(gaits(1.2), misses(), "multiplier")
     assert found.value == 1.2 and np.isnan(found.model) and "model not known" in found.parts(share=False)
+    assert found.solver == measure(gaits(1.2 - 1.0), misses(), "multiplier").solver, "a solver's error is of any gait"
 
 
 def test_the_first_screen_answers_three_questions_and_a_fourth_of_own_recordings():

@@ -286,8 +286,9 @@ def _tables(result: Calibrated, units: Sequence[str]) -> list[tuple[str, list[st
         tables.append((
             "The robot, 95 % intervals", ["parameter", "nominal", "fitted", "interval", "change", "unit"],
             [[short(name), f"{design.value(name):.6g}", f"{values[row]:.6g}",
-              f"+- {half[row]:.2g}" if math.isfinite(half[row]) else "not determined", f"{changes[row]:+.2f} %",
-              units[row]] for row, name in enumerate(names)]))
+              f"+- {half[row]:.2g}" if math.isfinite(half[row]) else "not determined",
+              f"{changes[row]:+.2f} %" if design.value(name) else "from 0", units[row]]
+             for row, name in enumerate(names)]))
     if walked:
         begun = next(iter(walked.values())).begun
         tables.append((
