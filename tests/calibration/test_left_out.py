@@ -167,6 +167,15 @@ def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(u
     assert ("not at rest" in answer.lines[0]) is not converged
 
 
+def test_a_change_from_nothing_has_no_share(unlike):
+    model, fit = unlike
+    told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
+    undamped = DESIGN.with_values({"biped.damping": 0.0})
+    answer = sensor_report.answered(sensor_report.Calibrated(undamped, model, fit, told, PARAMETERS.settings))
+    changes = {row[0]: row[4] for row in answer.tables[0][2]}
+    assert changes.pop("damping") == "from 0" and all(change.endswith(" %") for change in changes.values())
+
+
 def test_what_the_runs_say_of_the_sensors_is_said(narrow):
     model, fit = narrow
     silent = dataclasses.replace(fit.runs[0], sampling=dataclasses.replace(fit.runs[0].sampling, declared=False))
