@@ -131,11 +131,12 @@ class Result:
 def tables_of(
     biped: BipedSummary, determinants: dict[str, Determinants], digits: dict[str, Digits]
 ) -> list[Table]:  # fmt: skip
-    """What stands beside the claims."""
+    """What stands beside the claims; nothing of digits where the parameters have none."""
+    stated = any(math.isfinite(value) for one in digits.values() for value in vars(one).values())
     return [
         side_by_side("This biped", {"value": biped}),
         side_by_side("Determinants of gait, from the walks", determinants),
-        side_by_side(TITLE, digits),
+        *([side_by_side(TITLE, digits)] if stated else []),
     ]
 
 

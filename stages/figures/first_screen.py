@@ -74,7 +74,8 @@ class Measure:
         return ", ".join(
             f"{name} " + ("not known" if not math.isfinite(part) else f"< {factor * LEAST:.5f}".rstrip("0") + unit
                           if part < LEAST * scale else f"{float(f'{factor * part / scale:.1g}'):g}{unit}")
-            for name, part in (("solver", self.solver), ("model", self.model), ("inputs", self.inputs)))  # fmt: skip
+            for name, part in (("solver", self.solver), ("model", self.model), ("inputs", self.inputs))
+            if part or name != "inputs") + ", inputs taken as exact" * (self.inputs == 0.0)  # fmt: skip
 
 
 def measure(analytic: Analytic, learnt: ModelError | None, name: str) -> Measure:

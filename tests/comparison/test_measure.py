@@ -13,7 +13,7 @@ from stages.comparison.claims import calibration, contact, figure_8, gait, judge
 from stages.comparison.claims.judge import SAFE, judged
 from stages.comparison.claims.paper import STANDARD_GRAVITY
 from stages.comparison.determinants import Determinants, digits_of, of_walk
-from stages.comparison.result import FAILS, HOLDS, UNDECIDED, UNKNOWN
+from stages.comparison.result import FAILS, HOLDS, UNDECIDED, UNKNOWN, BipedSummary, tables_of
 from stages.comparison.tables import side_by_side
 from stages.contact_study.result import FrictionVariation
 from stages.error_budget.result import CREEP, EFFECTS, SLIP, Split
@@ -223,6 +223,9 @@ def test_digits_leave_the_same_share_of_every_model_open():
     assert found["twin"].least_step_length == pytest.approx(0.06) and math.isnan(found["twin"].speed)
     exact = digits_of([], determinants)["twin"]
     assert math.isnan(exact.step_frequency), "nothing is left open"
+    biped = BipedSummary(*[math.nan] * 18)
+    assert [len(tables_of(biped, determinants, digits)) for digits in (found, digits_of([], determinants))] == [3, 2]
+
 
 
 def test_slip_between_cycles_leaves_out_the_instants_of_impacts():

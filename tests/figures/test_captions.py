@@ -251,6 +251,8 @@ def test_a_number_is_corrected_by_the_bias_and_has_three_errors():
     assert found.error == pytest.approx(2e-8 + np.hypot(0.08, EVEN * WIDTH * 0.02))
     assert found.text() == "1.98 ± 0.09"
     assert found.parts() == "solver < 0.001 %, model 4 %, inputs 1 %"
+    exact = dataclasses.replace(found, inputs=0.0)
+    assert exact.parts() == "solver < 0.001 %, model 4 %, inputs taken as exact"
 
 
 def test_the_digits_of_the_slope_are_inputs_too():
