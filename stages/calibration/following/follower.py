@@ -95,13 +95,6 @@ class Follower:
         return replace(self.model, layout=replace(layout, names=("start_theta", *layout.names), free=layout.free + 1,
                                                   **arrays))  # fmt: skip
 
-    def drift(self) -> Vector:
-        """Standard deviations (n,) of what the model puts wrong in a step's start, at each mid-stance."""
-        o, layout = len(self.model.of_design), self.anywhere.layout
-        wrong = np.zeros(len(self.anywhere.names))
-        wrong[self.start[1:]] = self.discrepancy * layout.sizes[[place - o for place in self.start[1:]]]
-        return wrong
-
     def pushed(self, step: Step, time: float) -> Belief:
         """What a step tells of its state at a time [s], from when on rates may be any near by, and a new step begins.
 
@@ -160,20 +153,18 @@ class Follower:
         where a push leaves it at the brink of a fall that does not come."""
         moved = share * (step.known.mean - step.at)
         halves = (step.at + moved / 2**halved for halved in range(HALVED))
-        found = self.walking(halves, step.known, period, reached)
-        if found is None:
-            raise StepFailed("no robot near this one walks as the samples say")
-        return step.about(*found)
+        return step.about(*self.walking(halves, step.known, period, "no robot near this one walks as the samples say",
+                                        reached))  # fmt: skip
 
     def walking(
-        self, among: Iterable[Vector], belief: Belief, period: float, reached: float = -math.inf
-    ) -> tuple[Vector, Walked] | None:
+        self, among: Iterable[Vector], belief: Belief, period: float, otherwise: str, reached: float = -math.inf
+    ) -> tuple[Vector, Walked]:
         """The first of some unknowns (n,), and then of drawn ones of a belief, with which the robot walks as `walked`
-        has it, and that walk; None if it does with none."""
+        has it, and that walk. Raises StepFailed, which says what is `otherwise`."""
         for there in chain(among, drawn(belief)):
             with contextlib.suppress(StepFailed):
                 return there, self.walked(there, belief.sampling, period, reached)
-        return None
+        raise StepFailed(otherwise)
 
     def mid_stance(self, at: Vector) -> float:
         """The time of mid-stance, or of a step's other start [s], in unknowns (n,)."""
@@ -182,9 +173,11 @@ class Follower:
     def onwards(self, step: Step, share: float = 1.0) -> Belief:
         """What a step tells of the next mid-stance, a `share` of the way from where it was linearised to its mean.
 
-        Raises StepFailed where it does not get there.
+        The model's discrepancy is in its start. Raises StepFailed where it does not get there.
         """
-        return self._carried(step, step.walked.next_start(), self.drift(), 1 - step.sampling.first_leg, share)
+        wrong, later = np.zeros(len(step.at)), self.start[1:]
+        wrong[later] = self.discrepancy * self.anywhere.layout.sizes[np.array(later) - len(self.model.of_design)]
+        return self._carried(step, step.walked.next_start(), wrong, 1 - step.sampling.first_leg, share)
 
     def _carried(self, step: Step, rows: np.ndarray, wrong: Vector, leg: int, share: float = 1.0) -> Belief:
         """What a step tells of a later start on a `leg`, given as `rows` of it and its derivatives; errors (n,) that

@@ -204,23 +204,23 @@ def _length(walker: Walker, state: Vector) -> float:
                                   + radius * theta + other * psi))  # fmt: skip
 
 
-def falls(walked: Walked, moved: Vector, covariance: np.ndarray, wrong: float, steps: int = STEPS) -> Vector:
-    """Probabilities (steps,) to fall in the first, the first two and so on of the steps after a walk's first strike.
+def falls(walked: Walked, moved: Vector, covariance: np.ndarray, wrong: float) -> Vector:
+    """Probabilities (STEPS,) to fall in the first, the first two and so on of the steps after a walk's first strike.
 
     The walk's unknowns are `moved` (n,) from its own, with a covariance; the start of each step is `wrong` by so much,
     dimensionless. NaN where it does not come to a strike.
     """
     if not any(one.ends_step for one in walked.stretches):
-        return np.full(steps, np.nan)
+        return np.full(STEPS, np.nan)
     leg, mean, spread = landing(walked, 0, moved, covariance)
     values, vectors = np.linalg.eigh(spread)
     spread = vectors * np.sqrt(np.maximum(values, 0.0))
     rng, walker, other = np.random.default_rng(0), walked.walker.on(leg), walked.walker.on(1 - leg)
     last = list[int]()
     while len(last) < (FIRST if len(set(last)) < 2 else DRAWN):
-        off = wrong * rng.normal(size=(steps, 3))
+        off = wrong * rng.normal(size=(STEPS, 3))
         last.append(_last(mean + spread @ rng.normal(size=len(mean)), walker, other, off))
-    return np.asarray((np.array(last)[:, None] <= np.arange(steps)).mean(axis=0))
+    return np.asarray((np.array(last)[:, None] <= np.arange(STEPS)).mean(axis=0))
 
 
 def _last(before: Vector, walker: Walker, other: Walker, off: np.ndarray) -> int:

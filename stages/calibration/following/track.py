@@ -209,9 +209,7 @@ class Track:
     def _begun(self, belief: Belief, at: Vector) -> Step:
         """A step with the unknowns `at` (n,), or with drawn ones where it falls with those."""
         follower = self._follower
-        found = follower.walking((at,), belief, self._period)
-        if found is None:
-            raise StepFailed("the robot falls before its next heel strike")
+        found = follower.walking((at,), belief, self._period, "the robot falls before its next heel strike")
         return Step(follower.anywhere, follower.wrong, belief, *found)
 
     def _enter(self, step: Step) -> None:
