@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from collections import Counter
 from types import SimpleNamespace
 
 import numpy as np
@@ -96,6 +97,10 @@ def test_basin_counts_the_starts_that_reach_the_gait(found):
     assert answer.plain["share_reached"] == (reached == 0).mean()
     assert f"2 x 2 starts: {100 * (reached == 0).mean():.2f} % reach the gait" in answer.lines[0]
     assert listener.fractions[-1] == 1.0
+    ends = Counter(row["ending"] for row in answer.rows)
+    said = [line.split("%  ") for line in answer.lines[2:]]  # of the others, and of those that there are
+    assert {words: float(share) for share, words in said} == pytest.approx(
+        {words: 100 * count / 4 for words, count in ends.items() if words != answer.plain["endings"][0]})
 
 
 def test_the_rates_of_a_basin_follow_the_pace_of_the_robot():

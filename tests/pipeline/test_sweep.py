@@ -227,6 +227,25 @@ SLOW = f"stage: side\nkind: grid\nset: {{side.wait: 0.1}}\nvary: {{side.seed: {l
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to find the workers")
+def test_points_are_handed_out_once_by_the_time_they_take_and_the_end_is_shared():
+    points = pool.Chunks(range(1000), str, workers=2)
+    handed = [points.take()]
+    assert len(handed[0]) == 1, "nothing is known of how long one takes"
+    points.took(1, 1e-3)
+    handed.append(points.take())
+    assert len(handed[1]) == 250, "a worker's half of its share of what is left"
+    points.took(250, 250 * 0.1 - 1e-3)
+    handed.append(points.take())
+    assert len(handed[2]) == pytest.approx(pool._TARGET_S / 0.1, abs=1)
+    points.took(1, 1e6)
+    assert len(points.take()) == 1
+    points.took(10**9, 0.0)
+    while handed[-1]:
+        handed.append(points.take())
+    assert len(handed[-2]) == 1 and sum(map(len, handed)) == 999
+    assert len({name for chunk in handed for name in chunk}) == 999
+
+
 def test_killed_workers_lose_nothing(toy):
     first, killed, before = [], [], {*workers(os.getpid())}
 
