@@ -180,7 +180,9 @@ def draw(
     for name, makers in shows.items():
         said = surveyed.sentence(makers) if surveyed else ""
         try:
-            results = {key: _result(study, places[key]) for key in drawn.figure(name).inputs}
+            about = drawn.figure(name)
+            results = {key: _result(study, places[key]) for key in about.inputs
+                       if key not in getattr(about, "without", ()) or not _refused(study, places[key])}  # fmt: skip
             files, caption = drawn.draw(name, _parameters(study, values, makers), results, said)
         except Exception as error:
             if not is_answer(error, study.package):
@@ -232,6 +234,12 @@ def _parameters(study: Study, values: Any, makers: Sequence[str]) -> Any:
         for file, own in plain.items():
             own |= {key: value for key, value in entry.ingredients["parameters"].get(file, {}).items() if key in own}
     return loading.from_plain(type(values), plain)
+
+
+def _refused(study: Study, path: str) -> bool:
+    """Whether the stage of a result said no."""
+    entry = study.store.current(study.graph.maker(path))
+    return entry is not None and entry.refused
 
 
 def _result(study: Study, path: str) -> Any:

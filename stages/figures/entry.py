@@ -60,7 +60,8 @@ class Given(Inputs):
 class Entry:
     """A figure: its title, its place in the report (the paper's have their number, the others follow), and its maker.
 
-    It is given the results that `inputs` name, and no others. `draw` gives a Matplotlib figure, or a fragment of a page
+    It is given the results that `inputs` name, and no others; None for one that is missing and that it is drawn
+    `without`. `draw` gives a Matplotlib figure, or a fragment of a page
     as text; `caption` says what it shows. `claims` are those that it shows something of; one that `opens` stands first
     on the page, and one `beside_parameters` above their table.
     """
@@ -73,3 +74,4 @@ class Entry:
     claims: tuple[str, ...] = ()
     opens: bool = False
     beside_parameters: bool = False
+    without: tuple[str, ...] = ()

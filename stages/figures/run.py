@@ -46,7 +46,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 def _draw(parameters: Parameters, results: Mapping[str, Any], name: str) -> tuple[dict[str, bytes], str]:
     missing: Mapping[str, str] = results.get("missing", {})
     try:
-        for reason in filter(None, map(missing.get, figure(name).inputs)):
+        about = figure(name)
+        for reason in filter(None, (missing.get(key) for key in about.inputs if key not in about.without)):
             raise NoEvidence(reason)
         return draw(name, parameters, results)
     except Exception as error:

@@ -115,6 +115,13 @@ def test_a_robot_that_falls_at_once_leaves_no_figure_and_no_traceback(name, word
     assert not files and said.startswith("Not drawn: ") and words in said and "unexpected" not in said
 
 
+def test_multipliers_are_drawn_without_a_ladder_and_other_figures_are_not():
+    missing = results(twin_ladder=None, missing={"twin_ladder": "no ladder"})
+    files, said = run._draw(parameters(), missing, "multipliers")
+    assert files and "(constraint model)" in said and "twin" not in said
+    assert run._draw(parameters(), missing, "twin_ladder")[1] == "Not drawn: no ladder."
+
+
 def nothing_walks():
     study = make_study()
     nan = {"hip_position": np.full(2, math.nan), "outcome": "fell"}

@@ -28,7 +28,7 @@ def figure(name: str) -> Entry:
 
 def given_to(name: str, parameters: Parameters, results: Mapping[str, Any]) -> Any:
     """What a figure is given: the parameters, and of the `results` by stage those that it names."""
-    return SimpleNamespace(parameters=parameters, **{key: results[key] for key in figure(name).inputs})
+    return SimpleNamespace(parameters=parameters, **{key: results.get(key) for key in figure(name).inputs})
 
 
 def at_level(shown: Any, level: str) -> Any:

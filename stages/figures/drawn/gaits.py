@@ -29,11 +29,12 @@ def multipliers(given: Given) -> list[tuple[str, np.ndarray, str, str]]:
         ("constraint model", given.analytic.gait.floquet_multipliers, style.ANALYTIC, "o"),
         ("penalty contact", given.multibody.cycle.floquet_multipliers, style.MULTIBODY, "s"),
     ]
-    twin = next((rung for rung in given.twin_ladder.rungs if rung.is_twin and rung.found), None)
+    rungs = given.twin_ladder.rungs if given.twin_ladder else ()
+    twin = next((rung for rung in rungs if rung.is_twin and rung.found), None)
     if twin is not None:
         found.append(("twin, in the plane", twin.plane_multipliers, style.TWIN, "^"))
         found.append(("twin, across it", twin.side_multipliers, style.MEASURED, "v"))
-    return [(name, values[np.hypot(*values.T) > NONE], *look) for name, values, *look in found]
+    return [(name, values[np.hypot(*values.T) > NONE], *look) for name, values, *look in found if len(values)]
 
 
 def draw_multipliers(given: Given) -> Figure:
@@ -305,6 +306,7 @@ FIGURES = {
         draw_multipliers,
         caption_multipliers,
         claims=("stable_gait", "multipliers_minimised", "chaos_amplifies"),
+        without=("twin_ladder",),
     ),
     "basin": Entry("Basin of attraction", 23, ("stability",), draw_basin, caption_basin, claims=("stable_gait",)),
     "bifurcation": Entry(
