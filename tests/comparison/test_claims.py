@@ -117,13 +117,16 @@ NAMED = [
     (0, {}, "8.3 times the work | 100 times k_c takes 2.8 times"), (0, {"stiffer": 1.0}, "8.3 times the work"),
     (0, {"penalty": 600.0}, "only 1.00 times"), (0, {"penalty": nan}, "reached this error"),
     (0, {"error": nan}, "has no walk"),
-    (1, {}, "more than 1e-06"), (1, {"drift": 9e-7, "slip": 0.0}, "leaves a drift of 9.0e-07"),
+    (1, {}, "more than 1e-06"), (1, {"slip": 0.0, "descent": 0.0}, "more than 1e-06"),
+    (1, {"drift": 9e-7, "slip": 0.0}, "leaves a drift of 9.0e-07"),
     (1, {"drift": 9e-7, "descent": 0.0}, "leaves a drift"), (1, CASES[1][1], "without slip and descent"),
     (2, {}, "lowers it by 1 %"), (2, {"best": 0.597}, "lowers it by 1 %"), (2, {"best": 0.5}, "lowers it by 16.7 %"),
     (2, {"best": nan}, "no neighbouring"), (2, {"now": 1.2}, "one has 1.20"), (2, {"now": 1.0}, "one has 1.00"),
     (2, {"now": 1.2, "best": nan}, "one has 1.20"), (2, {"now": 1.2, "best": 1.3}, "one has 1.20"),
     (3, {}, "shrinks to 0.64"), (3, {"multibody": nan}, "no multipliers"), (3, {"constraint": nan}, "no multipliers"),
     (3, {"constraint": 1.02, "multibody": nan}, "grows 1.02 times"), (3, {"constraint": 1.02}, "grows 1.02 times"),
+    (4, {}, "2.0 times larger"), (4, {"error": nan}, "one tolerance"), (4, {"error": 1e-13}, "falls to the tightest"),
+    (4, {"error": 1e-12, "doubt": 1e-12}, "stays below 1e-12 m: the reference is known no better"),
     (5, {}, "by 1.10 in the long run"), (5, {"left": 1.0}, "the gait is stable | enlarge a difference, 4 times"),
     (5, {"left": 0.02, "most": 1.0}, "leaves 1.10 of a difference"),
     (6, {}, "lowers it to 40 % | bounces"), (6, {"beyond": 0.124}, "lowers it to 40 %"),
@@ -202,6 +205,7 @@ NAMED = [
     (24, {"pairs": 0, "really": -2.5e-3, "origin": "synthetic"}, "slower pendulum"),
     *((24, {"slower": 3e-3, "with_mass": mass}, "step quicker with it, by +0.30 %") for mass in (-3e-3, 1e-3)),
     (24, CASES[24][1], "step quicker | length alone quickens | does not outweigh"),
+    (24, {"length_alone": 1e-3, "slower": 3e-3}, "step quicker | length alone quickens"),
     (24, {"length_alone": 0.0, "with_mass": 0.0}, "length alone quickens | does not outweigh"),
     (24, {"length_alone": 1e-3}, "length alone quickens | mass alone: -0.40 %"),
     (24, {"length_alone": 1e-3, "with_mass": nan}, "length alone quickens | was not computed"),
@@ -263,7 +267,8 @@ def test_what_cannot_be_decided_stays_open_with_a_reason(holding, change, words)
 
 
 def test_only_a_verdict_with_a_condition_has_one():
-    for holding, change in [*CASES, *((case[0], case[1]) for case in [*CONDITIONS, *UNDECIDED])]:
+    for holding, change in [*CASES, *((case[0], case[1]) for case in [*CONDITIONS, *UNDECIDED]),
+                            *((CASES[place][0], changes) for place, changes, _ in NAMED)]:
         claim = judged(PARAMETERS, of(holding, **change))
         assert bool(claim.condition) == (claim.verdict == HOLDS_IF)
 
@@ -397,6 +402,13 @@ def test_a_multibody_model_without_a_cycle_leaves_stability_open():
     evidence = SimpleNamespace(results=SimpleNamespace(multibody=multibody, analytic=analytic))
     claim = judged(PARAMETERS, judge.STATEMENTS["stable_gait"].measured(evidence))
     assert claim.verdict == OPEN and "no multibody gait" in claim.measured
+
+
+def test_an_interval_beside_table_1_decides_whatever_others_leave_open():
+    wide, off = ("hip_mass", 0.2, 0.5, 0.316), ("foot_mass", 0.2, 0.3, 0.335)
+    assert judged(PARAMETERS, of(CASES[26][0], intervals=(wide, off))).verdict == FAILS
+    claim = judged(PARAMETERS, of(CASES[26][0], intervals=(wide, ("foot_mass", 0.33, 0.34, 0.335))))
+    assert claim.verdict == OPEN and claim.causes[-1].endswith("too wide to decide: hip_mass")
 
 
 def test_without_a_synthetic_campaign_pushes_along_the_path_do_not_apply():

@@ -18,7 +18,7 @@ from stages.comparison.tables import side_by_side
 from stages.contact_study.result import FrictionVariation
 from stages.error_budget.result import CREEP, EFFECTS, SLIP, Split
 from stages.tradeoff.result import Errors, Row
-from tests.comparison.made_up import make_budget, make_step, make_walk
+from tests.comparison.made_up import make_budget, make_step, make_study, make_walk
 from tests.comparison.test_claims import CASES, PARAMETERS, of
 
 RADIUS = 0.08
@@ -178,6 +178,75 @@ def test_the_least_multiplier_of_neighbours_names_its_change():
     assert gait.multipliers_minimised(evidence)[1:] == (0.6, "hip_mass +5 %")
     analytic.variations = []
     assert math.isnan(gait.multipliers_minimised(evidence)[1])
+
+
+def test_an_outsole_is_compared_with_the_gait_without_it_and_over_pairs_that_are_known():
+    layer = SimpleNamespace(thickness=2e-3, frequency_without_mass=2.02, frequency_with_mass=1.98, mass=0.01,
+                            turning_mass=4e-3)  # fmt: skip
+    pairs = [SimpleNamespace(longer=2e-3, longer_sd=1e-4, slower=slower, slower_sd=sd, true_slower=-3e-3)
+             for slower, sd in ((-2e-3, 1e-3), (-4e-3, 3e-3), (math.nan, 1.0))]
+    analytic = SimpleNamespace(outsole=layer, gait=SimpleNamespace(step_frequency_hz=2.0))
+    for known, told in ((pairs, (2e-3, 1.96e-4, -3e-3, 3.92e-3, -3e-3)), ((), (math.nan,) * 5)):
+        results = SimpleNamespace(analytic=analytic, calibrated_twin=SimpleNamespace(pairs=known))
+        runs = SimpleNamespace(origin="here")
+        found = calibration.outsole_slows(SimpleNamespace(results=results, measured=runs))
+        assert found[:5] == pytest.approx((2e-3, 0.01, -0.01, 0.01, 4e-3)) and found[5:7] == ("here", 2 if known else 0)
+        assert found[7:] == pytest.approx(told, rel=1e-3, nan_ok=True)
+
+
+def test_the_least_change_of_the_stiffness_that_helps_is_found_and_the_hip_is_compared_at_all():
+    study = make_study()
+    rows, force = study.variations.rows("contact_stiffness"), study.variations.normal_force.copy()
+    results = SimpleNamespace(contact_study=study, analytic=SimpleNamespace(gait=SimpleNamespace(period_s=0.48)))
+    evidence = SimpleNamespace(results=results)
+    assert contact.contact_set_figure_8(evidence) == pytest.approx((1e-3, 5e4, 4e-3, 4e-3 * 0.48, 1e-3, 0.05))
+    for forces, told in (((0.2, 0.05), (0.05, 2.0, 0.05, 2.0)), ((0.09, math.nan), (0.09, 0.5, 0.09, 0.5)),
+                         ((0.3, 0.2), (0.2, 2.0, 0.2, 2.0))):  # fmt: skip
+        force[rows] = forces
+        results.contact_study = dataclasses.replace(
+            study, variations=dataclasses.replace(study.variations, normal_force=force))
+        assert contact.contact_set(evidence) == pytest.approx((0.1, *told))
+
+
+def test_the_twins_own_gait_is_the_ladders_where_it_has_one():
+    settled = SimpleNamespace(step_period=[0.5], period_s=0.49, steps_to_settle=1, frequency_text=lambda: "2 Hz")
+    runs = [SimpleNamespace(failed_attempts=number) for number in (0, 2, 1)]
+    own = SimpleNamespace(period_s=0.48, plane_multipliers=np.array([[0.6, 0.8]]),
+                          side_multipliers=np.array([[0.3, 0.4]]))  # fmt: skip
+    for rung, of_gait, pushed in ((None, (0.49, math.nan), (math.nan, math.nan)), (own, (0.48, 1.0), (1.0, 0.5))):
+        results = SimpleNamespace(
+            twin=SimpleNamespace(settling=settled), twin_ladder=SimpleNamespace(twin=rung),
+            campaign=SimpleNamespace(runs=runs), twin_pushes=SimpleNamespace(limits=lambda: [("yaw", "rad", 0.1, 0.2)]))
+        found = twin.twin_settles(SimpleNamespace(results=results))
+        assert found[:2] == (1, 0.5) and found[4] == "2 Hz" and found[2:4] == pytest.approx(of_gait, nan_ok=True)
+        found = twin.push_converges(SimpleNamespace(results=results))
+        assert found[:3] == (3, 3, (("yaw", "rad", 0.1, 0.2),)) and found[3:] == pytest.approx(pushed, nan_ok=True)
+
+
+def test_eleven_sets_need_ten_steps_and_a_block():
+    walked = SimpleNamespace(analytic=SimpleNamespace(gait=SimpleNamespace(step_length_m=0.16)),
+                             twin=SimpleNamespace(walk=rolling()))  # fmt: skip
+    for given, step in ((None, 0.16), (0.15, 0.15)):
+        chosen = SimpleNamespace(twin=SimpleNamespace(expected_step=given, outsole=0.0), biped=SimpleNamespace(
+            foot_radius=RADIUS), blocks=SimpleNamespace(block_length=0.08))  # fmt: skip
+        found = twin.ramp_length(SimpleNamespace(parameters=chosen, results=walked))
+        assert found[:2] == pytest.approx((step, 10 * step + 0.08)) and found[4] == 0.08
+        assert found[2:4] == twin.block_reach(rolling(), RADIUS, step, 11)
+
+
+def test_tightest_and_usual_tolerances_are_those_of_the_studys_own_way():
+    def row(tolerance, error, cost, way="own", mark="", outcome="completed"):
+        return Row(numerics.ROLLING, way, "", mark, outcome, Errors(error, 0, 0, 0), cost, tolerance, math.nan,
+                   Errors(1e-13, 0, 0, 0))  # fmt: skip
+
+    rows = [row(1e-7, 1e-6, 100.0, mark="default"), row(1e-12, 2e-12, 400.0), row(1e-13, 1e-12, 450.0),
+            row(1e-14, 0.0, 1.0, outcome="fell"), row(1e-15, 0.0, 1.0, way="another")]  # fmt: skip
+    tradeoff = SimpleNamespace(rows=tuple(rows))
+    evidence = SimpleNamespace(results=SimpleNamespace(tradeoff=tradeoff))
+    assert numerics.tight_tolerances(evidence) == ("own", 1e-13, 1e-12, 2e-12, 1e-7, 4.5, 1e-13)
+    tradeoff.rows = tuple(rows[:1])
+    assert numerics.tight_tolerances(evidence)[0] == "no way" and math.isnan(numerics.tight_tolerances(evidence)[2])
+    assert all(map(math.isnan, numerics.stiff_and_explicit(tuple(rows), numerics.ROLLING))), "none is the paper's"
 
 
 def test_least_work_is_that_of_the_cheapest_way_at_the_error():
