@@ -103,6 +103,13 @@ def test_every_command_tells_the_reason_and_the_report_is_written(toy_with_comma
     assert "<li>fall: ZeroDivisionError" in page and "it is a toy" in page
 
 
+def test_claims_of_a_stage_that_said_no_are_not_asked_for_again(toy_with_commands):
+    toy = toy_with_commands
+    assert toy.command("run-all", "--set", "fall.behaviour=answer")[0] == 3
+    code, _, errors = toy.command("claims")
+    assert code == 3 and "there is no fall: nothing falls upwards" in errors and "make it with" not in errors
+
+
 def test_a_frozen_stage_runs_when_it_is_named_and_what_does_not_list_it_goes_on(toy_with_commands):
     toy = can_do_without(toy_with_commands)
     toy.edit("dvc.yaml", "    cmd: bipedstudy run bounce\n", "    cmd: bipedstudy run bounce\n    frozen: true\n")

@@ -230,10 +230,10 @@ def why_no_gait(walker: Walker) -> str:
                 "with softer springs")  # fmt: skip
     where = f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad, stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)"
     _, longest = ranked_starts(walker)
-    steps = f"at least {SCAN_STEPS}" if longest >= SCAN_STEPS else str(longest)
+    steps = f"at least {SCAN_STEPS} steps" if longest >= SCAN_STEPS else f"{longest} step{'s' * (longest != 1)}"
     return (
         f"no periodic gait in the range searched ({where}): of {ANGLES.size * RATES.size} starts the longest walk made "
-        f"{steps} steps, and Newton's method converged from none; of {WIDE_ANGLES.size * WIDE_RATES.size} walks from "
+        f"{steps}, and Newton's method converged from none; of {WIDE_ANGLES.size * WIDE_RATES.size} walks from "
         f"up to {WIDE_ANGLES[-1]:g} rad and {WIDE_RATES[-1]:g} sqrt(g/L) none settled in {LONG_WALK} steps"
         + (f"; {rigid}" if rigid else ""))
 
