@@ -246,7 +246,11 @@ def test_tightest_and_usual_tolerances_are_those_of_the_studys_own_way():
     assert numerics.tight_tolerances(evidence) == ("own", 1e-13, 1e-12, 2e-12, 1e-7, 4.5, 1e-13)
     tradeoff.rows = tuple(rows[:1])
     assert numerics.tight_tolerances(evidence)[0] == "no way" and math.isnan(numerics.tight_tolerances(evidence)[2])
-    assert all(map(math.isnan, numerics.stiff_and_explicit(tuple(rows), numerics.ROLLING))), "none is the paper's"
+    evidence.results.contact_study = make_study()
+    assert math.isnan(numerics.constraints_reduce_effort(evidence)[0]), "the paper's way is not there"
+    tradeoff.rows = (*rows[:3], dataclasses.replace(row(1e-6, 1e-6, 5e3, "BDF", "paper"), model=numerics.PENALTY))
+    assert numerics.constraints_reduce_effort(evidence) == pytest.approx((1e-6, 100.0, 5e3, 1.0, 2.0))
+    assert all(map(math.isnan, numerics.stiff_and_explicit(tradeoff.rows, numerics.ROLLING))), "none is the paper's"
 
 
 def test_least_work_is_that_of_the_cheapest_way_at_the_error():
