@@ -16,7 +16,6 @@ from pipeline.cache import processor
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ["XDG_CONFIG_HOME"] = tempfile.mkdtemp(prefix="bipedstudy-tests-")  # what tests agree to, users do not
 atexit.register(shutil.rmtree, os.environ["XDG_CONFIG_HOME"], ignore_errors=True)
-os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # commands keep what they compile of the engine, as in a user's shell
 processor.take()  # as in the study's own processes
 
 # The same examples on every machine, however slow it is: a test that fails must say something about the code.
