@@ -387,9 +387,9 @@ def _fit(
             again += 1
             if again > MOST_AGAIN or reached == 0.0:
                 raise StepFailed(
-                    f"the first guess does not walk for {horizon:.1f} s; it is the design in params/biped.yaml (or, "
-                    "with design: parts, the parts in params/twin.yaml): give a nearer one there, by --set "
-                    "biped.KEY=VALUE, or in another folder by --params") from None  # fmt: skip
+                    f"the first guess does not walk for {horizon:.1f} s; of a robot that was never fitted it is the "
+                    "design in params/biped.yaml (or, with design: parts, the parts in params/twin.yaml): give a "
+                    "nearer one there, by --set biped.KEY=VALUE, or in another folder by --params") from None
             nearer = max(louder / QUIETER**again, 1.5)
             waiting = [(reached, nearer), (0.5 * (reached + horizon), nearer), (horizon, louder), *waiting]
             continue
