@@ -38,8 +38,8 @@ from stages.calibration.recordings import drawn_design, first_steps, looked_for,
 from stages.calibration.result import HALF_WIDTH, Failed, FittedRun, Result
 from stages.calibration.run import fitted_run
 from stages.campaign.virtual_sensor import low_pass
+from stages.imu.parameters import filter_delay
 from stages.imu.trial.body import FORWARD, LATERAL, UP
-from stages.imu.trial.sensor import filter_delay
 from stages.twin.exports import mjcf
 
 ROOT = Path(__file__).resolve().parent.parent

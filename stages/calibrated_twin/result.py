@@ -110,8 +110,9 @@ class Result:
             return "no run could be fitted"
         first = self.robots[0]
         moved = [abs(one.corrected - one.found) / one.sd for one in first.numbers if one.sd > 0]
-        return (f"{len(self.robots)} robots from {sum(one.runs for one in self.robots)} runs, {first.corrected_runs} "
-                f"of the first corrected, by up to {max(moved):.1f} standard errors")
+        robots, runs = len(self.robots), sum(one.runs for one in self.robots)
+        return (f"{robots} robot{'s' * (robots != 1)} from {runs} run{'s' * (runs != 1)}, {first.corrected_runs} of "
+                f"the first corrected, by up to {max(moved):.1f} standard errors")
 
     def tables(self) -> list[Table]:
         """Parameters, pairs and checks, as (title, columns, rows of text)."""

@@ -24,7 +24,7 @@ from stages.calibration.observation.prediction import predict
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import mid_stance_of
 from stages.calibration.result import HALF_WIDTH
-from stages.imu.trial.sensor import filter_delay
+from stages.imu.parameters import filter_delay
 
 #: Spread of each parameter about the drawing's, relative; of the inertia; of a run's start about its gait; of a ramp
 #: that is set again for each run and of its reading [deg]; error of the scale, relative; of detected strikes, in

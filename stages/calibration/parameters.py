@@ -11,7 +11,7 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.campaign.parameters import Fitted, SensorSettings
 from stages.ground.slope import Slope
-from stages.imu.parameters import Cover, Drawing, Limits
+from stages.imu.parameters import Cover, Drawing, Limits, filter_delay
 from stages.imu.parameters import Parameters as IngestParameters
 from stages.imu.parameters import Settings as IngestSettings
 from stages.twin.parameters import Settings as TwinSettings
@@ -33,7 +33,8 @@ class Settings(Fitted):
     settling_s: Following = parameter(
         "s", "time after the first mid-stance that is not used; null: 0.05 s of Table 1's robot", bound=NOT_NEGATIVE)
     before_strike_s: Following = parameter(
-        "s", "left out before each measured heel strike; null: a sampling period", bound=NOT_NEGATIVE)
+        "s", "left out before each measured heel strike; null: a sampling period and the low pass's delay",
+        bound=NOT_NEGATIVE)
     after_strike_s: Following = parameter(
         "s", "left out after each measured heel strike; null: 0.03 s of Table 1's robot", bound=NOT_NEGATIVE)
     robust_sigmas: float = parameter("1", "residuals beyond so many times the noise pull less", bound=Bound(minimum=1))
@@ -94,8 +95,9 @@ class Parameters:
         """What is null follows the robot, and what the sensors' clocks decide their sampling period."""
         slow, long = 1 / quickness(self.biped, self.slope.gravity), size(self.biped)
         period = 1 / self.sensor.rate_hz
+        late = period + filter_delay(self.sensor.bandwidth_hz)  # samples, moved by it, feel a strike before its time
         object.__setattr__(self, "settings", followed(
-            self.settings, settling_s=0.05 * slow, before_strike_s=period, after_strike_s=0.03 * slow,
+            self.settings, settling_s=0.05 * slow, before_strike_s=late, after_strike_s=0.03 * slow,
             foot_lag_sd_s=0.2 * period, mid_stance_sd_s=0.06 * slow, start_length_sd=1e-3 * long,
             start_length_rate_sd=0.02 * long / slow, lever_arm_sd=0.01 * self.biped.leg_length, begun_s=0.15 * slow,
             outsole=self.cover.of(self.biped)))  # fmt: skip

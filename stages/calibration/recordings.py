@@ -24,11 +24,11 @@ from stages.calibration.information.identifiability import EACH_RUNS, SLOPE, fre
 from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters, Settings
 from stages.campaign.result import Result as Campaign
+from stages.imu.parameters import filter_delay
 from stages.imu.run import trials
 from stages.imu.sources.reading import run_of as as_read
 from stages.imu.sources.reading import runs
 from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor
-from stages.imu.trial.sensor import filter_delay
 from stages.imu.trial.trial import Trial
 from stages.twin.machine.machine import Build, build
 from stages.twin.machine.projection import project

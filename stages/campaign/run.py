@@ -32,8 +32,8 @@ from stages.campaign.virtual_sensor import (
     transmit,
 )
 from stages.ground.contact_law import family_member
+from stages.imu.parameters import filter_delay
 from stages.imu.sources.schema import DatabaseWriter, Device, Experiment, Row
-from stages.imu.trial.sensor import filter_delay
 from stages.planar.signals import IMU
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import project

@@ -1,7 +1,8 @@
-"""Settings of the ingest."""
+"""Settings of the ingest, and what a sensor's low pass delays."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,6 +14,11 @@ from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.slope import Slope
 
 POSITIVE, NOT_NEGATIVE = Bound(above=0), Bound(minimum=0)
+
+
+def filter_delay(bandwidth_hz: float | None) -> float:
+    """Delay of a second-order Butterworth low pass far below its cut-off, sqrt(2) / (2 pi f_c) [s]."""
+    return 0.0 if bandwidth_hz is None else math.sqrt(2) / (2 * math.pi * bandwidth_hz)
 
 
 @dataclass(frozen=True)

@@ -128,8 +128,11 @@ def test_a_score_foretells_the_fit_with_the_parameter():
     """Its value, and what it takes off the sum of squares; without any other parameter beside it or with some."""
     model, fit = made({"biped.other_stiffness": 1.01})
     (score,) = scores(DESIGN, fit, model, KNOWN, ["biped.other_stiffness"])
-    both = scores(DESIGN, fit, model, KNOWN, ["biped.other_foot_mass", "biped.other_stiffness"])
-    assert next(one for one in both if one.name == score.name).sigmas == pytest.approx(score.sigmas, rel=1e-6)
+    close = dataclasses.replace(model, tolerance=1e-10)  # a walk with more derivatives takes other steps
+    alone, beside = (scores(DESIGN, fit, close, KNOWN, names) for names in (
+        ["biped.other_stiffness"], ["biped.other_foot_mass", "biped.other_stiffness"]))
+    beside = [one for one in beside if one.name == score.name]
+    assert [one.sigmas for one in beside] == pytest.approx([one.sigmas for one in alone], rel=1e-6)
     best = causes(DESIGN, fit, model, KNOWN)[0]
     assert best.name == score.name
     assert best.value - fit.design[5] == pytest.approx(score.value, abs=3 * best.sd)

@@ -15,10 +15,10 @@ from stages.campaign.result import LegTruth
 from stages.campaign.run import BETWEEN_RUNS, FIRST_RUN_AT, MOUNTING, SENSOR_STREAM, SYNTHETIC, device
 from stages.campaign.twin_run import TwinRun, draw_variation, generator, joined, rolling_leg, stand_and_push
 from stages.campaign.virtual_sensor import SensorMotion, draw_errors, low_pass, read, transmit
+from stages.imu.parameters import filter_delay
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.step_times import OUTER, HeelStrikes, step_frequency
 from stages.imu.trial.body import FORWARD, LATERAL, UP, angle_between
-from stages.imu.trial.sensor import filter_delay
 from stages.imu.trial.trial import Trial
 from tests.imu.stand_in import BIPED, GRID, SLOPE, walking
 

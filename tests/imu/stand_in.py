@@ -26,12 +26,11 @@ from stages.campaign.virtual_sensor import (
     transmit,
 )
 from stages.ground.slope import Slope
-from stages.imu.parameters import Reading, Settings
+from stages.imu.parameters import Reading, Settings, filter_delay
 from stages.imu.result import Result
 from stages.imu.run import collect, trials
 from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.schema import Device, Experiment
-from stages.imu.trial.sensor import filter_delay
 
 GRID = 1 / 5000
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)

@@ -13,11 +13,12 @@ from scipy.spatial.transform import Rotation
 from stages.imu.clock.clock import resample
 from stages.imu.judgement.evidence import axis_turn_of, gain_of, lever_of, spacing_of
 from stages.imu.judgement.sensor_evidence import flat_tops, wraps
+from stages.imu.parameters import filter_delay
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, swept_angle
 from stages.imu.strikes.heel_strikes import NO_STRIKES, lowest_between, refine
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import angle_between, find_frame, gravity_on_body, mounting
-from stages.imu.trial.sensor import filter_delay, mask_clipped
+from stages.imu.trial.sensor import mask_clipped
 from stages.imu.trial.walk import ensemble_of, register
 from tests.imu.stand_in import device
 

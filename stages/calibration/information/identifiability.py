@@ -25,7 +25,7 @@ from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, infor
 from stages.calibration.estimation.run_fit import Equations, Model, run_equations
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, layout_of, usable
 from stages.calibration.parameters import Parameters
-from stages.imu.trial.sensor import filter_delay
+from stages.imu.parameters import filter_delay
 
 SLOPE = "ground.slope_deg"
 #: Looked for in each run by itself: the ramp is set again, and legs that are put on again differ by another tenth of a

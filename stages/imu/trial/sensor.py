@@ -9,7 +9,7 @@ import numpy as np
 
 from stages.imu.clock.clock import Clock, repair_clock
 from stages.imu.clock.packet_index import IndexedRecording, index_samples
-from stages.imu.parameters import Settings
+from stages.imu.parameters import Settings, filter_delay
 from stages.imu.sources.schema import Recording
 from stages.imu.sources.units import Scale, scale_of
 
@@ -76,11 +76,6 @@ def trace_sensor(recording: Recording, settings: Settings) -> SensorTrace:
         clipped_angular_rate=clipped_rate,
         rest=find_rest(force, rate, clock.rate_hz, settings),
     )
-
-
-def filter_delay(bandwidth_hz: float | None) -> float:
-    """Delay of a second-order Butterworth low pass far below its cut-off, sqrt(2) / (2 pi f_c) [s]."""
-    return 0.0 if bandwidth_hz is None else math.sqrt(2) / (2 * math.pi * bandwidth_hz)
 
 
 def mask_clipped(value: np.ndarray, full_scale: float) -> tuple[np.ndarray, int]:

@@ -19,13 +19,12 @@ import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.clock.clock import resample
-from stages.imu.parameters import Drawing, Reading, Settings
+from stages.imu.parameters import Drawing, Reading, Settings, filter_delay
 from stages.imu.result import Ensemble, LegMotion, StepTimes
 from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes, mean_and_variance
 from stages.imu.strikes.impact_onset import Samples, at_onsets, lift_after
 from stages.imu.strikes.step_times import OUTER, UNKNOWN, HeelStrikes, stances_of, step_times
 from stages.imu.trial.body import FORWARD, LATERAL, PLACES, UP, BodySensor, GridSignals, common_grid, on_grid
-from stages.imu.trial.sensor import filter_delay
 
 PATH_POINTS = 51
 #: For Table 1's robot; others have their own time.
