@@ -42,7 +42,7 @@ def draw(given: Given) -> Figure:
     steps = found.passages[0].ramp_steps
     ramp.set(xscale="log", ylim=(-0.03, 1.03), xlabel="rms height of blocks [mm]",
              ylabel=f"chance of {steps} steps [1]")  # fmt: skip
-    falls.legend(loc="upper right", handlelength=1.0)
+    figure.legend(*falls.get_legend_handles_labels(), loc="outside upper center", ncols=len(MODELS), handlelength=1.0)
     for line, colour, name in zip(LINES, (style.ANALYTIC, style.MULTIBODY, style.TWIN), changed(given), strict=False):
         own = [row for row in found.norms if row.parameter == name]
         norms.plot([row.share for row in own], [row.sensitivity_norm for row in own], line, color=colour,
