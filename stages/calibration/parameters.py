@@ -33,7 +33,7 @@ class Settings(Fitted):
     settling_s: Following = parameter(
         "s", "time after the first mid-stance that is not used; null: 0.05 s of Table 1's robot", bound=NOT_NEGATIVE)
     before_strike_s: Following = parameter(
-        "s", "left out before each measured heel strike; null: a sampling period and the low pass's delay",
+        "s", "left out before each measured strike; null: a sampling period and the low pass's delay",
         bound=NOT_NEGATIVE)
     after_strike_s: Following = parameter(
         "s", "left out after each measured heel strike; null: 0.03 s of Table 1's robot", bound=NOT_NEGATIVE)
