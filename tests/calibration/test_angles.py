@@ -121,6 +121,7 @@ def about(text):
     ("motor: 1", "robot.yaml:1: motor: there is no such entry"),
     ("design:\n  legs: rigid\n  hip_mas: {value: 2, unit: kg}", "robot.yaml:3: design.hip_mas: no such key"),
     ("design:\n  legs: rigid\n  hip_mass: {value: 2, unit: g}", "robot.yaml:3: design.hip_mass.unit: g, must be kg"),
+    ("design:\n  legs: rigid\n  hip_mass: {value: 2}", "robot.yaml:3: design.hip_mass: expected {value, unit, source}"),
     ("design:\n  legs: rigid\n  foot_com: {value: 2, unit: m}", "robot.yaml:3: design.foot_com: 2.0, must be <"),
     ("known:\n  torque_constant: {value: 0.1, unit: N m, uncertainty: -1}", "robot.yaml:2: known.torque_constant.unc"),
     ("free:\n  - hip_mass\n  - knee", "robot.yaml:3: free.1: knee is no number of the robot"),

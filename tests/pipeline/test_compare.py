@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pipeline.cache import artefact, hdf5
-from pipeline.changes.command import _change, changes, share
+from pipeline.changes.command import _change, _claims, changes, share
 from tests.pipeline.toy import copied
 
 
@@ -139,6 +139,16 @@ def test_results_of_the_first_version_are_compared_and_kept(changed):
     (claim,) = told["claims"]
     assert (claim["before"], claim["measured_before"], claim["after"]) == ("holds", "3 N", "does not hold")
     assert "anew" not in changed.says("compare first", "Numbers that both have:", code=3)
+
+
+def test_claims_with_another_verdict_go_before_those_with_other_numbers(tmp_path):
+    folders = [tmp_path / name for name in ("before", "after")]
+    for folder, measured, verdict in zip(folders, ("1 N", "2 N"), ("holds", "does not hold"), strict=True):
+        folder.mkdir()
+        (folder / "claims.yaml").write_text("claims:\n" + "".join(
+            f"- {{id: {name}, verdict: {said}, measured: {words}}}\n" for name, said, words in (
+                ("same", "holds", "3 N"), ("measured", "holds", measured), ("turned", verdict, "3 N"))))  # fmt: skip
+    assert [row["id"] for row in _claims(*folders, [])] == ["turned", "measured"]
 
 
 def test_rows_of_the_first_form_are_columns():
