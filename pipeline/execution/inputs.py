@@ -4,7 +4,8 @@ A field is named like a result (`results/fall.h5` is `fall`) or like a parameter
 is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What has no field is not read. A stage that
 has a field `missing` goes on without results that are not there or that dvc.yaml does not list among its deps: they are
 None, and it says why, by name. A field
-`closer` is given the same inputs as closer solvers gave them, where there are some.
+`closer` is given the same inputs as closer solvers gave them, where there are some. A closer result with files goes to
+stages that read these files too: what others made of them they made of those beside the result itself.
 """
 
 from __future__ import annotations
@@ -88,9 +89,15 @@ def given(
         else:
             values[name], closer[name] = _decoded(path, fields[name][0], *files[path], errors or asks)
     values |= {MISSING: missing} if missing else {}
-    solved = {name: value for name, value in closer.items() if value is not None}
+    solved = {name: value for name, value in closer.items() if value is not None and _read_whole(stage, value)}
     other = inputs(**{**values, **solved}) if solved else None
     return inputs(**values, **({CLOSER: other} if asks else {})), other, open_files
+
+
+def _read_whole(stage: Stage, result: Any) -> bool:
+    """Whether a stage reads files of a result beside it, or this has none."""
+    files = getattr(result, "files", {})
+    return not files or any(Path(path).name in files for path in stage.inputs)
 
 
 def _lying(

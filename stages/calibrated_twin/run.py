@@ -104,10 +104,9 @@ class _Work:
                                self.model.layout, parameters.runs.motion_rate_hz)
         wanted: tuple[FittedRun | HeldOut, ...] = (*inputs.calibration.fits, *inputs.calibration.held_out)
         self.runs: dict[str, Recorded] = {}
-        for kind, source, weighed in sources(
+        for kind, source, weighed, anew in sources(
                 inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database):
             left = {one.name for one in wanted if one.kind == kind}
-            anew = inputs.campaign.files
             for run, known in recorded(source, drawn, self.model, parameters, weighed, anew) if left else ():
                 self.runs[run.name] = run, known
                 left.discard(run.name)

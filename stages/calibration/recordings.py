@@ -102,29 +102,32 @@ Recorded = tuple[MeasuredRun, tuple[Known, ...]]
 
 def sources(
     measurements: Path, without_outsole: Path, campaign: Campaign, database: Path | None
-) -> list[tuple[str, Path, dict[str, float]]]:
-    """Each kind of robot that has runs, their database, and what the campaign's scale showed [kg] by their names."""
+) -> list[tuple[str, Path, dict[str, float], bytes]]:
+    """Each kind of robot that has runs, their database, what the campaign's scale showed [kg] by their names, and a
+    database of those that closer solvers made once more, if any.
+    """
     if database is not None:
-        return [(LAB, database, {})]
+        return [(LAB, database, {}, b"")]
     made = ((WITH_OUTSOLE, measurements, campaign.runs), (WITHOUT, without_outsole, campaign.bare))
-    return [(kind, source, {one.name: one.weighed for one in runs}) for kind, source, runs in made if runs]
+    return [(kind, source, {one.name: one.weighed for one in runs}, campaign.files.get(source.name, b""))
+            for kind, source, runs in made if runs]  # fmt: skip
 
 
 def recorded(
     source: Path, design: DesignPoint, model: Model, parameters: Parameters, weighed: Mapping[str, float],
-    anew: Mapping[str, bytes],
+    anew: bytes = b"",
 ) -> Iterator[Recorded]:  # fmt: skip
     """Runs of a database that can be used, one at a time, each cut to the steps that are fitted.
 
-    `weighed` [kg] by the runs' names; for other runs the settings say it. `anew` are databases by the names of files:
-    runs that closer solvers made once more, which take the place of those of their names. Raises SourceRefused.
+    `weighed` [kg] by the runs' names; for other runs the settings say it. Runs of the database `anew`, if any, take the
+    place of those of their names. Raises SourceRefused.
     """
     settings = parameters.settings
     closer = dict[str, MeasuredRun]()
-    if source.name in anew:
+    if anew:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, source.name)
-            path.write_bytes(anew[source.name])
+            path.write_bytes(anew)
             closer = {one.name: one for one in read_runs(path, design, model, parameters) if not isinstance(one, str)}
     for run in read_runs(source, design, model, parameters):
         if not isinstance(run, str):

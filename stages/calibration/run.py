@@ -92,9 +92,9 @@ def run(
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     found: list[FittedRun | HeldOut | Failed] = []
     missed, shown = tuple[FittedRun, ...](), None
-    anew = inputs.campaign.files
-    robots = [(kind, recorded(source, design, model, parameters, weights, anew)) for kind, source, weights in sources(
-        inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database)]
+    robots = [(kind, recorded(source, design, model, parameters, weights, anew))
+              for kind, source, weights, anew in sources(
+                  inputs.measurements, inputs.without_outsole, inputs.campaign, inputs.database)]  # fmt: skip
     for number, (kind, runs) in enumerate(robots):
         progress(0.2 + 0.8 * number / len(robots), f"fitting blind, robot {number + 1} of {len(robots)}")
         drawn = drawn_design(parameters, kind)

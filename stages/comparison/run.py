@@ -6,7 +6,6 @@ Inputs: the results of the models, of their studies and of the ingest. Settings:
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 from collections import Counter
@@ -71,9 +70,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     determined, biped, level = determinants(e), summarise(e), parameters.level.level
     models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
     digits = digits_of(e.results.analytic.uncertainties, models_alone)
-    # The ingest read the runs as they are, so it is judged by their truth.
-    closer = dataclasses.replace(inputs.closer, campaign=inputs.campaign) if inputs.closer else None
-    claims = judge(e, Evidence(parameters, closer) if closer else None)
+    claims = judge(e, Evidence(parameters, inputs.closer) if inputs.closer else None)
     tables = tables_of(biped, determined, digits)
     files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, determined, claims), level, biped)}
     another = another_biped(parameters)

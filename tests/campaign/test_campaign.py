@@ -113,7 +113,8 @@ def test_a_fit_at_closer_settings_reads_the_runs_that_closer_solvers_made(
     source, design = tmp_path / "measurements.sqlite", drawn_design(fit)
     source.write_bytes(made.files[source.name])
     model = first_model(design, looked_for(design), fit)
-    usual, near = ([run for run, _ in recorded(source, design, model, fit, {}, files)] for files in ({}, found.files))
+    usual, near = ([run for run, _ in recorded(source, design, model, fit, {}, anew)]
+                   for anew in (b"", found.files[source.name]))  # fmt: skip
     assert [one.name for one in near] == [one.name for one in usual] == [one.name for one in made.runs]
     moved = [np.abs(there.strikes - here.strikes).max() for here, there in zip(usual, near, strict=True)]
     assert 0.0 < moved[0] < 2e-3 and moved[1] == 0.0

@@ -5,6 +5,7 @@ import io
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from pipeline.cache import artefact
 from pipeline.cache.artefact import SAFE, SHARED
 from pipeline.cache.differences import ROUND_OFF, closer, differences
+from pipeline.execution.inputs import _read_whole
 from pipeline.home import stage_module
 from pipeline.study import Study
 from stages.biped.accuracy.tolerances import CLOSER, CUSTOM
@@ -131,6 +133,16 @@ def test_every_stage_that_solves_has_closer_settings_or_says_why_not():
         solved |= set() if why or closer(parameters) == parameters else {name}
     once = {"extremes", "figures", "imu", "model_error", "rough_ground", "tradeoff"}
     assert solved == set(study.graph.stages) - once
+
+
+def test_a_closer_result_with_files_goes_to_stages_that_read_these_too():
+    """The comparison has what the ingest made of the files as they are, and so the truth that belongs to them."""
+    stages = Study(ROOT, ROOT / "params", ROOT / "results", ()).graph.stages.values()
+    campaign = SimpleNamespace(files={"measurements.sqlite": b"", "without_outsole.sqlite": b""})
+    readers = [stage for stage in stages if "results/campaign.h5" in stage.inputs]
+    assert {stage.name: _read_whole(stage, campaign) for stage in readers} == {
+        "calibration": True, "calibrated_twin": True, "comparison": False}  # fmt: skip
+    assert all(_read_whole(stage, SimpleNamespace()) for stage in readers)
 
 
 @pytest.mark.parametrize("level", ["draft", "paper", "reference"])
