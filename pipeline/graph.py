@@ -58,8 +58,11 @@ class Graph:
         return tuple(name for name, stage in self.stages.items() if not stage.frozen)
 
     def maker(self, path: str) -> str:
-        """Name of the stage that makes the result `path`."""
-        return next(stage.name for stage in self.stages.values() if path in stage.outs)
+        """Name of the stage that makes the result `path`. Raises `StudyError` where none does."""
+        for stage in self.stages.values():
+            if path in stage.outs:
+                return stage.name
+        raise StudyError(f"dvc.yaml has no stage that makes {path}")
 
     def upstream(self, name: str) -> tuple[str, ...]:
         """Names of the stages whose results stage `name` reads."""

@@ -19,7 +19,7 @@ import click
 from pipeline import completion, layout, trust
 from pipeline.cache import disk
 from pipeline.commands import options, status
-from pipeline.errors import Declined, StudyError
+from pipeline.errors import StudyError
 from pipeline.graph import CAPTIONS, CLAIMS, PROOF
 from pipeline.parameters import yaml_text
 from pipeline.parameters.value import DEFAULT_LEVEL
@@ -181,12 +181,7 @@ def read(study: Study) -> Claims:
     Raises `StudyError` if it is missing, was damaged, or was made by an earlier version, `Declined` if its stage said
     no.
     """
-    path = study.store.place(CLAIMS)
-    if not path.exists():
-        for stage in (stage.name for stage in study.graph.stages.values() if CLAIMS in stage.outs):
-            if (entry := study.store.current(stage)) is not None and entry.refused:
-                raise Declined(f"stage {stage}: {entry.summary}")
-        raise StudyError(f"{shown(path)} is not there yet; make it with: bipedstudy run comparison")
+    path = study.there(CLAIMS, "run comparison")
     plain = yaml_text.read(path, shown(path)).plain()
     try:
         found = Claims([Claim(**claim) for claim in plain["claims"]], plain["headlines"], plain["tables"],

@@ -106,6 +106,11 @@ def half_widths(description: str) -> Any:
     return dataclasses.field(metadata=metadata, default_factory=dict)
 
 
+def count_of(number: int, what: str) -> str:
+    """So many of something in words: 1 step, 2 steps."""
+    return f"{number} {what}{'s' * (number != 1)}"
+
+
 #: Why what a search leaves has no numerical error.
 LEFT = "it is what a solver leaves, an error itself"
 

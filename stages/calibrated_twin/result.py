@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.quantity import quantity
+from stages.biped.quantity import count_of, quantity
 from stages.biped.walk import Walk
 
 CORRECTED = "corrected by the twin"
@@ -110,8 +110,8 @@ class Result:
             return "no run could be fitted"
         first = self.robots[0]
         moved = [abs(one.corrected - one.found) / one.sd for one in first.numbers if one.sd > 0]
-        robots, runs = len(self.robots), sum(one.runs for one in self.robots)
-        return (f"{robots} robot{'s' * (robots != 1)} from {runs} run{'s' * (runs != 1)}, {first.corrected_runs} of "
+        runs = sum(one.runs for one in self.robots)
+        return (f"{count_of(len(self.robots), 'robot')} from {count_of(runs, 'run')}, {first.corrected_runs} of "
                 f"the first corrected, by up to {max(moved):.1f} standard errors")
 
     def tables(self) -> list[Table]:

@@ -16,6 +16,7 @@ import numpy as np
 from stages.about import ATTRIBUTES
 from stages.analytic.result import Result as Analytic
 from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
+from stages.biped.quantity import count_of
 from stages.comparison.result import Result as Comparison
 from stages.figures.entry import Inputs
 from stages.imu.result import Result as Ingested
@@ -110,7 +111,7 @@ def walks(inputs: Inputs) -> Answer:
         DOES_NOT: ("Not on a plain ramp.", f"Why not: {'; '.join(judged.because)}."),
     }[judged.verdict]
     twin = inputs.missing.get("twin", "") or (
-        f"The twin: {inputs.twin.outcome}, {inputs.twin.steps} step{'s' * (inputs.twin.steps != 1)}")
+        f"The twin: {inputs.twin.outcome}, {count_of(inputs.twin.steps, 'step')}")
     return Answer("Does it walk?", how, f"By the constraint model. {twin}.", means)
 
 
@@ -132,7 +133,7 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     likely, word = (likely, "stable") if value < 1.0 else (1.0 - likely, "unstable")
     chance = "above 0.999" if likely > 0.999 else f"of {likely:.2g}"
     faded = math.ceil(math.log(FADED) / math.log(value)) if 0.0 < value < 1.0 else 1
-    means = (f"A small disturbance has faded to a tenth after {faded} step{'s' * (faded > 1)}" if value < 1.0 else
+    means = (f"A small disturbance has faded to a tenth after {count_of(faded, 'step')}" if value < 1.0 else
              "A small disturbance grows from step to step") if likely > SURE else UNSURE  # fmt: skip
     means += f"; of the starts tried, {100 * basin.share:.0f} % end in this gait." if basin else "."
     sure = f"with a probability {chance}" if multiplier.known else "as far as its errors are known"
@@ -153,7 +154,7 @@ def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer
             shown.append((Measure(float(values.mean()), math.nan, math.nan, float(error)), found[name], factor, unit))
     robot, model = shown[0][:2]
     alike = abs(robot.value - model.value) <= robot.error + model.error
-    off, runs = robot.value / model.value - 1.0, f"{len(imu.runs)} run{'s' * (len(imu.runs) > 1)}"
+    off, runs = robot.value / model.value - 1.0, count_of(len(imu.runs), "run")
     yield Answer(
         "What was measured?",
         "; ".join(f"{one.text(by)} {unit} (model: {other.text(by)})" for one, other, by, unit in shown) + ".",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.accuracy.estimate import ErrorEstimate
-from stages.biped.quantity import LEFT, quantity
+from stages.biped.quantity import LEFT, count_of, quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
 from stages.planar.energy import EnergyBalance
@@ -87,7 +87,7 @@ class Result:
     def summary(self) -> str:
         """One line of what was found."""
         if self.outcome != "completed":
-            return f"{self.outcome} after {self.steps} step{'s' * (self.steps != 1)}: {self.message}".removesuffix(": ")
+            return f"{self.outcome} after {count_of(self.steps, 'step')}: {self.message}".removesuffix(": ")
         cycle = self.cycle
         found = (
             f"{cycle.step_frequency_hz:.3f} Hz, step {1e3 * cycle.step_length_m:.1f} mm, "

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stages.biped.quantity import quantity
+from stages.biped.quantity import count_of, quantity
 from stages.studies.result import COMPLETED, Table
 
 #: Names of the errors, in the order of tables and panels.
@@ -75,7 +75,7 @@ class Result:
         """What was found, in one line."""
         failed = sum(not row.completed for row in self.rows)
         said = f", {failed} without a walk" if failed else ""
-        models = f"{len(self.references)} model{'s' * (len(self.references) > 1)}"
+        models = count_of(len(self.references), "model")
         return f"{len(self.rows)} settings of {models} over {self.walked_steps} steps{said}"
 
     def tables(self) -> list[Table]:

@@ -9,7 +9,7 @@ from math import nan
 import numpy as np
 
 from stages.biped.accuracy.estimate import ErrorEstimate
-from stages.biped.quantity import quantity
+from stages.biped.quantity import count_of, quantity
 from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import Inventory
 
@@ -188,7 +188,7 @@ class Result:
     def summary(self) -> str:
         """One line of what was found."""
         if self.outcome != "completed":
-            return f"{self.outcome} after {self.steps} step{'s' * (self.steps != 1)}: {self.reason}"
+            return f"{self.outcome} after {count_of(self.steps, 'step')}: {self.reason}"
         gait = self.settling
         when = f"within 1 % after step {gait.steps_to_settle}" if gait.steps_to_settle >= 0 else "not settled"
         return (

@@ -59,6 +59,7 @@ from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate, 
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_state
 from stages.biped.design import Biped
+from stages.biped.quantity import count_of
 from stages.biped.walk import Gait
 from stages.ground.slope import Friction, Slope
 
@@ -230,7 +231,7 @@ def why_no_gait(walker: Walker) -> str:
                 "with softer springs")  # fmt: skip
     where = f"stance angle {ANGLES[0]:g} to {ANGLES[-1]:g} rad, stance rate {RATES[0]:g} to {RATES[-1]:g} sqrt(g/L)"
     _, longest = ranked_starts(walker)
-    steps = f"at least {SCAN_STEPS} steps" if longest >= SCAN_STEPS else f"{longest} step{'s' * (longest != 1)}"
+    steps = f"at least {SCAN_STEPS} steps" if longest >= SCAN_STEPS else count_of(longest, "step")
     return (
         f"no periodic gait in the range searched ({where}): of {ANGLES.size * RATES.size} starts the longest walk made "
         f"{steps}, and Newton's method converged from none; of {WIDE_ANGLES.size * WIDE_RATES.size} walks from "

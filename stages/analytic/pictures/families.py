@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from stages.analytic.result import BACK, FORWARD, NO_START, OTHERWISE, REACHES, STILL, WALKS_ON, Basin, RecordedFamily
+from stages.biped.quantity import count_of
 from stages.drawing import style
 
 COLOURS = (style.ANALYTIC, style.MULTIBODY, style.SECOND, style.THIRD, style.TWIN)
@@ -69,7 +70,7 @@ def _curve(axes: Axes, family: RecordedFamily, column: np.ndarray, colour: str) 
 
 def _legend(figure: Figure, families: Sequence[RecordedFamily], cycles: Sequence[int], here: bool) -> None:
     looks: list[tuple[str, dict[str, Any]]] = [
-        (f"cycle of {cycle} step{'s' if cycle > 1 else ''}", {"color": COLOURS[number % len(COLOURS)]})
+        (f"cycle of {count_of(cycle, 'step')}", {"color": COLOURS[number % len(COLOURS)]})
         for number, cycle in enumerate(cycles)
     ]
     looks.append(("unstable", {"color": "#555555", "linestyle": UNSTABLE}))

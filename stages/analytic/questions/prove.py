@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stages.biped.quantity import count_of
 from stages.biped.question import Answer, Asking, Question, WrongOption, option, refuse
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             path.write_bytes(content)
     if of == (biped, slope) and found["says"]:
         asking.keep(content)
-    many = f"{found['steps']} step{'s' if found['steps'] > 1 else ''}"
+    many = count_of(found["steps"], "step")
     return Answer([
         "proven" if options.check is None else f"{options.check} is confirmed",
         f"a gait of {many} exists, the only one within {found['radius']} (m, rad, and per second) of the centre; "

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from stages.biped.design import Biped
+from stages.biped.quantity import count_of
 from stages.calibrated_twin.result import Number
 from stages.calibration.result import HALF_WIDTH
 from stages.campaign.result import RunTruth
@@ -80,7 +81,7 @@ def judge_outsole_slows(
     more = f", by {percent(with_mass)} with the {grams} of rubber a leg" if weighed else ""
     above = f"more than {1e3 * turning:.1f} g a leg" if math.isfinite(turning) else f"{grams} a leg"
     found = (
-        f"; calibrated blind from {pairs} {plural('pair', pairs)} of {origin} runs with and without it, the leg is "
+        f"; calibrated blind from {count_of(pairs, 'pair')} of {origin} runs with and without it, the leg is "
         f"{1e3 * longer:.2f} ± {1e3 * longer_half:.2f} mm longer and the step frequency changes by "
         f"{percent(slower)} ± {100 * slower_half:.2f} %"
     )
@@ -175,7 +176,7 @@ def judge_prototype_is_model(
     said = ", ".join(f"{name} {lower:.4g}..{upper:.4g} ({printed:g})" for name, lower, upper, printed in
                      intervals)  # fmt: skip
     return Judgement(
-        f"estimated from {runs} {origin} {plural('run', runs)}, with Table 1 in brackets: {said}" if known
+        f"estimated from {count_of(runs, f'{origin} run')}, with Table 1 in brackets: {said}" if known
         else "no parameter was estimated from the runs",
         verdict,
         (
@@ -187,11 +188,6 @@ def judge_prototype_is_model(
             (held >= 0, f"{held} of {len(intervals)} intervals hold the robot's true value"),
         ),
     )  # fmt: skip
-
-
-def plural(word: str, count: int) -> str:
-    """The word for one or for several."""
-    return word if count == 1 else f"{word}s"
 
 
 def _printed(biped: Biped, number: Number) -> float:
