@@ -172,9 +172,10 @@ def test_a_biped_that_says_its_details_is_taken_as_it_is():
 def test_a_robot_that_has_no_runs_is_not_looked_for():
     one = SimpleNamespace(name="run 1", weighed=0.5)
     paths = Path("with.sqlite"), Path("without.sqlite")
-    both, bare = (SimpleNamespace(runs=(one,), bare=bare) for bare in ((one,), ()))
-    assert [source for _, source, _ in sources(*paths, both, None)] == [*paths]
-    assert sources(*paths, bare, None) == [(WITH_OUTSOLE, paths[0], {"run 1": 0.5})]
+    both, bare = (SimpleNamespace(runs=(one,), bare=bare, files={"with.sqlite": b"closer"}) for bare in ((one,), ()))
+    found = [(source, anew) for _, source, _, anew in sources(*paths, both, None)]
+    assert found == [(paths[0], b"closer"), (paths[1], b"")]
+    assert sources(*paths, bare, None) == [(WITH_OUTSOLE, paths[0], {"run 1": 0.5}, b"closer")]
 
 
 @pytest.fixture(scope="module")

@@ -95,6 +95,11 @@ def test_a_similar_robots_study_is_the_same(tmp_path_factory, tmp_path, reposito
     similar_files(repository / "params", tmp_path / "other" / "params", scale)
     assert run("run-all", "--accuracy", "draft", cwd=tmp_path / "other").returncode == 0
     both = base / "results", tmp_path / "other" / "results"
+    failed = {}
+    for path in (path for where in both for path in where.glob("*.h5")):
+        with h5py.File(path) as file:
+            failed[str(path)] = str(file.attrs.get("without_errors", ""))
+    assert {path: why for path, why in failed.items() if why.startswith("at closer settings")} == {}
     off = {}
     for stage, wanted in COMPARED.items():
         one, other = (numbers(where / f"{stage}.h5") for where in both)
