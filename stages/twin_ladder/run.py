@@ -9,7 +9,7 @@ plane. What a rung changes depends on what stands before it: the order is the is
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -136,6 +136,11 @@ class ConstraintGait:
         """Whether there is one."""
         return self.outcome == COMPLETED
 
+    def numbers(self) -> dict[str, Any]:
+        """What `SameMachine` has of it alone, by its field."""
+        return {"outcome": self.outcome, "period_s": self.period, "step_length_m": self.step_length,
+                "inner_outer_difference": self.limp, "multipliers": columns(self.multipliers)}  # fmt: skip
+
 
 def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None) -> ConstraintGait:
     """The gait of the constraint model of a biped; with `friction` its trailing foot may slip and rise."""
@@ -146,6 +151,13 @@ def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Fric
         nothing = float("nan")
         hip, state = np.full((len(PHASES), 2), nothing), StanceState(*[nothing] * 8)
         return ConstraintGait(str(error), nothing, nothing, nothing, np.zeros(0), hip, state, nothing)
+
+
+def constraint_gaits(parameters: Parameters, bipeds: Iterable[Biped]) -> list[ConstraintGait]:
+    """Gaits of the constraint model of bipeds at the study's settings."""
+    settings = parameters.analytic
+    friction = settings.limited(parameters.friction)
+    return [constraint_gait(biped, parameters.slope, settings.tolerance, friction) for biped in bipeds]
 
 
 def section_numbers(state: StanceState) -> np.ndarray:
@@ -181,11 +193,7 @@ def beside(name: str, own: ConstraintGait, simple: ConstraintGait, hip: np.ndarr
     """The row of a rung: its own constraint model, and how far its `hip` (801, 2) is from that and the simple one's."""
     return SameMachine(
         name=name,
-        outcome=own.outcome,
-        period_s=own.period,
-        step_length_m=own.step_length,
-        inner_outer_difference=own.limp,
-        multipliers=columns(own.multipliers),
+        **own.numbers(),
         hip_apart_m=np.abs(hip - own.hip).max(axis=0),
         hip_from_simple_m=np.abs(hip - simple.hip).max(axis=0),
     )
@@ -201,13 +209,16 @@ class Inputs:
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
-    """The result at closer settings: of the rungs the first two and the last, the others as they were."""
+    """The result at closer settings: of the rungs the first two and the last, of the others their constraint models."""
     first, *others = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
     fewer = ladder(parameters, inputs, [first, *others[-1:]])
     gaits, pairs = {row.name: row for row in fewer.rungs}, {row.name: row for row in fewer.same_machine}
+    own = constraint_gaits(parameters, (project(rung.machine) for rung in others[:-1]))
+    between = {rung.name: one.numbers() for rung, one in zip(others, own, strict=False)}
     return dataclasses.replace(
         fewer, rungs=tuple(gaits.get(row.name, row) for row in result.rungs),
-        same_machine=tuple(pairs.get(row.name, row) for row in result.same_machine))
+        same_machine=tuple(dataclasses.replace(row, **between[row.name]) if row.name in between else
+                           pairs.get(row.name, row) for row in result.same_machine))  # fmt: skip
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
@@ -222,12 +233,9 @@ def ladder(parameters: Parameters, inputs: Inputs, machines: list[Rung], progres
 
     A machine without a gait is a row that says so.
     """
-    analytic, settled, settings = inputs.analytic, inputs.twin.settling, parameters.analytic
+    analytic, settled = inputs.analytic, inputs.twin.settling
     bipeds = [parameters.biped, *(project(rung.machine) for rung in machines)]  # the planar model's is the simple one
-    constrained = [
-        constraint_gait(biped, parameters.slope, settings.tolerance, settings.limited(parameters.friction))
-        for biped in bipeds
-    ]
+    constrained = constraint_gaits(parameters, bipeds)
     cycle = inputs.multibody.mid_stance
     if cycle is None:
         rows = [without_gait(PLANAR, PLANAR_ADDED, inputs.multibody.unsettled, False)]

@@ -18,7 +18,7 @@ from stages.twin.walking.record import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import SIDE_UNITS, Search, SectionState, Step
 from stages.twin_ladder.result import Result, RungGait, SameMachine
-from stages.twin_ladder.run import Inputs, run, without_gait
+from stages.twin_ladder.run import Inputs, again, run, without_gait
 from tests.planar_start import SCALES, SLOPE, TABLE_1
 
 ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
@@ -160,3 +160,13 @@ def test_the_twins_walk_settles_to_the_last_rung_at_the_rates_of_its_multipliers
     weight = 0.7 ** -np.arange(16.0)
     two = np.linalg.lstsq(np.stack([change[1:-1], change[:-2]], axis=1) * weight[:, None], change[2:] * weight)[0]
     assert sorted(np.roots([1.0, *-two])) == pytest.approx(sorted(twin.plane_multipliers[:2, 0]), abs=0.01)
+
+
+def test_every_rung_has_the_closer_gait_of_its_own_constraint_model(parameters):
+    """Where the planar model has no gait none is climbed; constraint models are solved at closer settings all the same.
+    """
+    analytic = dataclasses.replace(parameters.analytic, tolerance=1e-6)
+    first = run(dataclasses.replace(parameters, analytic=analytic), inputs(None))
+    near = again(parameters, inputs(None), first)
+    apart = [abs(one.period_s - other.period_s) for one, other in zip(first.same_machine, near.same_machine)]
+    assert len(apart) > 4 and min(apart) > 0.0
