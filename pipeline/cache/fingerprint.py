@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -48,36 +47,14 @@ def installed(names: Iterable[str]) -> list[str]:
     return [found for found in map(_version, names) if found != _ABSENT]
 
 
+@cache
 def _version(name: str) -> str:
-    version = _installed().get(_normalised(name))
-    if version is None:
-        import importlib.metadata as metadata
+    import importlib.metadata as metadata  # takes its time
 
-        try:
-            return metadata.version(name)
-        except metadata.PackageNotFoundError:
-            return _ABSENT
-    return version
-
-
-@lru_cache(maxsize=1)
-def _installed() -> dict[str, str]:
-    """Every installed distribution by the name of its metadata folder: 60 times faster than reading the metadata."""
-    found: dict[str, str] = {}
-    for folder in sys.path:
-        try:
-            names = [path.name for path in Path(folder or ".").iterdir()]
-        except OSError:
-            continue
-        for entry in names:
-            match = re.match(r"(.+?)-([^-]+)(-.*)?\.(dist-info|egg-info)$", entry)
-            if match:
-                found.setdefault(_normalised(match[1]), match[2])
-    return found
-
-
-def _normalised(name: str) -> str:
-    return re.sub(r"[-_.]+", "-", name).lower()
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return _ABSENT
 
 
 Ingredients = dict[str, Any]

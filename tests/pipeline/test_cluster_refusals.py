@@ -83,6 +83,11 @@ def other_code(folder):
     row.write_text(row.read_text() + "LATER = 1\n")
 
 
+def other_versions(folder):
+    (folder / "h5py-9.9.dist-info").mkdir(parents=True)
+    (folder / "h5py-9.9.dist-info/METADATA").write_text("Name: h5py\nVersion: 9.9\n")
+
+
 def no_program(folder):
     (folder / "pipeline").mkdir(parents=True)  # empty, an editable install would fill it
     (folder / "pipeline/__init__.py").write_text("raise ModuleNotFoundError('No module named pipeline')")
@@ -91,7 +96,7 @@ def no_program(folder):
 @pytest.mark.slow
 @pytest.mark.parametrize(("make", "said"), [
     (other_code, "pipeline/sweep/pool.py differs from what the sweep was started with"),
-    (lambda folder: (folder / "h5py-9.9.dist-info").mkdir(parents=True), "has h5py 9.9 instead of "),
+    (other_versions, "has h5py 9.9 instead of "),
     (no_program, "every machine of a cluster needs this program"),
 ], ids=["other code", "other versions", "no program"])  # fmt: skip
 def test_a_machine_that_is_not_like_this_one_refuses(toy, started, tmp_path_factory, make, said):
