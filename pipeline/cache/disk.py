@@ -40,34 +40,26 @@ def write(path: Path, content: bytes | Iterable[bytes]) -> None:
     A link, pipe or device at `path` is replaced; what a link names is not touched. A path that a user named is first
     `replaceable`.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}-{next(_serial)}.part")
-    try:
-        with open(temporary, "xb") as file:
-            file.writelines([content] if isinstance(content, bytes) else content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-        raise
-    sync_folder(path.parent)
+    with whole(path) as unfinished, open(unfinished, "xb") as file:
+        file.writelines([content] if isinstance(content, bytes) else content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 @contextlib.contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """A path to write a file or folder to, which appears as `path` at the end, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}-{next(_serial)}.part")
     try:
         yield unfinished
         unfinished.replace(path)
-        sync_folder(path.parent)
-    finally:
-        if unfinished.is_dir():
-            shutil.rmtree(unfinished)
-        unfinished.unlink(missing_ok=True)
+    except BaseException:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            unfinished.unlink()
+        raise
+    sync_folder(path.parent)
 
 
 def read(path: Path, largest: float = math.inf) -> bytes | None:
