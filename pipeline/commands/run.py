@@ -20,7 +20,7 @@ from pipeline.commands import house, options
 from pipeline.commands.status import survey
 from pipeline.errors import ANSWER, Declined, StageFailed, StudyError
 from pipeline.execution import display
-from pipeline.execution.executor import FAILING, Outcome, Planner, State, bring_up_to_date
+from pipeline.execution.executor import CURRENT, FAILING, Outcome, Planner, bring_up_to_date
 from pipeline.execution.process import get_ready
 from pipeline.parameters import loading
 from pipeline.parameters.value import LEVEL_FILE, LEVEL_KEY, LEVELS
@@ -61,7 +61,7 @@ def run_all(study: Study, force: bool, dry_run: bool, form: options.Form, verbos
     if plain and (summaries := untouched.recall(study)):
         shows = display.for_terminal(verbose, False)
         for name, summary in summaries.items():
-            shows.finished(name, "current", 0.0, summary)
+            shows.finished(name, CURRENT, 0.0, summary)
         shows.close()
         return
     from pipeline.report import page
@@ -71,7 +71,7 @@ def run_all(study: Study, force: bool, dry_run: bool, form: options.Form, verbos
                       afterwards=page.refresh, **how)  # fmt: skip
     if not dry_run and (absent := page.undrawn(study)):
         raise Declined(absent)
-    if all(outcome.how == "current" for outcome in outcomes) and not study.warnings(study.parameters(names)):
+    if all(outcome.how == CURRENT for outcome in outcomes) and not study.warnings(study.parameters(names)):
         untouched.note(study, lay, {outcome.stage: outcome.summary for outcome in outcomes})
 
 
@@ -99,7 +99,7 @@ def _bring(
             if any(outcome.how == "computed" for outcome in outcomes):
                 _say_if_large(study, shows)
     except disk.NotWritable:
-        if forced or {item.state for item in Planner(study, values).survey(names)} - {State.CURRENT}:
+        if forced or {item.state for item in Planner(study, values).survey(names)} - {CURRENT}:
             raise
         outcomes = bring_up_to_date(study, values, shows)  # everything is current, so this writes nothing
     form.give((), {"stages": [{

@@ -17,7 +17,7 @@ from pipeline.cache import untouched
 from pipeline.cache.store import Entry
 from pipeline.commands import options
 from pipeline.errors import StudyError
-from pipeline.execution.executor import Assessment, Planner
+from pipeline.execution.executor import CURRENT, RESTORABLE, STALE, WAITING, Assessment, Planner
 from pipeline.study import Study, shown
 
 #: Reasons that are named; after an update of the program there may be hundreds.
@@ -25,7 +25,7 @@ _SHOWN = 5
 #: What of two results must be the same, where both have it, for them to belong together.
 _COMMON = ("inputs", "code", "versions")
 #: What the state of a stage that can be restored is called.
-_IN_CACHE = {"restorable": "in cache"}
+_IN_CACHE = {RESTORABLE: "in cache"}
 
 
 @click.command("status", epilog=options.examples("status"))
@@ -43,10 +43,10 @@ def survey(
     """Give the state and the reasons of each stage in `values`, its parameters; `forced` ones would run in any case."""
     rows: list[dict[str, Any]] = []
     for item in Planner(study, values).survey(tuple(values)):
-        state, reasons = item.state.value, item.reasons
+        state, reasons = item.state, item.reasons
         if item.name in forced:
-            state, reasons = "stale", ("asked for by --force",)
-        elif state == "current" and item.entry is not None and item.entry.refused:
+            state, reasons = STALE, ("asked for by --force",)
+        elif state == CURRENT and item.entry is not None and item.entry.refused:
             state, reasons = "refused", (item.entry.summary,)
         elif study.graph.stages[item.name].frozen and study.store.current(item.name) is None:
             state, reasons = "frozen", ("runs when it is named",)
@@ -96,7 +96,7 @@ class Standing:
         try:
             wanted = () if untouched.recall(study) else study.graph.needed_for(tuple(names))
             survey = Planner(study, study.parameters(wanted)).survey(wanted) if wanted else ()
-            self.found = {item.name: item for item in survey if item.state.value != "current"}
+            self.found = {item.name: item for item in survey if item.state != CURRENT}
             study.sources.memo.save()
         except (StudyError, OSError) as error:
             why = "; ".join(str(error).splitlines())
@@ -120,7 +120,7 @@ class Standing:
     def _reasons(self, name: str) -> dict[str, None]:
         """What changed for a stage, and, where it waits for others, for these."""
         item = self.found[name]
-        if item.state.value != "waiting":
+        if item.state != WAITING:
             return dict.fromkeys(item.reasons)
         above = [self._reasons(each) for each in self.study.graph.upstream(name)
                  if each in self.found and self.found[each].entry is None]  # fmt: skip

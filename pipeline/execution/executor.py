@@ -8,7 +8,6 @@ by whole-file renames.
 from __future__ import annotations
 
 import contextlib
-import enum
 import functools
 import json
 import queue
@@ -29,14 +28,8 @@ from pipeline.execution.process import Message, Worker
 from pipeline.parameters import loading
 from pipeline.study import Study, shown
 
-
-class State(enum.Enum):
-    """What a stage needs."""
-
-    CURRENT = "current"
-    RESTORABLE = "restorable"
-    STALE = "stale"
-    WAITING = "waiting"
+#: What a stage needs.
+CURRENT, RESTORABLE, STALE, WAITING = "current", "restorable", "stale", "waiting"
 
 
 @dataclass(frozen=True)
@@ -47,7 +40,7 @@ class Assessment:
     """
 
     name: str
-    state: State
+    state: str
     reasons: tuple[str, ...]
     ingredients: Ingredients | None = None
     entry: Entry | None = None
@@ -81,8 +74,8 @@ class Planner:
             reasons = list(fingerprint.changes(last.ingredients, parts)) or store.disturbed(last)
         if entry is None:
             reasons = reasons or ["its stored result is gone"]
-            return Assessment(name, State.STALE, tuple(reasons), parts)
-        state = State.RESTORABLE if reasons else State.CURRENT
+            return Assessment(name, STALE, tuple(reasons), parts)
+        state = RESTORABLE if reasons else CURRENT
         return Assessment(name, state, tuple(reasons), parts, entry)
 
     def survey(self, names: Iterable[str]) -> list[Assessment]:
@@ -94,7 +87,7 @@ class Planner:
                 waits_for = [above for above in self.study.graph.upstream(name) if above not in entries]
                 if waits_for:
                     reasons = tuple(f"input {above} will be computed first" for above in waits_for)
-                    found.append(Assessment(name, State.WAITING, reasons, own=self._own_changes(name)))
+                    found.append(Assessment(name, WAITING, reasons, own=self._own_changes(name)))
                     continue
                 found.append(self.assess(name, entries))
                 entry = found[-1].entry
@@ -217,11 +210,11 @@ class _Run:
         assessment = self.planner.assess(name, self.entries)
         entry = assessment.entry
         if entry is not None and name not in self.force:
-            current = assessment.state is State.CURRENT
+            current = assessment.state == CURRENT
             if current:
                 self.study.store.take_in(entry)
             if current or self.study.store.put_in_place(entry):
-                self._finish(assessment, entry, "current" if current else "restored", 0.0)
+                self._finish(assessment, entry, CURRENT if current else "restored", 0.0)
                 return
             self.study.store.drop(entry.key)
         self._start(assessment)
@@ -313,7 +306,7 @@ class _Run:
         outcome = Outcome(name, how, entry.summary, seconds, assessment.reasons, entry.key, processor_seconds)
         self.outcomes[name] = outcome
         self.display.finished(name, how, seconds, entry.summary)
-        if how != "current":
+        if how != CURRENT:
             self.log(stage=name, how=how, seconds=round(seconds, 3), processor_seconds=processor_seconds,
                          key=entry.key, reasons=assessment.reasons)  # fmt: skip
 

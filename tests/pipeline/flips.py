@@ -18,7 +18,7 @@ from typing import Any
 from pipeline.cache import disk
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
-from pipeline.execution.executor import State
+from pipeline.execution.executor import CURRENT
 from pipeline.graph import REPORT
 from pipeline.questions.asking import Asked
 from pipeline.report import page
@@ -121,7 +121,7 @@ class Flipped:
 
     def current_and_wrong(self, variant: tuple[str, ...]) -> list[str]:
         """Files of stages that are called current, and are not what an undisturbed run makes."""
-        current = [item.entry for item in self.toy.survey(*variant).values() if item.state is State.CURRENT]
+        current = [item.entry for item in self.toy.survey(*variant).values() if item.state == CURRENT]
         names = [path.removeprefix("results/") for entry in current if entry for path in entry.outs]
         return [name for name in names if disk.read(self.results / name) != self.right[variant].get(name)]
 

@@ -14,7 +14,7 @@ import pytest
 from pipeline.cache import disk
 from pipeline.errors import StageFailed, StudyError
 from pipeline.execution import process
-from pipeline.execution.executor import State
+from pipeline.execution.executor import RESTORABLE
 from tests.pipeline.processes import started, workers
 
 unix = pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
@@ -112,7 +112,7 @@ def test_files_half_replaced_are_not_called_current(done, full, monkeypatch):
         done.run("picture.extra=true")
     monkeypatch.undo()
     assert done.results().keys() - before.keys() == {"figures/two.svg"} and last.read_bytes() == before["picture.h5"]
-    assert done.survey()["picture"].state is State.RESTORABLE
+    assert done.survey()["picture"].state == RESTORABLE
     assert done.run()["picture"] == "restored"
     assert done.results() == before
 

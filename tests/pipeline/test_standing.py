@@ -4,7 +4,7 @@ import json
 import shutil
 
 from pipeline.commands.status import Standing, together
-from pipeline.execution.executor import State
+from pipeline.execution.executor import CURRENT, RESTORABLE, STALE, WAITING
 from pipeline.report.figures import draw
 
 HEIGHT = "fall.yaml: height 2 -> 2.5"
@@ -20,7 +20,7 @@ def edit_height(toy):
 
 def test_nothing_is_said_of_what_is_current(done):
     assert said(done, *done.study().graph.stages) == ""
-    assert set(survey(done).values()) == {(State.CURRENT, ())}
+    assert set(survey(done).values()) == {(CURRENT, ())}
 
 
 def test_what_changed_is_named_with_the_command_that_mends_it(done):
@@ -33,8 +33,8 @@ def test_what_changed_is_named_with_the_command_that_mends_it(done):
     assert f"bounce ({stiffness}; {HEIGHT});" in said(done, "bounce"), "its own and above"
     assert "contact_stiffness" not in said(done, "fall")
     found = survey(done, "fall.height=2")
-    assert (found["fall"], found["bounce"]) == ((State.CURRENT, ()), (State.STALE, (stiffness,)))
-    assert found["picture"] == (State.WAITING, ("input bounce will be computed first",))
+    assert (found["fall"], found["bounce"]) == ((CURRENT, ()), (STALE, (stiffness,)))
+    assert found["picture"] == (WAITING, ("input bounce will be computed first",))
 
 
 def test_the_command_repeats_how_the_study_was_asked_for(done):
@@ -107,26 +107,26 @@ def survey(toy, *settings):
 
 def test_never_run_and_of_unknown_origin(toy):
     found = survey(toy)
-    assert found["fall"] == (State.STALE, ("never run",))
-    assert found["bounce"] == (State.WAITING, ("input fall will be computed first",))
+    assert found["fall"] == (STALE, ("never run",))
+    assert found["bounce"] == (WAITING, ("input fall will be computed first",))
     (toy.root / "results").mkdir()
     (toy.root / "results/fall.h5").write_bytes(b"from elsewhere")
-    assert survey(toy)["fall"] == (State.STALE, ("results/fall.h5 is there, but nothing says how it was made",))
+    assert survey(toy)["fall"] == (STALE, ("results/fall.h5 is there, but nothing says how it was made",))
 
 
 def test_changed_inputs_and_code_and_what_the_cache_still_has(done):
     done.run("ground.contact_stiffness=2e5", names=("bounce",))
-    assert survey(done, "ground.contact_stiffness=2e5")["picture"] == (State.STALE, ("input bounce changed",))
+    assert survey(done, "ground.contact_stiffness=2e5")["picture"] == (STALE, ("input bounce changed",))
     done.run("fall.height=3", names=("fall",))
-    assert survey(done)["fall"] == (State.RESTORABLE, ("fall.yaml: height 3 -> 2",))
+    assert survey(done)["fall"] == (RESTORABLE, ("fall.yaml: height 3 -> 2",))
     done.run(names=("fall",))
     done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.4 * gravity")
-    assert survey(done)["fall"] == (State.STALE, (f"{done.package}/body/motion.py changed",))
+    assert survey(done)["fall"] == (STALE, (f"{done.package}/body/motion.py changed",))
 
 
 def test_missing_and_edited_files(done):
     (done.root / "results/bounce.h5").unlink()
     (done.root / "results/fall.h5").write_bytes(b"")
     found = survey(done)
-    assert found["bounce"] == (State.RESTORABLE, ("results/bounce.h5 is missing",))
-    assert found["fall"] == (State.RESTORABLE, ("results/fall.h5 was edited or damaged",))
+    assert found["bounce"] == (RESTORABLE, ("results/bounce.h5 is missing",))
+    assert found["fall"] == (RESTORABLE, ("results/fall.h5 was edited or damaged",))
