@@ -52,10 +52,6 @@ class Stopped(StudyError):
     exit_code = 130
 
 
-class ArtefactError(StudyError):
-    """A file of results that cannot be read: truncated, edited, or made by something else."""
-
-
 def is_answer(error: BaseException, package: str) -> bool:
     """Whether a stage raised one of its own exceptions: a reasoned refusal such as "no solution", not a defect."""
     return isinstance(error, Declined) or type(error).__module__.split(".")[0] == package

@@ -29,7 +29,7 @@ import numpy as np
 
 from pipeline.cache import disk, hdf5
 from pipeline.cache.differences import differences, is_of_floats
-from pipeline.errors import ArtefactError
+from pipeline.errors import StudyError
 
 #: The form of artefacts: a program reads those of its own number.
 _FORM, _NUMBER = "bipedstudy artefact", 3
@@ -149,14 +149,14 @@ def image(file: Any) -> bytes:
 
 
 def decode(content: bytes, cls: type[T], name: str) -> T:
-    """The result of class `cls` in an artefact's bytes. Raises `ArtefactError`; `name` is how it names the file."""
+    """The result of class `cls` in an artefact's bytes. Raises `StudyError`; `name` is how it names the file."""
     found = _decoded(content, cls, name, "/")
     assert found is not None
     return found
 
 
 def decode_closer(content: bytes, cls: type[T], name: str) -> T | None:
-    """The result that closer settings gave, with its files; None where there is none. Raises `ArtefactError`."""
+    """The result that closer settings gave, with its files; None where there is none. Raises `StudyError`."""
     return _decoded(content, cls, name, CLOSER)
 
 
@@ -170,7 +170,7 @@ def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
             return typing.cast(T, dataclasses.replace(found, files=files) if files else found)
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
-            raise ArtefactError(f"{name}: its fields do not fit this version of the study ({reason})") from None
+            raise StudyError(f"{name}: its fields do not fit this version of the study ({reason})") from None
 
 
 def provenance(content: bytes, name: str, older: bool = False) -> dict[str, str]:
@@ -208,14 +208,14 @@ class Field:
 def tree(content: bytes, name: str, older: bool = False) -> list[Field]:
     """Every field of an artefact, groups included (their shape is None), in the order of declaration.
 
-    With `older` that of an earlier form is read as well. Raises `ArtefactError` for text that cannot be read.
+    With `older` that of an earlier form is read as well. Raises `StudyError` for text that cannot be read.
     """
     with opened(content, name, older) as file:
         try:
             return [field for key in hdf5.members_of(file) if key not in (PROVENANCE, CLOSER)
                     for field in _branch(file[key], key)]  # fmt: skip
         except UnicodeDecodeError:
-            raise ArtefactError(f"{name}: holds text that is not UTF-8; artefacts do not") from None
+            raise StudyError(f"{name}: holds text that is not UTF-8; artefacts do not") from None
 
 
 def _branch(item: Any, path: str) -> Iterator[Field]:
@@ -233,18 +233,18 @@ def _branch(item: Any, path: str) -> Iterator[Field]:
 
 
 def is_older(content: bytes, name: str) -> bool:
-    """Whether an artefact has an earlier form. Raises `ArtefactError` if it is none."""
+    """Whether an artefact has an earlier form. Raises `StudyError` if it is none."""
     with opened(content, name, older=True) as file:
         return str(file.attrs["format"]) != FORMAT
 
 
 def opened(content: bytes, name: str, older: bool = False) -> Any:
-    """The file in an artefact's bytes; `older` takes those of earlier forms. Raises `ArtefactError`."""
+    """The file in an artefact's bytes; `older` takes those of earlier forms. Raises `StudyError`."""
     try:
         file = h5py.File(io.BytesIO(content), "r")
     except OSError:
         what = "is empty" if not content else "is truncated or not an HDF5 file"
-        raise ArtefactError(f"{name}: {what}; it cannot be read as an artefact of this study") from None
+        raise StudyError(f"{name}: {what}; it cannot be read as an artefact of this study") from None
     form, _, number = str(file.attrs.get("format", "")).rpartition(" ")
     known = form == _FORM and number.isdecimal() and int(number) > 0
     if known and (int(number) == _NUMBER or (older and int(number) < _NUMBER)):
@@ -252,8 +252,8 @@ def opened(content: bytes, name: str, older: bool = False) -> Any:
     file.close()
     if known:
         how = "a newer" if int(number) > _NUMBER else "an earlier"
-        raise ArtefactError(
+        raise StudyError(
             f"{name}: made by {how} version of this program (format {number}); this one reads format {_NUMBER}"
             + ("; run its stage anew" if int(number) < _NUMBER else "")
         )
-    raise ArtefactError(f'{name}: an HDF5 file, but not an artefact of this study (its format is not "{FORMAT}")')
+    raise StudyError(f'{name}: an HDF5 file, but not an artefact of this study (its format is not "{FORMAT}")')

@@ -25,7 +25,7 @@ from typing import Any
 
 from pipeline.cache import disk, fingerprint
 from pipeline.cache.fingerprint import INGREDIENTS, Ingredients
-from pipeline.errors import ArtefactError, StudyError
+from pipeline.errors import StudyError
 from pipeline.graph import OWN, beneath, is_inside
 
 MANIFEST = "manifest.json"
@@ -162,7 +162,7 @@ class Store:
         if record and not record["complete"]:
             return None
         own = f"{_RESULTS}{stage}.h5"
-        with contextlib.suppress(OSError, ArtefactError, *_ILL_FORMED):
+        with contextlib.suppress(OSError, StudyError, *_ILL_FORMED):
             content = disk.read(self.place(own), disk.ARTEFACT)
             if content is None or key.encode() not in content:
                 return None

@@ -15,7 +15,7 @@ import click
 from pipeline import layout
 from pipeline.cache import disk
 from pipeline.commands import options
-from pipeline.errors import ANSWER, ArtefactError, StudyError
+from pipeline.errors import ANSWER, StudyError
 from pipeline.graph import CLAIMS, FIGURES
 from pipeline.parameters import yaml_text
 from pipeline.report.figures import differing, rms
@@ -195,7 +195,7 @@ def _compare(stage: str, before: Path, after: Path, by_key: dict[tuple[str, str 
                 alone[side].append(row["path"])
             else:
                 every.append(row)
-    except ArtefactError as error:
+    except StudyError as error:
         unread.append(f"stage {stage}: {'; '.join(error.sentences)}")
         return False
     for where, paths in zip(names, alone.values()):
@@ -278,7 +278,7 @@ def parameters(before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[
 def changes(stage: str, before: bytes, after: bytes, names: tuple[str, str], older: bool = False) -> Iterator[Row]:
     """Every field that differs between two artefacts' bytes; if the first is `older`, every field.
 
-    `alone` is the side that alone has it, or has it in this unit. Raises `ArtefactError`; `names` are the files'.
+    `alone` is the side that alone has it, or has it in this unit. Raises `StudyError`; `names` are the files'.
     """
     one, other = _fields(before, names[0], older), _fields(after, names[1], False)
     for path in dict.fromkeys((*one, *other)):

@@ -13,7 +13,7 @@ import click
 from pipeline import completion, layout
 from pipeline.cache.fingerprint import INGREDIENTS, compact
 from pipeline.commands import options, status
-from pipeline.errors import ArtefactError, StudyError, nearest
+from pipeline.errors import StudyError, nearest
 from pipeline.graph import beneath
 from pipeline.home import result_class
 from pipeline.parameters import yaml_text
@@ -100,7 +100,7 @@ def _path(study: Study, name: str) -> Path:
 
 
 def check_links(content: bytes, name: str) -> None:
-    """Raises `ArtefactError` if a group or dataset in an artefact's bytes is reached by more than one plain link.
+    """Raises `StudyError` if a group or dataset in an artefact's bytes is reached by more than one plain link.
 
     A file of strangers can hold links, to itself in a circle or to other files, which ours never do.
     """
@@ -112,12 +112,12 @@ def check_links(content: bytes, name: str) -> None:
             file.visititems_links(links.__setitem__)
             for path, link in links.items():
                 if not isinstance(link, h5py.HardLink):
-                    raise ArtefactError(f"{name}: {path} is a link to another place; artefacts have none")
+                    raise StudyError(f"{name}: {path} is a link to another place; artefacts have none")
             items = {h5py.h5o.get_info(file[path].id).addr for path in links} | {h5py.h5o.get_info(file.id).addr}
     except (OSError, RuntimeError, KeyError, ValueError):
         return  # whoever reads it says what is wrong
     if len(items) != len(links) + 1:
-        raise ArtefactError(f"{name}: its groups lie in each other; those of artefacts do not")
+        raise StudyError(f"{name}: its groups lie in each other; those of artefacts do not")
 
 
 def _give_part(content: bytes, fields: list[Field], form: options.Form) -> None:

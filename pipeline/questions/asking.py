@@ -165,7 +165,7 @@ class Asked:
 
         try:
             yield from reading.read(reader, source, *given, writes=writes)
-        except reading.Refused as refused:
+        except StudyError as refused:
             raise self._question.wrong(str(refused)) from None
 
     def lines(self) -> Iterator[str]:

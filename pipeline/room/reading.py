@@ -30,7 +30,7 @@ import h5py
 import numpy as np
 
 from pipeline.cache import disk
-from pipeline.errors import ArtefactError, StudyError, is_answer
+from pipeline.errors import StudyError, is_answer
 from pipeline.execution.process import FORKED
 from pipeline.home import engine, named
 from pipeline.room.confine import beside, confine, when_parent_ends
@@ -40,10 +40,6 @@ _ARRAY, _HEAD = "array", struct.Struct("<Q")
 _NUMBERS = re.compile(r"[<>|][fiub]\d{1,2}$")
 _LONGEST_HEAD = 1 << 28
 _PATIENCE = 30.0  # by the clock, which a busy machine shares among as many; waiting for a disk counts as well
-
-
-class Refused(StudyError):
-    """A file cannot be read, or takes more than a file of its size may."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +79,8 @@ def read(reader: Reader, source: Path, *given: Any, writes: Path | None = None) 
     """What `reader(source, *given)`, a function of a module, yields when it runs in the room.
 
     All are numbers, words, arrays of numbers, and lists and mappings of these. A folder is read with what lies in it, a
-    file with what a database has beside it; `writes` is a file that the reader fills. Raises `Refused`, in one sentence
-    that names the source.
+    file with what a database has beside it; `writes` is a file that the reader fills. Raises `StudyError`, in one
+    sentence that names the source.
     """
     name = ascii(source.name)
     size = _size(source, name)
@@ -100,20 +96,20 @@ def read(reader: Reader, source: Path, *given: Any, writes: Path | None = None) 
                 if said["ended"] is None:
                     return
                 what = said["ended"]
-                raise Refused(f"{name} {limits.over(what)}" if what in ("memory", "rows", "unpacked") else what)
+                raise StudyError(f"{name} {limits.over(what)}" if what in ("memory", "rows", "unpacked") else what)
             parts = []
             for kind, shape in said["arrays"]:
                 if not _NUMBERS.match(kind) or min(shape, default=0) < 0:
-                    raise Refused(f"{name}: its reader gave no answer that can be read")
+                    raise StudyError(f"{name}: its reader gave no answer that can be read")
                 left -= (count := math.prod(shape) * np.dtype(kind).itemsize)
                 if left < 0:
-                    raise Refused(f"{name} {limits.over('unpacked')}")
+                    raise StudyError(f"{name} {limits.over('unpacked')}")
                 parts.append(np.frombuffer(process.take(count), dtype=kind).reshape(shape) if count else
                              np.empty(shape, kind))  # fmt: skip
             yield _whole(said["item"], parts)
         code, late = process.ended()
         what = "clock" if late else "time" if code == -getattr(signal, "SIGXCPU", 0) else ""
-        raise Refused(f"{name} {limits.over(what)}" if what else
+        raise StudyError(f"{name} {limits.over(what)}" if what else
                       f"{name} cannot be read: its reader ended by itself ({_how(code)})")  # fmt: skip
     finally:
         process.kill()
@@ -123,20 +119,20 @@ def vetted(path: Path, where: str) -> bytes:
     """The bytes of an artefact, which was read whole in the room. Raises `StudyError` where that is refused."""
     content = disk.content(path, where)
     if [*read(vet, path)] != [disk.digest(content)]:
-        raise Refused(f"{where} was changed by someone else meanwhile; try again")
+        raise StudyError(f"{where} was changed by someone else meanwhile; try again")
     return content
 
 
 def check(source: Path, name: str) -> os.stat_result:
-    """What is there. Raises `Refused` unless it is a plain file or a folder, and all above it folders."""
+    """What is there. Raises `StudyError` unless it is a plain file or a folder, and all above it folders."""
     for each in (*reversed(source.absolute().parents), source):
         try:
             found = each.stat()
         except (OSError, ValueError) as error:
-            raise Refused(f"{name} cannot be read ({getattr(error, 'strerror', error)})") from None
+            raise StudyError(f"{name} cannot be read ({getattr(error, 'strerror', error)})") from None
         if not stat.S_ISDIR(found.st_mode) and not stat.S_ISREG(found.st_mode):
             which = "it" if each == source else ascii(each.name)
-            raise Refused(f"{name} cannot be read: {which} is a pipe, device or socket, not a file")
+            raise StudyError(f"{name} cannot be read: {which} is a pipe, device or socket, not a file")
     return found
 
 
@@ -248,11 +244,11 @@ def _answer(send: int, reader: Reader, source: Path, given: Any, writes: Path | 
 
 
 def _check_unpacked(source: Path, limits: Limits) -> None:
-    """Raise `_Over` where an HDF5 file, or one in a folder, would fill more memory than is allowed."""
+    """Raise `StudyError`, the limit's name, where HDF5, also in a folder, would fill more memory than is allowed."""
     files = [each for each in ([source] if source.is_file() else source.rglob("*")) if each.is_file()]
     for each in filter(is_signed, files):
         if check_plain(each, ascii(each.name)) > limits.memory:
-            raise _Over("unpacked")
+            raise StudyError("unpacked")
 
 
 def _hand_over(out: IO[bytes], item: Any, limits: Limits) -> None:
@@ -260,15 +256,11 @@ def _hand_over(out: IO[bytes], item: Any, limits: Limits) -> None:
     arrays: list[np.ndarray] = []
     plain = _parted(item, arrays)
     if any(each.ndim and len(each) > limits.rows for each in arrays):
-        raise _Over("rows")
+        raise StudyError("rows")
     _send(out, {"item": plain, "arrays": [[each.dtype.str, each.shape] for each in arrays]})
     for array in filter(np.size, arrays):
         out.write(np.ascontiguousarray(array).data.cast("B"))
     out.flush()
-
-
-class _Over(Exception):
-    """A limit is met; its name."""
 
 
 def _sentence(error: BaseException, source: Path, package: str) -> str:
@@ -279,7 +271,7 @@ def _sentence(error: BaseException, source: Path, package: str) -> str:
             return "memory"
         beneath = beneath.__cause__ or beneath.__context__
     text = " ".join(str(error).split())
-    own = isinstance(error, (_Over, StudyError)) or is_answer(error, package)
+    own = isinstance(error, StudyError) or is_answer(error, package)
     return text if own else f"{source.name!a} cannot be read ({type(error).__name__}: {text[:200]})"
 
 
@@ -320,7 +312,7 @@ def is_signed(path: Path) -> bool:
 
 
 def size_of_plain(file: Any, name: str) -> int:
-    """Bytes of all arrays of an open file, unpacked. Raises `ArtefactError`, before anything is read, where parts lie
+    """Bytes of all arrays of an open file, unpacked. Raises `StudyError`, before anything is read, where parts lie
     in other files: external storage, virtual datasets, links out.
     """
     links: list[tuple[bytes, int]] = []
@@ -328,18 +320,18 @@ def size_of_plain(file: Any, name: str) -> int:
     try:
         file.id.links.visit(lambda path, link: links.append((path, link.type)), info=True)
     except (OSError, RuntimeError, KeyError, ValueError):
-        raise ArtefactError(f"{name} is no HDF5 file that can be read") from None
+        raise StudyError(f"{name} is no HDF5 file that can be read") from None
     for path, kind in links:
         if kind > h5py.h5l.TYPE_SOFT:
-            raise ArtefactError(f"{name} cannot be read: {path.decode(errors='replace')!a} is a link out of it")
+            raise StudyError(f"{name} cannot be read: {path.decode(errors='replace')!a} is a link out of it")
         with contextlib.suppress(OSError, RuntimeError, KeyError, ValueError):  # what is broken cannot be read later
             if kind != h5py.h5l.TYPE_HARD or h5py.h5o.get_info(file.id, path).type != h5py.h5o.TYPE_DATASET:
                 continue
             stored = h5py.h5d.open(file.id, path)
             how = stored.get_create_plist()
             if how.get_external_count() or how.get_layout() == h5py.h5d.VIRTUAL:
-                raise ArtefactError(f"{name} cannot be read: the values of {path.decode(errors='replace')!a} lie "
-                                    "in other files")
+                raise StudyError(f"{name} cannot be read: the values of {path.decode(errors='replace')!a} lie "
+                                 "in other files")
             size += stored.get_space().get_simple_extent_npoints() * stored.get_type().get_size()
     return size
 

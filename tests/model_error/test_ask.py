@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pipeline.cache import artefact
-from pipeline.errors import ArtefactError
+from pipeline.errors import StudyError
 from pipeline.questions.asking import Asked
 from stages.biped.question import WrongOption
 from stages.model_error.choice import Ladder, below_one
@@ -161,7 +161,7 @@ def test_without_what_was_learnt_the_command_that_learns_is_named(parameters, wh
 def test_a_result_of_other_measures_is_refused(parameters, small):
     earlier = copy.copy(small)
     object.__setattr__(earlier, "values", small.values[..., 1:])
-    with pytest.raises(ArtefactError, match="of other measures") as refused:  # by every command that reads it
+    with pytest.raises(StudyError, match="of other measures") as refused:  # by every command that reads it
         artefact.decode(artefact.encode(earlier, {}), Result, "results/model_error.h5")
     asking = Asking(None)
     asking.result = lambda stage="": (None, str(refused.value))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from pipeline.cache import artefact, disk
-from pipeline.errors import ArtefactError
+from pipeline.errors import StudyError
 from stages.biped.quantity import quantity
 from tests.pipeline.strange_files import ARTEFACT
 
@@ -147,7 +147,7 @@ def test_a_foreign_hdf5_file_is_one_sentence(tmp_path):
     path = tmp_path / "x.h5"
     with h5py.File(path, "w") as file:
         file["a"] = 1
-    with pytest.raises(ArtefactError, match=r"x\.h5: an HDF5 file, but not an artefact of this study"):
+    with pytest.raises(StudyError, match=r"x\.h5: an HDF5 file, but not an artefact of this study"):
         artefact.decode(path.read_bytes(), Everything, path.name)
 
 
@@ -168,7 +168,7 @@ def test_an_artefact_of_another_format_is_refused_by_its_number(tmp_path, form, 
     with h5py.File(path, "r+") as file:
         assert file.attrs["format"] == "bipedstudy artefact 3"
         file.attrs["format"] = form
-    with pytest.raises(ArtefactError) as refused:
+    with pytest.raises(StudyError) as refused:
         artefact.decode(path.read_bytes(), Everything, path.name)
     assert f"x.h5: {sentence}" in str(refused.value)
 
@@ -177,14 +177,14 @@ def test_an_artefact_of_another_format_is_refused_by_its_number(tmp_path, form, 
     {"inner": ()}, {"masses": (1.0, 2.0)}, {"rows": np.zeros(3)}, {"count": inner()}, {"flags": {"a": 1.0}}))])
 def test_an_artefact_of_another_class_or_kind_is_one_sentence(other):
     """Values for a dataclass, a mapping or a table; a group for a number or an array."""
-    with pytest.raises(ArtefactError, match=r"x\.h5: its fields do not fit this version of the study"):
+    with pytest.raises(StudyError, match=r"x\.h5: its fields do not fit this version of the study"):
         artefact.decode(artefact.encode(other, {}), Everything, "x.h5")
 
 
 @pytest.mark.parametrize("kind", [kind for kind in ARTEFACT if kind.startswith("HDF5")])
 def test_a_strange_hdf5_file_is_one_sentence(tmp_path, kind):
     ARTEFACT[kind](tmp_path / "x.h5")
-    with pytest.raises(ArtefactError, match=r"^x\.h5: "):
+    with pytest.raises(StudyError, match=r"^x\.h5: "):
         artefact.decode((tmp_path / "x.h5").read_bytes(), Everything, "x.h5")
 
 
@@ -192,5 +192,5 @@ def test_an_artefact_cut_anywhere_is_never_a_traceback_and_never_taken_for_whole
     content = artefact.encode(example(), {"key": "k"})
     for end in (*range(0, len(content), 997), len(content) - 1):
         for read in (artefact.tree, lambda cut, name: artefact.decode(cut, Everything, name)):
-            with pytest.raises(ArtefactError, match=r"x\.h5: (is empty|is truncated or not an HDF5 file)"):
+            with pytest.raises(StudyError, match=r"x\.h5: (is empty|is truncated or not an HDF5 file)"):
                 read(content[:end], "x.h5")

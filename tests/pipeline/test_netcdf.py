@@ -16,6 +16,7 @@ import pytest
 
 from pipeline.cache import artefact, hdf5
 from pipeline.cache.hdf5 import ROWS
+from pipeline.errors import StudyError
 from pipeline.graph import read as read_graph
 from stages.biped.quantity import quantity
 from stages.model_error.measures import MEASURES
@@ -202,7 +203,7 @@ def test_a_table_that_lost_a_row_is_one_sentence(tmp_path):
     path.write_bytes(artefact.encode(example(rows=(inner(3), inner(3))), {}))
     with h5py.File(path, "r+") as file:
         file["rows"].attrs[ROWS] = 3
-    with pytest.raises(artefact.ArtefactError, match="value has 2 rows, not 3"):
+    with pytest.raises(StudyError, match="value has 2 rows, not 3"):
         artefact.decode(path.read_bytes(), Everything, path.name)
 
 

@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 from pipeline.commands.house import confined
+from pipeline.errors import StudyError
 from pipeline.room import confine, reading
-from pipeline.room.reading import Limits, Refused, read
+from pipeline.room.reading import Limits, read
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="Landlock and seccomp are Linux's")
 
@@ -160,7 +161,7 @@ def test_each_limit_ends_it_by_name(reader, says, source, monkeypatch):
     monkeypatch.setattr(Limits, "seconds", 1.0)
     if reader in (hungry, hungry_beneath, many):
         monkeypatch.setattr(Limits, "seconds", 5.0)
-    with pytest.raises(Refused) as refused:
+    with pytest.raises(StudyError) as refused:
         list(read(reader, source))
     (sentence,) = refused.value.sentences
     assert sentence.startswith("'log' ") and says in sentence and "\n" not in sentence
@@ -172,7 +173,7 @@ def test_where_the_system_has_no_limits_the_clock_ends_it(source, monkeypatch):
     monkeypatch.setattr(Limits, "seconds", 0.05)
     for reader in (spinning, sleeping):
         began = time.monotonic()
-        with pytest.raises(Refused, match=r"takes more than 1.5 s by the clock"):
+        with pytest.raises(StudyError, match=r"takes more than 1.5 s by the clock"):
             list(read(reader, source))
         assert time.monotonic() - began < 10
     assert "memory: bounded by the size of the answer alone; time: ended by the clock" in next(confined()).text
@@ -230,7 +231,7 @@ def test_pipes_and_devices_are_refused_wherever_they_stand_in_a_path(place, tmp_
     (tmp_path / "device").symlink_to("/dev/zero")
     (tmp_path / "file").touch()
     says = {"missing": "No such file", "file/log": "Not a directory"}.get(place, "is a pipe, device or socket, not")
-    with pytest.raises(Refused, match=says):
+    with pytest.raises(StudyError, match=says):
         list(read(kinds, tmp_path / place))
 
 
