@@ -99,56 +99,58 @@ def read(root: Path) -> Graph:
 
 @lru_cache(maxsize=4)
 def _graph(text: str, path: Path) -> Graph:
-    tree, where, problems = yaml_text.parse(text, FILE_NAME), FILE_NAME, list[str]()
+    tree, problems = yaml_text.parse(text, FILE_NAME), list[str]()
     top = tree.value if isinstance(tree.value, dict) else {}
     if {*top} - {*_SHOWN} != {"stages"} or not isinstance(top["stages"].value, dict) or not top["stages"].value:
         raise StudyError(f'{path}: expected the key "stages" with the stages under it, and beside it only '
                          f"{' and '.join(_SHOWN)}")  # fmt: skip
-    stages = [_stage(name, node, where, problems) for name, node in top["stages"].value.items()]
+    stages = [_stage(name, node, problems) for name, node in top["stages"].value.items()]
     if problems:
         raise StudyError(problems)
-    _check_paths(stages, where)
-    return Graph({stage.name: stage for stage in _sorted(stages, where)})
+    _check_paths(stages)
+    return Graph({stage.name: stage for stage in _sorted(stages)})
 
 
-def _stage(name: str, node: yaml_text.Node, where: str, problems: list[str]) -> Stage:
+def _stage(name: str, node: yaml_text.Node, problems: list[str]) -> Stage:
     entry = node.value if isinstance(node.value, dict) else {}
     for key in entry:
         if key not in _KEYS:
             problems.append(
-                f'{where}:{entry[key].line}: stage {name}: the key "{key}" is not understood here '
+                f'{FILE_NAME}:{entry[key].line}: stage {name}: the key "{key}" is not understood here '
                 f"(only {', '.join(_KEYS)}){nearest(key, _KEYS)}"
             )
     command = entry["cmd"].plain() if "cmd" in entry else None
     if command != f"bipedstudy run {name}":
-        problems.append(f'{where}:{node.line}: stage {name}: cmd must be "bipedstudy run {name}", not {command!r}')
+        problems.append(f'{FILE_NAME}:{node.line}: stage {name}: cmd must be "bipedstudy run {name}", not {command!r}')
     if len(name) > LONGEST_NAME:
-        problems.append(f"{where}:{node.line}: stage {name}: a name of {len(name)} letters; allowed: {LONGEST_NAME}")
+        problems.append(
+            f"{FILE_NAME}:{node.line}: stage {name}: a name of {len(name)} letters; allowed: {LONGEST_NAME}")
     frozen = entry["frozen"].value if "frozen" in entry else False
     if not isinstance(frozen, bool):
-        problems.append(f"{where}:{entry['frozen'].line}: stage {name}: frozen must be true or false, not {frozen!r}")
-    deps = _paths(name, "deps", entry, where, problems)
-    outs = tuple(path for key in ("outs", *_SHOWN) for path in _paths(name, key, entry, where, problems))
+        line = entry["frozen"].line
+        problems.append(f"{FILE_NAME}:{line}: stage {name}: frozen must be true or false, not {frozen!r}")
+    deps = _paths(name, "deps", entry, problems)
+    outs = tuple(path for key in ("outs", *_SHOWN) for path in _paths(name, key, entry, problems))
     if f"{_RESULTS}/{name}.h5" not in outs:
-        problems.append(f"{where}:{node.line}: stage {name}: outs must list {_RESULTS}/{name}.h5")
+        problems.append(f"{FILE_NAME}:{node.line}: stage {name}: outs must list {_RESULTS}/{name}.h5")
     return Stage(
         name,
         code=tuple(path for path in deps if not _is_result(path)),
         inputs=tuple(path for path in deps if _is_result(path)),
-        parameters=_parameters(name, entry, where, problems),
+        parameters=_parameters(name, entry, problems),
         outs=outs,
         frozen=frozen is True,
     )
 
 
-def _paths(name: str, key: str, entry: dict[str, yaml_text.Node], where: str, problems: list[str]) -> tuple[str, ...]:
+def _paths(name: str, key: str, entry: dict[str, yaml_text.Node], problems: list[str]) -> tuple[str, ...]:
     items = entry[key].value if key in entry else []
     paths: list[str] = []
     for item in items if isinstance(items, list) else [entry[key]]:
         if key in _SHOWN and isinstance(item.value, dict) and len(item.value) == 1:  # the path, and how DVC shows it
             item = yaml_text.Node(next(iter(item.value)), item.line)
         paths.append(PurePosixPath(item.value).as_posix() if isinstance(item.value, str) else "")
-        said = f"{where}:{item.line}: stage {name}: {key}"
+        said = f"{FILE_NAME}:{item.line}: stage {name}: {key}"
         if not isinstance(item.value, str):
             problems.append(f"{said} must be a list of plain paths")
         elif not is_inside(paths[-1]) or (key != "deps" and not _is_result(paths[-1])):
@@ -159,13 +161,13 @@ def _paths(name: str, key: str, entry: dict[str, yaml_text.Node], where: str, pr
 
 
 def _parameters(
-    name: str, entry: dict[str, yaml_text.Node], where: str, problems: list[str]
+    name: str, entry: dict[str, yaml_text.Node], problems: list[str]
 ) -> dict[str, tuple[str, ...] | None]:
     """File stem -> keys, or None for every key of the file. Entries look like `params/ground.yaml: [gravity]`."""
     files: dict[str, tuple[str, ...] | None] = {}
     listed = entry["params"].value if "params" in entry else []
     if not isinstance(listed, list):
-        problems.append(f"{where}:{entry['params'].line}: stage {name}: params must be a list")
+        problems.append(f"{FILE_NAME}:{entry['params'].line}: stage {name}: params must be a list")
         return {}
     for item in listed:
         pairs: dict[str, Any] = item.plain() if isinstance(item.value, dict) else {str(item.value): None}
@@ -173,7 +175,7 @@ def _parameters(
             path = PurePosixPath(file)
             if path.suffix != ".yaml" or path.parent.as_posix() != "params" or not isinstance(keys, (list, type(None))):
                 problems.append(
-                    f"{where}:{item.line}: stage {name}: params must be lines like "
+                    f"{FILE_NAME}:{item.line}: stage {name}: params must be lines like "
                     f'"params/ground.yaml: [gravity]" or "params/ground.yaml:" for the whole file'
                 )
             else:
@@ -206,22 +208,22 @@ def _is_own(path: str) -> bool:
     return first.startswith(".") or first in OWN
 
 
-def _check_paths(stages: list[Stage], where: str) -> None:
+def _check_paths(stages: list[Stage]) -> None:
     maker: dict[str, str] = {}
     problems = []
     for stage in stages:
         for out in stage.outs:
             if out in maker:
                 both = f"both {maker[out]} and {stage.name}" if maker[out] != stage.name else f"{stage.name} twice"
-                problems.append(f"{where}: {out} is made by {both}")
+                problems.append(f"{FILE_NAME}: {out} is made by {both}")
             problems += [
-                f"{where}: {out} of stage {stage.name} and {other} of stage {maker[other]} lie in each other"
+                f"{FILE_NAME}: {out} of stage {stage.name} and {other} of stage {maker[other]} lie in each other"
                 for other in maker
                 if other.startswith(f"{out}/") or out.startswith(f"{other}/")
             ]
             maker[out] = stage.name
     problems += [
-        f"{where}: stage {stage.name} reads {path}, which no stage makes{nearest(path, maker)}"
+        f"{FILE_NAME}: stage {stage.name} reads {path}, which no stage makes{nearest(path, maker)}"
         for stage in stages
         for path in stage.inputs
         if path not in maker
@@ -230,13 +232,13 @@ def _check_paths(stages: list[Stage], where: str) -> None:
         raise StudyError(problems)
 
 
-def _sorted(stages: list[Stage], where: str) -> Iterator[Stage]:
+def _sorted(stages: list[Stage]) -> Iterator[Stage]:
     """Kahn's order, keeping the file's order among stages that do not depend on each other."""
     waiting, made = list(stages), set[str]()
     while waiting:
         ready = next((stage for stage in waiting if made.issuperset(stage.inputs)), None)
         if ready is None:
-            raise StudyError(f"{where}: these stages wait for each other: {', '.join(s.name for s in waiting)}")
+            raise StudyError(f"{FILE_NAME}: these stages wait for each other: {', '.join(s.name for s in waiting)}")
         waiting.remove(ready)
         made.update(ready.outs)
         yield ready
