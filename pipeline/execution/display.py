@@ -13,51 +13,30 @@ _LINE_EVERY_S = 10.0
 
 
 class Display:
-    """Says nothing but notes: what `--json` uses, and the base of what says more."""
+    """A line for each stage on standard output, unless it is `quiet`, as for --json; notes on standard error. With
+    `verbose` why a stage runs; `live`, bars as well.
 
-    def started(self, stage: str, reasons: Iterable[str]) -> None:
-        """A stage began to compute."""
+    The terminal library is loaded with the first stage that computes, so that a run with nothing to do is quick.
+    """
 
-    def progress(self, stage: str, fraction: float, what: str) -> None:
-        """A running stage reported how far it is."""
-
-    def points(self, done: int, total: int, sentence: str) -> None:
-        """One more point of a sweep is done."""
-
-    def finished(self, stage: str, how: str, seconds: float, summary: str) -> None:
-        """A stage is up to date."""
-
-    def failed(self, stage: str) -> None:
-        """A stage did not finish; the sentence comes at the end."""
+    def __init__(self, quiet: bool = True, verbose: bool = False, live: bool = False) -> None:
+        self.quiet, self.verbose, self.live = quiet, verbose, live
+        self._said = time.monotonic()
+        self._bars: Any = None
+        self._tasks: dict[str, Any] = {}
 
     def note(self, sentence: str) -> None:
         """Something worth knowing that stops nothing."""
         print(f"note: {sentence}", file=sys.stderr)
 
-    def close(self) -> None:
-        """The run is over: give the terminal back."""
-
-
-class Lines(Display):
-    """One line for each stage on standard output; with `verbose`, why it runs. `live`, bars on standard error as well.
-
-    The terminal library is loaded with the first stage that computes, so that a run with nothing to do is quick.
-    """
-
-    def __init__(self, verbose: bool = False, live: bool = False) -> None:
-        self.verbose, self.live = verbose, live
-        self._said = time.monotonic()
-        self._bars: Any = None
-        self._tasks: dict[str, Any] = {}
-
     def started(self, stage: str, reasons: Iterable[str]) -> None:
-        """Name the reasons, and open a bar."""
+        """A stage began to compute: name the reasons, and open a bar."""
         if self.verbose:
             self._say("\n".join(layout.folded(f"{stage:<13} computing: {'; '.join(reasons)}", 15)))
         self.progress(stage, 0.0, "")
 
     def progress(self, stage: str, fraction: float, what: str) -> None:
-        """Move the bar."""
+        """A running stage reported how far it is: move its bar."""
         if not self.live:
             return
         if self._bars is None:
@@ -68,23 +47,23 @@ class Lines(Display):
         self._bars.update(self._tasks[stage], completed=fraction, what=what)
 
     def points(self, done: int, total: int, sentence: str) -> None:
-        """Move the sweep's bar; without bars, a line on standard error now and then."""
-        if not self.live and time.monotonic() - self._said >= _LINE_EVERY_S:
+        """One more point of a sweep is done: move its bar; without bars, a line on standard error now and then."""
+        if not (self.quiet or self.live) and time.monotonic() - self._said >= _LINE_EVERY_S:
             self._said = time.monotonic()
             print(sentence, file=sys.stderr, flush=True)
         self.progress("points", done / total, sentence)
 
     def finished(self, stage: str, how: str, seconds: float, summary: str) -> None:
-        """Time and what was found."""
+        """A stage is up to date: time and what was found."""
         spent = f"{seconds:7.1f} s" if how == "computed" else " " * 9
         self._end(stage, layout.beside(f"{stage:<13} {how:<8} {spent}  ", summary))
 
     def failed(self, stage: str) -> None:
-        """Name the stage."""
+        """A stage did not finish; the sentence comes at the end."""
         self._end(stage, f"{stage:<13} failed")
 
     def close(self) -> None:
-        """Take the bars away."""
+        """The run is over: take the bars away, and give the terminal back."""
         if self._bars is not None:
             self._bars.stop()
             self._bars = None
@@ -99,15 +78,15 @@ class Lines(Display):
 
     def _say(self, line: str) -> None:
         """Print one line at once, above the bars."""
-        if self._bars is None:
-            print(line, flush=True)
-        else:
+        if self._bars is not None:
             self._bars.console.print(line, highlight=False, markup=False, soft_wrap=True)
+        elif not self.quiet:
+            print(line, flush=True)
 
 
 def for_terminal(verbose: bool, as_json: bool) -> Display:
-    """The display that fits: none for JSON, a live one on a terminal, else plain lines."""
-    return Display() if as_json else Lines(verbose, live=sys.stdout.isatty() and sys.stderr.isatty())
+    """The display that fits: a quiet one for JSON, a live one on a terminal, else plain lines."""
+    return Display(as_json, verbose, not as_json and sys.stdout.isatty() and sys.stderr.isatty())
 
 
 def _bars() -> Any:

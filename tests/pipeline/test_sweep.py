@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.execution.display import Display, Lines
+from pipeline.execution.display import Display
 from pipeline.parameters.value import declared
 from pipeline.sweep import pool
 from pipeline.sweep import spec as specs
@@ -323,7 +323,7 @@ def test_a_damaged_journal_costs_only_its_damaged_lines(toy):
 def test_how_far_a_sweep_is_said_now_and_then(capsys, monkeypatch):
     now = [0.0]
     monkeypatch.setattr("time.monotonic", lambda: now[0])
-    meter = Meter(9, Lines())
+    meter = Meter(9, Display(quiet=False))
     for outcome in ("computed", "crash", "computed"):
         now[0] += 4
         meter.one_more(Row(outcome))
