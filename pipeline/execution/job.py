@@ -12,7 +12,7 @@ import base64
 import dataclasses
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,32 +39,22 @@ def named_files(tasks: Iterable[Task]) -> set[str]:
 
 
 @dataclass(frozen=True)
-class Function:
-    """A function of a question: `name` in `module`. It is given the parameters of the stage, read from `parameters`
-    (file -> key -> plain value), then what is `shared` by all calls (JSON), then its argument.
-    """
-
-    stage: str
-    module: str
-    name: str
-    parameters: Mapping[str, Mapping[str, Any]]
-    shared: tuple[Any, ...] = ()
-
-
-@dataclass(frozen=True)
 class Job:
     """All a worker needs to compute points, on this machine or, where `files` is empty, on another.
 
     `files` are results as they lie here, `contents` results that are carried along, both by their paths in the study.
     `code` (file -> meaning) is what the results' keys were made from, `engine` what this program itself is made of.
     With `provenance` the last stage's files are written into the worker's folder, `about` in its artefact, and numbers
-    have errors; without it, its numbers are sent. A job with a `function` has no stages.
+    have errors; without it, its numbers are sent.
+
+    A job with a `function` of a question has no stages: the `name` of one in a `module`. It is given the parameters of
+    `stage`, read from `parameters` (file -> key -> plain value), then what is `shared` by all calls, then its argument.
     """
 
     package: str
     code_root: str
     root: str
-    stages: tuple[Stage, ...]
+    stages: Sequence[Stage]
     code: Mapping[str, str]
     files: Mapping[str, File] = field(default_factory=dict)
     provenance: Mapping[str, str] | None = None
@@ -74,14 +64,14 @@ class Job:
     engine: Mapping[str, str] = field(default_factory=dict)
     time_limit_s: float = math.inf
     start_limit_s: float = 0.0
-    function: Function | None = None
+    function: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def modules(self) -> tuple[str, ...]:
         """What a worker imports of the package."""
-        named = () if self.function is None else (f"{self.package}.{self.function.stage}.parameters",
-                                                  self.function.module)  # fmt: skip
-        return (*(module for stage in self.stages for module in entry_modules(stage, self.package)), *named)
+        if self.function:
+            return f"{self.package}.{self.function['stage']}.parameters", self.function["module"]
+        return tuple(module for stage in self.stages for module in entry_modules(stage, self.package))
 
     def text(self) -> str:
         """The job as one line of JSON."""
@@ -92,11 +82,8 @@ class Job:
     def of(cls, text: str) -> Job:
         """The job of a line that `text` gave."""
         plain = json.loads(text)
-        plain["stages"] = tuple(_stage(each) for each in plain["stages"])
-        plain["files"] = {path: (place, sha256) for path, (place, sha256) in plain["files"].items()}
+        plain["stages"] = [Stage(**each) for each in plain["stages"]]
         plain["contents"] = {path: base64.b64decode(content) for path, content in plain["contents"].items()}
-        if plain["function"] is not None:
-            plain["function"] = Function(**plain["function"])
         return cls(**plain)
 
 
@@ -116,9 +103,3 @@ def task_of(study: Study, values: Mapping[str, Any], index: int = 0) -> Task:
 def engine_code() -> dict[str, str]:
     """What this program is made of: file -> digest, whatever ends its lines."""
     return code_of(engine() / "pipeline")
-
-
-def _stage(plain: Mapping[str, Any]) -> Stage:
-    parameters = {file: None if keys is None else tuple(keys) for file, keys in plain["parameters"].items()}
-    code, inputs, outs = (tuple(plain[name]) for name in ("code", "inputs", "outs"))
-    return Stage(plain["name"], code, inputs, parameters, outs)

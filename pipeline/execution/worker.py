@@ -188,10 +188,9 @@ class Computing:
                 "processor_seconds": round(_processor_seconds() - used, 3)}  # fmt: skip
 
     def _answer(self, point: Any) -> dict[str, Any]:
-        if self.job.function is not None:
-            function = self.job.function
-            parameters = self._parameters(function.stage, function.parameters)
-            answer = named(function.module, function.name)(parameters, *function.shared, point)
+        if function := self.job.function:
+            parameters = self._parameters(function["stage"], function["parameters"])
+            answer = named(function["module"], function["name"])(parameters, *function["shared"], point)
             self._check_code()
             return {"answer": answer}
         *above, stage = self.job.stages

@@ -24,7 +24,7 @@ from pipeline.cache.store import QUESTIONS
 from pipeline.commands.claims import keep_proof
 from pipeline.commands.options import finite
 from pipeline.errors import Declined, StageFailed, Stopped, StudyError
-from pipeline.execution.job import Function, Job, engine_code
+from pipeline.execution.job import Job, engine_code
 from pipeline.parameters import loading
 from pipeline.parameters.overrides import rewritten
 from pipeline.study import Study, shown
@@ -152,8 +152,8 @@ class Asked:
         study, plain = self._study, loading.as_plain(self._parameters)
         job = Job(study.package, str(study.code_root), str(study.root), (), closure.files,
                   versions=versions(closure.foreign), engine=engine_code(),
-                  function=Function(self._stage, function.__module__, function.__qualname__, plain, tuple(shared)),
-                  )  # fmt: skip
+                  function={"stage": self._stage, "module": function.__module__, "name": function.__qualname__,
+                            "parameters": plain, "shared": shared})  # fmt: skip
         yield from pool.rows(job, [*waiting], lambda number: (number, waiting[number]),
                              jobs if self._client is None else self.jobs, self._client)  # fmt: skip
 

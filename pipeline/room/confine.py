@@ -302,7 +302,7 @@ def _needed(*homes: Path | str) -> list[Path]:
 
 
 def _inputs(job: Job, tasks: Sequence[Task]) -> Iterator[Path]:
-    named = named_files(tasks) if job.function is None else set()
+    named = set() if job.function else named_files(tasks)
     for place in {*(place for place, _ in job.files.values() if place), *named}:
         yield from (Path(place), *beside(Path(place)))
     for path in (path for stage in job.stages for path in stage.inputs if path not in job.files):

@@ -176,7 +176,7 @@ class Bench:
 
         The point is `_NOWHERE` before it begins one.
         """
-        if self.job.function is None and not (named := named_files(waiting.items())) <= self._named:
+        if not self.job.function and not (named := named_files(waiting.items())) <= self._named:
             self._end()  # a worker may read what its first points name
             self._named = named
         self._start().compute([*waiting.items()])
