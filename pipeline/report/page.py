@@ -12,8 +12,7 @@ import contextlib
 import dataclasses
 import json
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -25,7 +24,7 @@ from pipeline.cache import disk
 from pipeline.cache.fingerprint import compact
 from pipeline.cache.store import Entry
 from pipeline.commands import claims, options
-from pipeline.commands.claims import Claim, Claims
+from pipeline.commands.claims import Claims
 from pipeline.commands.status import Standing, echo
 from pipeline.errors import StudyError
 from pipeline.graph import CAPTIONS, CLAIMS, FIGURES, REPORT
@@ -62,39 +61,6 @@ def report(study: Study, into: Path | None, no_times: bool, form: options.Form) 
     echo(f"{found.sentence(names)}; the page says so" if stale else found.doubt)
     disk.write(path, render(study, made, not no_times, stale))
     form.give([f"written: {shown(path)}"], {"written": shown(path), "not_current": stale})
-
-
-@dataclass(frozen=True)
-class Content:
-    """Everything the page shows. `stages` and `parameters` are rows by column name, `missing` are stages without a
-    result, and why.
-
-    `about` stands below the title; `answers` are rows of question, answer, errors and means, for the first screen.
-    `figures` are rows too: name, title and text, and either `picture`, an address of data, or `fragment` of a page;
-    `pieces`, boxes of left, top, width, height: first the whole picture, then those that a narrow page shows;
-    `data`, files beside the page by name and path (numbers, a picture for print, the results shown); `claims` that it
-    shows something of. One that `opens` stands first on the page, one that is `beside_parameters` above their table.
-    """
-
-    claims: Claims
-    figures: list[Row]
-    title: str
-    synthetic: str
-    stages: list[Row]
-    parameters: dict[str, list[Row]]
-    versions: dict[str, str]
-    missing: dict[str, str]
-    about: str = ""
-    answers: Sequence[Row] = ()
-    claims_first: bool = False
-
-    def shown_in(self, claim: str) -> list[Row]:
-        """Figures that show something of a claim."""
-        return [figure for figure in self.figures if claim in figure["claims"]]
-
-    def shows(self, figure: Row) -> list[Claim]:
-        """The claims that a figure names, of those that are judged here."""
-        return [claim for claim in self.claims.claims if claim.id in figure["claims"]]
 
 
 def refresh(study: Study, failed: Mapping[str, str] = _NONE_FAILED) -> Path | None:
@@ -154,8 +120,8 @@ def render(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Map
     return html(gather(study, made, with_times), seal(study, made, with_times, stale), seconds, stale)
 
 
-def html(content: Content, sealed: str, seconds: str, stale: Mapping[str, str]) -> bytes:
-    """The page of a given content; `seconds` is the time of all stages, empty to leave times out."""
+def html(content: Row, sealed: str, seconds: str, stale: Mapping[str, str]) -> bytes:
+    """The page of a content, as `gather` gives it; `seconds` is the time of all stages, empty to leave times out."""
     sealing = _SEAL.format(sealed)
     page = template(_TEMPLATE).render(content=content, seal=sealing, with_times=bool(seconds), seconds=seconds,
                                       stale=stale, usual_level=DEFAULT_LEVEL)  # fmt: skip
@@ -178,7 +144,7 @@ def address(picture: bytes | None) -> str:
 
 
 def pieces(picture: bytes) -> list[list[float]]:
-    """Boxes of a PNG that says into which pieces a narrow page may cut it, as `Content` has them, or the whole."""
+    """Boxes of a PNG that says into which pieces a narrow page may cut it, as `gather` has them, or the whole."""
     found = re.search(rb"tEXtpieces\0([-\d. ;]*;)", picture[:4096])
     size = " ".join(str(int.from_bytes(picture[place : place + 4], "big") / 100.0) for place in (16, 20))
     whole, *rest = (found[1].decode() if found else size).strip(";").split(";")
@@ -197,8 +163,17 @@ def undrawn(study: Study) -> list[str]:
             if given.issuperset(caption.get("shows", ())) and not any(folder.glob(f"{caption['name']}.*"))]  # fmt: skip
 
 
-def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content:
-    """Read everything. Raises `StudyError` for a file that is missing or not as its stage made it."""
+def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Row:
+    """Everything the page shows. Raises `StudyError` for a file that is missing or not as its stage made it.
+
+    `stages` and `parameters` are rows by column name, `missing` are stages without a result, and why. `about` stands
+    below the title; `answers` are rows of question, answer, errors and means, for the first screen.
+
+    `figures` are rows too: name, title and text, and either `picture`, an address of data, or `fragment` of a page;
+    `pieces`, boxes of left, top, width, height: first the whole picture, then those that a narrow page shows;
+    `data`, files beside the page by name and path (numbers, a picture for print, the results shown); `claims` that it
+    shows something of. One that `opens` stands first on the page, one that is `beside_parameters` above their table.
+    """
     files = {path: _intact(study, entry, path) for entry in made.values() for path in entry.outs
              if path in (CLAIMS, CAPTIONS) or (path.startswith(FIGURES + "/") and path.endswith((".png", ".html")))
              }  # fmt: skip
@@ -210,19 +185,19 @@ def gather(study: Study, made: Mapping[str, Entry], with_times: bool) -> Content
         versions |= entry.ingredients["versions"]
         for file, values in entry.ingredients["parameters"].items():
             parameters.setdefault(file, {}).update(values)
-    return Content(
-        claims=claims.read(study) if CLAIMS in files else Claims(),
-        figures=list(_figures(files, words, {path for entry in there for path in entry.outs})),
-        title=str(words.get("title", "Report")).replace("{study}", study.params.parent.name),
-        about=str(words.get("about", "")),
-        answers=[*(words.get("answers") or ()), *_proven(study)],
-        claims_first=bool(words.get("claims_first", True)),
-        synthetic=str(words.get("synthetic", "")),
-        stages=[_provenance(entry, with_times) for entry in there],
-        parameters={file: list(_parameters(study, file, values)) for file, values in sorted(parameters.items())},
-        versions=dict(sorted(versions.items())),
-        missing=missing,
-    )  # fmt: skip
+    return {
+        "claims": claims.read(study) if CLAIMS in files else Claims(),
+        "figures": list(_figures(files, words, {path for entry in there for path in entry.outs})),
+        "title": str(words.get("title", "Report")).replace("{study}", study.params.parent.name),
+        "about": str(words.get("about", "")),
+        "answers": [*(words.get("answers") or ()), *_proven(study)],
+        "claims_first": bool(words.get("claims_first", True)),
+        "synthetic": str(words.get("synthetic", "")),
+        "stages": [_provenance(entry, with_times) for entry in there],
+        "parameters": {file: list(_parameters(study, file, values)) for file, values in sorted(parameters.items())},
+        "versions": dict(sorted(versions.items())),
+        "missing": missing,
+    }  # fmt: skip
 
 
 def _proven(study: Study) -> Iterator[Row]:

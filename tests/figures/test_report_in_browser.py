@@ -19,6 +19,11 @@ pytestmark = [
 ]
 
 
+#: A page without claims, figures and stages.
+BARE = {"title": "A report", "synthetic": "", "stages": [], "parameters": {}, "versions": {"python": "3"},
+        "missing": {}, "about": "", "answers": (), "claims_first": False}  # fmt: skip
+
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
@@ -38,11 +43,9 @@ def page(tmp_path_factory):
              "results/figures/wide.png": picture["figures/wide.png"]}  # fmt: skip
     figures = list(page_of._figures(files, captions, ()))
     answers = [{"question": "Does it walk?", "answer": "Yes.", "errors": "solver 1 %", "means": "Build it."}]
-    content = page_of.Content(
-        Claims(claims, ["One sentence."], [table]), figures, "A report", "All of it.", [row],
-        {"biped": [{"key": "hip_mass", "value": "0.3", "unit": "kg", "source": "made up"}]}, {"python": "3"}, {},
-        answers=answers,
-    )  # fmt: skip
+    parameters = {"biped": [{"key": "hip_mass", "value": "0.3", "unit": "kg", "source": "made up"}]}
+    content = {**BARE, "claims": Claims(claims, ["One sentence."], [table]), "figures": figures, "stages": [row],
+               "synthetic": "All of it.", "parameters": parameters, "answers": answers}  # fmt: skip
     (folder / "report.html").write_bytes(page_of.html(content, "seal", "1", {}))
     opened = browser.Page((folder / "report.html").as_uri(), folder / "profile")
     yield opened
@@ -189,7 +192,7 @@ def report(tmp_path_factory):
     caption = {"name": "robot_in_space", "title": "Robot", "text": "made up", "claims": figure("robot_in_space").claims}
     captions = {"figures": [{**caption, "opens": True}]}
     opening = list(page_of._figures({"results/figures/robot_in_space.html": fragment.encode()}, captions, ()))
-    content = page_of.Content(Claims(claims, [], []), opening, "A passive biped", "", [], {}, {}, {})
+    content = {**BARE, "claims": Claims(claims, [], []), "figures": opening}
     (folder / "report.html").write_bytes(page_of.html(content, "seal", "", {}))
     return folder
 
