@@ -28,7 +28,7 @@ from pipeline.errors import StudyError
 from pipeline.graph import CLAIMS, FILE_NAME, is_inside
 from pipeline.home import home
 from pipeline.package import crate
-from pipeline.package.crate import About, File, Run
+from pipeline.package.crate import Row
 from pipeline.parameters import loading, yaml_text
 from pipeline.study import Study, shown
 
@@ -60,29 +60,29 @@ def package(study: Study, file: Path, date: datetime.datetime | None, form: opti
         raise StudyError(f"{shown(file)}: is there already, and is not replaced")
     runs, places, words = gathered(study)
     about = described(study, runs, date, places)
-    files = {path: File(disk.file_digest(place), place.stat().st_size, words.get(path, ""))
+    files = {path: {"sha256": disk.file_digest(place), "size": place.stat().st_size, "words": words.get(path, "")}
              for path, place in sorted(places.items())}  # fmt: skip
     _zipped(disk.replaceable(file), {crate.NAME: crate.metadata(about, files, runs)}, places, files)
     digest, size = disk.file_digest(file), file.stat().st_size
-    programs = "; ".join(sorted({run.program for run in runs}))
-    who = "; ".join(map(crate.named, about.authors))
-    citation = f"{who} ({about.published[:4]}): {about.name}. {programs}. RO-Crate, sha256 {digest}"
-    refused = {run.stage: run.refusal for run in runs if run.refusal}
-    made = [f"{shown(file)}: {len(files) + 1} files, {in_units(size)}, dated {about.published}",
+    programs = "; ".join(sorted({run["program"] for run in runs}))
+    who = "; ".join(map(crate.named, about["authors"]))
+    citation = f"{who} ({about['published'][:4]}): {about['name']}. {programs}. RO-Crate, sha256 {digest}"
+    refused = {run["stage"]: run["refusal"] for run in runs if run["refusal"]}
+    made = [f"{shown(file)}: {len(files) + 1} files, {in_units(size)}, dated {about['published']}",
             *(f"without a result of {stage}, which said no: {why}" for stage, why in refused.items()),
             f"cite it as: {citation}"]  # fmt: skip
     form.give((line for sentence in made for line in layout.folded(sentence)),
               {"file": shown(file), "sha256": digest, "bytes": size, "files": len(files) + 1, "citation": citation,
-               "published": about.published, "refused": refused})  # fmt: skip
+               "published": about["published"], "refused": refused})  # fmt: skip
 
 
-def gathered(study: Study) -> tuple[list[Run], dict[str, Path], dict[str, str]]:
+def gathered(study: Study) -> tuple[list[Row], dict[str, Path], dict[str, str]]:
     """Every run, every file of the package by its place in it, and what some of them are. Raises `StudyError`."""
     names = study.graph.usual
     standing = status.Standing(study, names)
     if said := standing.sentence(names):
         raise StudyError(f"{shown(study.results)}: only results of the parameters and code at hand are packed; {said}")
-    runs, settings = list[Run](), "".join(f" --set {shlex.quote(setting)}" for setting in study.settings)
+    runs, settings = list[Row](), "".join(f" --set {shlex.quote(setting)}" for setting in study.settings)
     places = {FILE_NAME: study.root / FILE_NAME}
     words = {FILE_NAME: "the graph of stages: what each reads and makes"}
     for name, values in study.parameters(names).items():
@@ -95,10 +95,12 @@ def gathered(study: Study) -> tuple[list[Run], dict[str, Path], dict[str, str]]:
         words |= dict.fromkeys(read, "parameters with units and sources") | dict.fromkeys(recordings, "a recording")
         words[stage.artefact] = entry.summary
         about = {} if entry.refused else _made_by(study.store.place(stage.artefact))
-        runs.append(Run(name, f"bipedstudy run {name}{settings}", entry.key, (*read, *recordings, *inputs),
-                        tuple(sorted(entry.outs)), about.get("source") or study.about["source"],
-                        entry.ingredients["versions"], about.get("processor", ""),
-                        entry.summary if entry.refused else ""))  # fmt: skip
+        runs.append({
+            "stage": name, "command": f"bipedstudy run {name}{settings}", "key": entry.key,
+            "read": (*read, *recordings, *inputs), "made": sorted(entry.outs),
+            "program": about.get("source") or study.about["source"], "versions": entry.ingredients["versions"],
+            "processor": about.get("processor", ""), "refusal": entry.summary if entry.refused else "",
+        })  # fmt: skip
     return runs, places, words | ({CLAIMS: "claims, measured numbers, verdicts"} if CLAIMS in places else {})
 
 
@@ -123,7 +125,7 @@ def _made_by(place: Path) -> dict[str, str]:
         return {**artefact.provenance(content, shown(place)), "source": str(file.attrs.get("source", ""))}
 
 
-def described(study: Study, runs: list[Run], date: datetime.datetime | None, places: dict[str, Path]) -> About:
+def described(study: Study, runs: list[Row], date: datetime.datetime | None, places: dict[str, Path]) -> Row:
     """What the package says of itself, from CITATION.cff; it, the licence and codemeta.json are added to `places`.
 
     Raises `StudyError` for a CITATION.cff without title, authors or licence, and where there is no day.
@@ -138,13 +140,15 @@ def described(study: Study, runs: list[Run], date: datetime.datetime | None, pla
         title, paper = str(plain["title"]).strip(), plain.get("preferred-citation")
     except (TypeError, KeyError, ValueError):
         raise StudyError(f"{shown(where)}: a package needs its title, authors and license") from None
-    refused = sum(bool(run.refusal) for run in runs)
+    refused = sum(bool(run["refusal"]) for run in runs)
     without = f"; {refused} of its stages said no, and have none" if refused else ""
-    return About(
-        f"Results of {title}", f"Results of {len(runs)} stages with all that they follow from{without}. See the "
-        "actions in this file for what made what, and bipedstudy recompute to compute them again.",
-        authors, (licenses,) if isinstance(licenses, str) else tuple(map(str, licenses)), paper,
-        _day(date, str(plain.get("date-released", "")), shown(where)))  # fmt: skip
+    return {
+        "name": f"Results of {title}", "authors": authors, "paper": paper,
+        "licenses": [licenses] if isinstance(licenses, str) else list(map(str, licenses)),
+        "description": f"Results of {len(runs)} stages with all that they follow from{without}. See the actions in "
+        "this file for what made what, and bipedstudy recompute to compute them again.",
+        "published": _day(date, str(plain.get("date-released", "")), shown(where)),
+    }  # fmt: skip
 
 
 def _day(date: datetime.datetime | None, released: str, where: str) -> str:
@@ -158,7 +162,7 @@ def _day(date: datetime.datetime | None, released: str, where: str) -> str:
                          "day of publication with --date") from None  # fmt: skip
 
 
-def _zipped(path: Path, texts: Mapping[str, bytes], places: Mapping[str, Path], files: Mapping[str, File]) -> None:
+def _zipped(path: Path, texts: Mapping[str, bytes], places: Mapping[str, Path], files: Mapping[str, Row]) -> None:
     """Put texts and then files, by their names in it, into a ZIP that appears at `path`, whole or not at all.
 
     Without compression, so that its bytes depend on no library. Raises `StudyError` for a file that has changed.
@@ -167,12 +171,12 @@ def _zipped(path: Path, texts: Mapping[str, bytes], places: Mapping[str, Path], 
         for name, content in texts.items():
             out.writestr(_entry(name, len(content)), content)
         for name, file in files.items():
-            with out.open(_entry(name, file.size), "w") as target:
+            with out.open(_entry(name, file["size"]), "w") as target:
                 found = hashlib.sha256()
                 for block in disk.blocks(places[name]):
                     found.update(block)
                     target.write(block)
-            if found.hexdigest() != file.sha256:
+            if found.hexdigest() != file["sha256"]:
                 raise StudyError(f"{shown(places[name])}: changed while it was packed; try again")
 
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
@@ -28,61 +27,27 @@ _PROGRAM = re.compile(r"(?P<name>\S+)(?: (?P<version>[^\s,]+))?(?:, commit (?P<c
 Row = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class File:
-    """A file of the package: SHA-256, size [bytes], and what it is."""
+def metadata(about: Row, files: Mapping[str, Row], runs: Sequence[Row]) -> bytes:
+    """The file that says all of this, the same bytes for the same words.
 
-    sha256: str
-    size: int
-    words: str = ""
+    `about` the package: name, description, authors, licenses (SPDX), paper (to cite, or None), published (a day, ISO
+    8601). Of each file by its path in the package: sha256, size [bytes], and in words what it is, if that is said.
 
-
-@dataclass(frozen=True)
-class Run:
-    """The run of a stage: its command, its cache key, the files it read and made, and what made them.
-
-    `program`, `versions` (distribution -> version) and `processor` are the result's own words. Of one that said no
-    `refusal` is the reason.
+    Of each run of a stage: stage, command, key, the files that it read and made, and by the result's own words program,
+    versions (distribution -> version) and processor; refusal is the reason of one that said no.
     """
-
-    stage: str
-    command: str
-    key: str
-    read: tuple[str, ...]
-    made: tuple[str, ...]
-    program: str
-    versions: Mapping[str, str]
-    processor: str
-    refusal: str = ""
-
-
-@dataclass(frozen=True)
-class About:
-    """What the package is called, who made it, its licences (SPDX), the paper to cite, and a day (ISO 8601)."""
-
-    name: str
-    description: str
-    authors: tuple[Mapping[str, Any], ...]
-    licenses: tuple[str, ...]
-    paper: Mapping[str, Any] | None
-    published: str
-
-
-def metadata(about: About, files: Mapping[str, File], runs: Iterable[Run]) -> bytes:
-    """The file that says all of this, the same bytes for the same words."""
-    runs = tuple(runs)
-    programs = {run.program: _program(run) for run in runs}
-    known = sorted({run.processor for run in runs if run.made})
+    programs = {run["program"]: _program(run["program"]) for run in runs}
+    known = sorted({run["processor"] for run in runs if run["made"]})
     processors = {words: f"#processor-{place}" for place, words in enumerate(known)}
-    versions = sorted({pair for run in runs for pair in run.versions.items()})
+    versions = sorted({pair for run in runs for pair in run["versions"].items()})
     packages = [_package(*each) for each in versions]
-    maker = {path: run for run in runs for path in run.made}
+    maker = {path: run for run in runs for path in run["made"]}
     graph = [
         *_described(about, files, runs),
         *({**program, "softwareRequirements": _ids(packages)} for program in programs.values()), *packages,
         *({"@id": place, "@type": "PropertyValue", "name": "processor", "value": words}
           for words, place in processors.items()),
-        *(_action(run, programs[run.program], processors.get(run.processor, "")) for run in runs),
+        *(_action(run, programs[run["program"]], processors.get(run["processor"], "")) for run in runs),
         *(_file(path, file, maker.get(path)) for path, file in files.items()),
     ]  # fmt: skip
     unique = {entity["@id"]: dict(_single(entity)) for entity in graph}
@@ -90,16 +55,16 @@ def metadata(about: About, files: Mapping[str, File], runs: Iterable[Run]) -> by
     return (json.dumps(whole, indent=1, ensure_ascii=False) + "\n").encode()
 
 
-def _described(about: About, files: Iterable[str], runs: Iterable[Run]) -> Iterator[Row]:
+def _described(about: Row, files: Iterable[str], runs: Iterable[Row]) -> Iterator[Row]:
     """The package as a whole, and what it names: authors, licences, the paper."""
-    authors, licenses = list(map(_person, about.authors)), list(map(_license, about.licenses))
-    paper = _paper(about.paper) if about.paper else []
+    authors, licenses = list(map(_person, about["authors"])), list(map(_license, about["licenses"]))
+    paper = _paper(about["paper"]) if about["paper"] else []
     yield {"@id": NAME, "@type": "CreativeWork", "conformsTo": {"@id": _CRATE}, "about": {"@id": "./"}}
     yield {
-        "@id": "./", "@type": "Dataset", "name": about.name, "description": about.description,
-        "datePublished": about.published, "conformsTo": {"@id": _PROFILE}, "author": _firsts(authors),
+        "@id": "./", "@type": "Dataset", "name": about["name"], "description": about["description"],
+        "datePublished": about["published"], "conformsTo": {"@id": _PROFILE}, "author": _firsts(authors),
         "license": _ids(licenses), "hasPart": [{"@id": quote(path)} for path in files],
-        "mentions": [{"@id": f"#run-{run.stage}"} for run in runs], "citation": _ids(paper[:1]),
+        "mentions": [{"@id": f"#run-{run['stage']}"} for run in runs], "citation": _ids(paper[:1]),
     }  # fmt: skip
     yield {"@id": _PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"}
     yield from (*(one for one, *_ in authors), *(place for _, *places in authors for place in places))
@@ -121,36 +86,36 @@ def _firsts(groups: Iterable[list[Row]]) -> list[Row]:
     return _ids(first for first, *_ in groups)
 
 
-def _action(run: Run, program: Row, processor: str) -> Row:
+def _action(run: Row, program: Row, processor: str) -> Row:
     found = {
-        "@id": f"#run-{run.stage}", "@type": "CreateAction", "name": f"stage {run.stage}", "description": run.command,
-        "identifier": run.key, "instrument": {"@id": program["@id"]},
-        "object": [{"@id": quote(path)} for path in run.read],
-        "actionStatus": _STATUS[bool(run.refusal)],
+        "@id": f"#run-{run['stage']}", "@type": "CreateAction", "name": f"stage {run['stage']}",
+        "description": run["command"], "identifier": run["key"], "instrument": {"@id": program["@id"]},
+        "object": [{"@id": quote(path)} for path in run["read"]],
+        "actionStatus": _STATUS[bool(run["refusal"])],
     }  # fmt: skip
-    if run.refusal:
-        return {**found, "error": run.refusal}
-    return {**found, "result": [{"@id": quote(path)} for path in run.made], "environment": [{"@id": processor}]}
+    if run["refusal"]:
+        return {**found, "error": run["refusal"]}
+    return {**found, "result": [{"@id": quote(path)} for path in run["made"]], "environment": [{"@id": processor}]}
 
 
-def _file(path: str, file: File, run: Run | None) -> Row:
-    found = {"@id": quote(path), "@type": "File", "name": path, "contentSize": str(file.size),
-             "encodingFormat": _KINDS.get(path.rpartition(".")[2], "text/plain"), "sha256": file.sha256}  # fmt: skip
-    if file.words:
-        found["description"] = file.words
+def _file(path: str, file: Row, run: Row | None) -> Row:
+    found = {"@id": quote(path), "@type": "File", "name": path, "contentSize": str(file["size"]),
+             "encodingFormat": _KINDS.get(path.rpartition(".")[2], "text/plain"), "sha256": file["sha256"]}  # fmt: skip
+    if file["words"]:
+        found["description"] = file["words"]
     if run is None:
         return found
-    return {**found, "wasGeneratedBy": f"#run-{run.stage}",
-            "wasDerivedFrom": [{"@id": quote(each)} for each in run.read]}  # fmt: skip
+    return {**found, "wasGeneratedBy": f"#run-{run['stage']}",
+            "wasDerivedFrom": [{"@id": quote(each)} for each in run["read"]]}  # fmt: skip
 
 
-def _program(run: Run) -> Row:
+def _program(words: str) -> Row:
     """The program by its own words, which name version, commit and digest of the code."""
-    parts = _PROGRAM.fullmatch(run.program)
-    found = parts.groupdict() if parts else {"name": run.program, "version": None, "commit": None, "code": "unknown"}
+    parts = _PROGRAM.fullmatch(words)
+    found = parts.groupdict() if parts else {"name": words, "version": None, "commit": None, "code": "unknown"}
     named = [f"swh:1:rev:{found['commit']}"] if found["commit"] else []  # how Software Heritage names a commit of git
     return {"@id": f"#program-{found['code']}", "@type": "SoftwareApplication", "name": found["name"],
-            "softwareVersion": found["version"] or "unknown", "description": run.program,
+            "softwareVersion": found["version"] or "unknown", "description": words,
             "identifier": [*named, f"code {found['code']}"]}  # fmt: skip
 
 

@@ -156,7 +156,7 @@ def test_a_study_s_own_authors_and_licences_are_named(ran):
 def test_a_file_that_changes_while_it_is_packed_leaves_no_package(ran, tmp_path):
     place = ran.root / "dvc.yaml"
     with pytest.raises(Exception, match="changed while it was packed"):
-        command._zipped(tmp_path / "a.zip", {}, {"dvc.yaml": place}, {"dvc.yaml": command.File("0" * 64, 3)})
+        command._zipped(tmp_path / "a.zip", {}, {"dvc.yaml": place}, {"dvc.yaml": {"sha256": "0" * 64, "size": 3}})
     assert not [*tmp_path.glob("*.zip*"), *tmp_path.glob(".*")]
 
 
