@@ -182,7 +182,7 @@ def table(
     trained = usable(own, kind)
     pulls, own_pulls = (np.array([np.mean([one["estimate"][names.index(clock)] for clock in CLOCKS]) for one in each])
                         for each in (fits, trained))
-    term = Discrepancy.of(names, np.array([(np.array(one["estimate"]) - one["truth"]) / one["scales"]
+    term = Discrepancy.of(np.array([(np.array(one["estimate"]) - one["truth"]) / one["scales"]
                                            for one in trained]), own_pulls)  # fmt: skip
     centred = np.array([one - term.expected(*each) for one, *each in zip(estimate, scales, pulls, strict=True)])
     half = np.array([HALF_WIDTH * np.sqrt(np.diag(term.spread(*each))) for each in zip(scales, pulls, strict=True)])

@@ -128,7 +128,7 @@ class _Work:
         study = self.inputs.calibration
         pull = float(np.mean([self.model.layout.pull(fit.unknowns) for fit in fits]))
         return Fitted(kind, drawn, fits, corrections, study.drawn, pull,
-                      Discrepancy.from_misses(self.model.shared, study.misses))
+                      Discrepancy.from_misses(study.misses))
 
     def checked(self, held: HeldOut, fitted: Fitted) -> list[Check]:
         """A held-out run walked by the twin: with numbers and start as the model has them, then with both corrected.
@@ -286,7 +286,7 @@ def pairs_of(usual: Fitted, bare: Fitted, names: Sequence[str], near: Vector) ->
         ends = usual.corrected(place), bare.corrected(other)
         others = np.array([miss for pair, miss in missed.items() if pair != (place, other) and np.isfinite(miss).all()])
         if len(others) > SPARE:
-            term = Discrepancy.of(tuple(names), others)
+            term = Discrepancy.of(others)
             ends, shared = (ends[0] - term.mean, ends[1]), term.spread(np.ones(len(names)))
         else:
             apart = usual.by_twin - bare.by_twin

@@ -73,7 +73,7 @@ def test_where_other_machines_tell_what_fits_miss_that_is_taken_off_and_its_scat
     rng = np.random.default_rng(4)
     pulls = rng.normal(size=12) * 1e-3
     shares = BIAS / VALUES + 1e-3 * rng.normal(size=(12, 4)) + np.outer(pulls, [1.0, 0.0, -5.0, 0.0])
-    term = Discrepancy.of(NAMES, shares, pulls)
+    term = Discrepancy.of(shares, pulls)
     one = fit("run 01", "with outsole", VALUES)
     robot = robot_of(Fitted("with outsole", DESIGN, [one], corrections(), VALUES, 1e-3, term), NAMES, near())
     expected, half = term.expected(VALUES, 1e-3), HALF_WIDTH * np.sqrt(np.diag(term.spread(VALUES, 1e-3)))
@@ -127,7 +127,7 @@ def test_other_pairs_tell_how_far_a_pair_can_be_trusted():
     first = pairs_of(usual, bare, NAMES, near())[0]
     assert first.longer == pytest.approx(2e-4 - np.mean([4e-4, 3e-4, 3e-4]))
     misses = np.array([off[n] for n in (1, 2, 3)])
-    assert first.longer_sd == pytest.approx(np.sqrt(Discrepancy.of(NAMES, misses).spread(np.ones(4))[1, 1]))
+    assert first.longer_sd == pytest.approx(np.sqrt(Discrepancy.of(misses).spread(np.ones(4))[1, 1]))
 
 
 def test_the_gait_near_anothers_is_the_one_that_a_search_finds():

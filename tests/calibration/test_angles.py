@@ -170,7 +170,7 @@ def test_a_real_robot_is_told_from_half_of_its_steps(fitted_first):
     """Half of the pairs of steps fitted, the other half predicted; the limits are those of a trial by other hands."""
     pairs = [number for number in range(80) if (number // 2) % 2 == (1 if fitted_first else 0)]
     found = calibrated(BIPED, LEVEL, about(AUTHORS + f"held_out: {pairs}"), RECORDED)
-    assert found.found.steps == 40
+    assert len(found.found.residuals) == 40
     assert (np.array([found.found.fit, found.found.predicted]) < [[5.2e-3, 4.0e-3], [18e-3, 13e-3]]).all()
     assert found.fit.robot.value("biped.hip_damping") >= 0.0
     assert any("friction falls with speed" in remark for remark in found.remarks)

@@ -128,7 +128,7 @@ def test_samples_count_as_what_they_are_worth(tmp_path):
 def test_a_fit_that_is_not_at_rest_has_no_intervals_and_ends_with_3(converged):
     steps = driven(ROBOT, 5, 4, 1e-3, 60)
     fit = dataclasses.replace(fit_robot(ROBOT, steps, LOOKED_FOR, sizes(ROBOT), {}, (), 1e-3), converged=converged)
-    tell = HeldOut(1, 0.1, (1e-3, 1e-3), (1e-3, 1e-3), fit.residuals)
+    tell = HeldOut((1e-3, 1e-3), (1e-3, 1e-3), fit.residuals)
     answer = answered(Calibrated(setup(), fit, tell, tell, dict.fromkeys(LOOKED_FOR, 1e-3), [], not converged))
     assert answer.no is not converged
     assert any("intervals" in title for title, _, _ in answer.tables) is converged

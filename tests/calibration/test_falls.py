@@ -127,7 +127,7 @@ def test_a_step_whose_end_would_be_before_its_start_goes_on_as_long_as_usual(mon
     before.mean[track._follower.start[-1]] = begins - 0.2
     monkeypatch.setattr(Follower, "onwards", lambda *_: before)
     track._end()
-    assert track._until == begins + track._period + track._follower.settling
+    assert track._until == begins + track._period + track._follower.settings.settling_s
 
 
 def test_a_robot_that_walks_on_where_the_likeliest_would_fall_is_followed():

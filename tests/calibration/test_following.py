@@ -84,8 +84,7 @@ def true_times(unknowns, times):
 
 def follower():
     robot, fitted = model()
-    return Follower(DESIGN, fitted, robot.of_design(), SETTINGS.settling_s, SETTINGS.before_strike_s,
-                    SETTINGS.after_strike_s)  # fmt: skip
+    return Follower(DESIGN, fitted, robot.of_design(), SETTINGS)
 
 
 def errors(seed, steps):

@@ -232,7 +232,7 @@ def asked(told, names=NAMES, known=WEIGHED, design=DRAWN, pull=1e-3):
 
 def test_what_other_runs_miss_is_taken_off_and_widens_the_interval():
     told = study()
-    term = Discrepancy.of(NAMES, told.misses.shares, told.misses.pulls)
+    term = Discrepancy.of(told.misses.shares, told.misses.pulls)
     backwards = NAMES[::-1]
     found = asked((told, "results/calibration.h5"), backwards)
     assert found.values[::-1] == pytest.approx(VALUES - term.expected(VALUES, 1e-3))
@@ -271,7 +271,7 @@ def test_a_question_is_given_its_stages_result_or_the_reason_why_not(repository,
     assert file.endswith("calibration.h5")
     assert result.misses.runs == study().misses.runs
     np.testing.assert_array_equal(result.misses.shares, study().misses.shares)
-    assert Discrepancy.from_misses(result.names, result.misses) is not None
+    assert Discrepancy.from_misses(result.misses) is not None
     (tmp_path / "calibration.h5").write_bytes(artefact.encode(dataclasses.replace(study(), misses=()), {}))
     result, why = asking.result()
     assert result is None

@@ -171,13 +171,13 @@ OFTEN = OFTEN / OFTEN.sum()
 def test_a_discrepancy_holds_what_it_says(count, pulled):
     """Of studies with a scatter from few runs, 90 % have intervals that hold 95 % of what further runs miss."""
     rng = np.random.default_rng(2)
-    names, scales, slope = ("a", "b"), np.array([3.0, -0.5]), np.array([2.0, 0.0])
+    scales, slope = np.array([3.0, -0.5]), np.array([2.0, 0.0])
     mean, sd = np.array([0.2, -1.0]), np.array([0.05, 0.4])
     contents = []
     for _ in range(400):
         pulls = rng.normal(size=count)
         misses = mean + sd * rng.normal(size=(count, 2)) + pulled * np.outer(pulls, slope)
-        term = Discrepancy.of(names, misses, pulls if pulled else None)
+        term = Discrepancy.of(misses, pulls if pulled else None)
         off = np.array([(mean + pulled * slope * pull) * scales - term.expected(scales, pull) for pull in FURTHER])
         half = np.array([half_widths(term, scales, pull) for pull in FURTHER])
         scatter = sd * np.abs(scales)
@@ -188,16 +188,16 @@ def test_a_discrepancy_holds_what_it_says(count, pulled):
 def test_a_discrepancy_takes_off_what_goes_along_with_a_pull():
     pulls = np.array([-1.0, 0.0, 2.0, 3.0])
     misses = np.column_stack([0.1 + 0.5 * pulls, np.full(4, -0.2)])
-    term = Discrepancy.of(("a", "b"), misses, pulls)
+    term = Discrepancy.of(misses, pulls)
     scales = np.array([10.0, 2.0])
     assert term.expected(scales, 5.0) == pytest.approx([10 * 2.6, -0.4])
     assert half_widths(term, scales, 5.0) == pytest.approx([0.0, 0.0], abs=1e-12)
-    alone = Discrepancy.of(("a", "b"), misses)
+    alone = Discrepancy.of(misses)
     assert alone.expected(scales) == pytest.approx(scales * misses.mean(axis=0))
     np.testing.assert_allclose(alone.covariance, np.cov(misses, rowvar=False), atol=1e-15)
     for few, needed in (((misses[:3], pulls[:3]), "4 runs"), ((misses[:2],), "3 runs")):
         with pytest.raises(ValueError, match=needed):
-            Discrepancy.of(("a", "b"), *few)
+            Discrepancy.of(*few)
 
 
 # --- The correction step: nothing where the simulator is the model, and the bias where it is not.

@@ -116,18 +116,17 @@ def fit_robot(
         return _equations(robot.with_values(dict(zip(names, x, strict=True))), steps, begin, names, known, noise)
 
     try:
-        ended = least_squares(
+        at, evaluations, why = least_squares(
             evaluate, np.array([robot.value(name) for name in names]), np.array([sizes[name] for name in names]),
             np.array([low.get(name, -np.inf) for name in names]), ANGLES)
     except ValueError:
         raise NotIdentified("the robot as given does not follow these angles through one step: check the columns' "
                             "units and signs, and the design's values") from None
-    at = ended.point
     final = robot.with_values(dict(zip(names, at.x, strict=True)))
-    if not ended.converged and again:
+    if why and again:
         return fit_robot(final, steps, names, sizes, low, known, noise, None, again - 1)
     return AngleFit(final, names, noise, at.matrix, information_of(known, names), at.state.pulls, at.state.starts,
-                    at.state.residuals, ended.converged, ended.evaluations - 1)
+                    at.state.residuals, not why, evaluations - 1)
 
 
 def _equations(
@@ -162,18 +161,16 @@ def _equations(
 @dataclass(frozen=True)
 class HeldOut:
     """Root mean square errors [rad] on steps that were not fitted, between the legs and of the stance angle: `fit` with
-    the start fitted on the whole step, `predicted` with the start from the first `begun` seconds and errors over the
-    rest."""
+    the start fitted on the whole step, `predicted` with the start from a first part of it and errors over the rest.
+    """
 
-    steps: int
-    begun: float
     fit: tuple[float, float]
     predicted: tuple[float, float]
     residuals: Mapping[int, np.ndarray]
 
 
 def held_out(robot: Robot, steps: Sequence[DrivenStep], begun: float) -> HeldOut:
-    """Errors on steps that were not fitted."""
+    """Errors on steps that were not fitted, predicted from the first `begun` [s] of each."""
     count = [round(begun / step.interval) for step in steps]
     begins = [replace(step, stance=step.stance[:n], between=step.between[:n])
               for n, step in zip(count, steps, strict=True)]  # fmt: skip
@@ -181,7 +178,7 @@ def held_out(robot: Robot, steps: Sequence[DrivenStep], begun: float) -> HeldOut
     whole, first = (fit_robot(robot, each, (), {}, {}, (), 1e-3, starts)
                     for each, starts in ((steps, None), (begins, guesses)))  # fmt: skip
     errors = [_errors(robot, step, first.starts[step.number])[n:] for n, step in zip(count, steps, strict=True)]
-    return HeldOut(len(steps), begun, whole.rms(), _rms(np.concatenate(errors)), whole.residuals)
+    return HeldOut(whole.rms(), _rms(np.concatenate(errors)), whole.residuals)
 
 
 def _errors(robot: Robot, step: DrivenStep, start: Vector) -> np.ndarray:

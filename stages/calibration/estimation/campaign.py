@@ -167,17 +167,16 @@ class Joint:
             return self._at(x, others)
 
         try:
-            ended = least_squares(evaluate, design, self.sizes, self.low, rule)
+            at, _, why = least_squares(evaluate, design, self.sizes, self.low, rule)
         except ValueError:
             raise StepFailed("the robot does not walk the runs") from None
-        at, o = ended.point, len(self.model.own)
-        equations, others = at.state
+        (equations, others), o = at.state, len(self.model.own)
         return CampaignFit(
             names=self.model.shared, design=at.x, covariance=covariance_of(at.matrix, self.sizes),
             runs=self.runs, own=others[:, :o], unknowns=others[:, o:],
             equations=tuple(equations), left_out=left_out, chi2=sum(one.chi2 for one in equations),
             count=sum(one.count for one in equations), evaluations=self._walks,
-            converged=ended.converged, why=ended.why)  # fmt: skip
+            converged=not why, why=why)  # fmt: skip
 
     def _together(self, fits: Sequence[RunFit]) -> Vector:
         """The design that the runs' own fits agree on, each weighed by what it tells, about their mean, beside what is
@@ -214,11 +213,11 @@ class Joint:
             return Point(x, found.cost, found.matrix[d:, d:], found.right[d:], found)
 
         try:
-            ended = least_squares(
+            at, walks, _ = least_squares(
                 evaluate, begin, *sizes_and_lowest(there, self.model.own, self.model.layout), SHORTER)
         except ValueError:
             raise StepFailed("the robot does not walk the run") from None
-        return ended.point.state, ended.point.x, ended.evaluations
+        return at.state, at.x, walks
 
     def _at(self, x: Vector, others: np.ndarray) -> Point[Runs] | None:
         """The equations for the design alone, with the runs' side by side; None where the robot does not walk one."""

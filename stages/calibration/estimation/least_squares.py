@@ -117,16 +117,6 @@ class Point(Generic[State]):
 
 
 @dataclass(frozen=True)
-class Ended(Generic[State]):
-    """Where the method ended, after how many evaluations, and whether it came to rest; if not, why."""
-
-    point: Point[State]
-    evaluations: int
-    converged: bool
-    why: str
-
-
-@dataclass(frozen=True)
 class Rule:
     """How a fit goes and when it ends.
 
@@ -162,8 +152,9 @@ Evaluate = Callable[[Vector, Point[State] | None, float], Point[State] | None]
 
 def least_squares(
     evaluate: Evaluate[State], begin: Vector, sizes: Vector, low: Vector, rule: Rule = WHOLE_RUN
-) -> Ended[State]:
-    """Bring the cost down from `begin` (n,) until it rests.
+) -> tuple[Point[State], int, str]:
+    """Bring the cost down from `begin` (n,) until it rests: where it ended, after how many evaluations, and why it did
+    not come to rest, empty where it did.
 
     `sizes` (n,) are changes that are neither large nor small; no unknown goes below `low` (n,). Raises ValueError where
     there is no point at the start.
@@ -177,7 +168,7 @@ def least_squares(
     while (helped if rule.halved else evaluations) < rule.most:
         newton, unit = _step(at, sizes, low, 0.0), max(at.spread, 1.0)
         if newton[1] < rule.enough * unit:
-            return Ended(at, evaluations, True, "")
+            return at, evaluations, ""
         share = 1.0 / caution if rule.halved else 1.0
         step, foreseen = newton if rule.halved else _step(at, sizes, low, caution)
         whole = max(1.0, float(np.abs(step / sizes).max(initial=0.0)) / rule.longest)
@@ -186,15 +177,14 @@ def least_squares(
         if tried is not None and tried.cost < at.cost + rule.larger * abs(at.cost):
             gain, at, helped = at.cost - tried.cost, tried, helped + 1
             if max(gain, 0.0 if caution <= first else newton[1]) < rule.rests * unit:
-                return Ended(at, evaluations, True, "")
+                return at, evaluations, ""
             if rule.halved or gain / max(foreseen, 1e-300) > 0.25:
                 caution = max(caution * eased, least)
             continue
         caution *= hardened
         if caution > hopeless:
-            rests = newton[1] < rule.at_rest
-            return Ended(at, evaluations, rests, "" if rests else f"no {rule.step} brings the residuals down")
-    return Ended(at, evaluations, False, f"{rule.most} {rule.counted} were not enough")
+            return at, evaluations, "" if newton[1] < rule.at_rest else f"no {rule.step} brings the residuals down"
+    return at, evaluations, f"{rule.most} {rule.counted} were not enough"
 
 
 def _step(at: Point[State], sizes: Vector, low: Vector, damping: float) -> tuple[Vector, float]:

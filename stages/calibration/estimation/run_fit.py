@@ -382,7 +382,7 @@ def _fit(
             return Point(at, found.cost + cost, more, other, found, found.chi2 / max(found.count, 1))
 
         try:
-            ended = least_squares(evaluate, x, sizes, low, rule if is_last else SHORTER)
+            point, walks, why = least_squares(evaluate, x, sizes, low, rule if is_last else SHORTER)
         except ValueError:
             again += 1
             if again > MOST_AGAIN or reached == 0.0:
@@ -393,10 +393,10 @@ def _fit(
             nearer = max(louder / QUIETER**again, 1.5)
             waiting = [(reached, nearer), (0.5 * (reached + horizon), nearer), (horizon, louder), *waiting]
             continue
-        x, evaluations, reached = ended.point.x, evaluations + ended.evaluations, horizon
+        x, evaluations, reached = point.x, evaluations + walks, horizon
         if waiting == [(run.duration, 1.0)]:
-            approach = ended.point.cost
+            approach = point.cost
             if other is not None and other.converged and abs(approach - other.approach) < ALIKE * other.approach:
                 return replace(other, evaluations=evaluations)
-    why = ended.why + (UNWEIGHED if ended.why and model.shared and not known else "")
-    return RunFit(x[:d], x[d:o], x[o:], ended.point.state, evaluations, ended.converged, why, approach)
+    why += UNWEIGHED if why and model.shared and not known else ""
+    return RunFit(x[:d], x[d:o], x[o:], point.state, evaluations, not why, why, approach)

@@ -53,18 +53,16 @@ OPEN = 10.0
 class Follower:
     """Follows runs of the robot `design`; what the model looks for has the errors of a `Belief`.
 
-    `covariance` (o, o) is that of the design's parameters `model.of_design`. Samples count from `settling` [s] after a
-    mid-stance on, when the low pass has forgotten that its walk began there; and not from `before` to `after` a heel
-    strike [s]. What the model itself puts wrong in each step is a `discrepancy`: of a start in its usual changes, of a
-    state in hundredths of the walker's units.
+    `covariance` (o, o) is that of the design's parameters `model.of_design`. By the `settings` samples count from some
+    time after a mid-stance on, when the low pass has forgotten that its walk began there. What the model itself puts
+    wrong in each step is a `discrepancy`: of a start in its usual changes, of a state in hundredths of the walker's
+    units.
     """
 
     design: DesignPoint
     model: Model
     covariance: np.ndarray
-    settling: float
-    before: float
-    after: float
+    settings: Settings
     discrepancy: float = 0.0
 
     @classmethod
@@ -72,8 +70,7 @@ class Follower:
         cls, design: DesignPoint, model: Model, covariance: np.ndarray, wider: float, settings: Settings
     ) -> Follower:
         """Of a robot whose fit left residuals so many times as wide (`wider`) as noise makes them."""
-        return cls(design, model, covariance, settings.settling_s, settings.before_strike_s, settings.after_strike_s,
-                   DRIFT * math.sqrt(max(wider**2 - 1.0, 0.0)))  # fmt: skip
+        return cls(design, model, covariance, settings, DRIFT * math.sqrt(max(wider**2 - 1.0, 0.0)))
 
     @property
     def wrong(self) -> float:
@@ -105,7 +102,8 @@ class Follower:
         off = np.where(np.isfinite(layout.prior), layout.prior, BLOW * layout.sizes)[: layout.free]
         half = layout.free // 2
         off[0] = BLOW * USUAL
-        off[:half] = np.hypot(off[half:] * self.before, self.wrong * step.walked.walker.scales()[:half])
+        off[:half] = np.hypot(off[half:] * self.settings.before_strike_s,
+                              self.wrong * step.walked.walker.scales()[:half])
         wrong = np.zeros(len(step.at))
         wrong[self.start[:-1]] = off
         return self._carried(step, rows, wrong, leg)

@@ -105,7 +105,7 @@ class Track:
         self._work: Iterator[None] | None = None
         self._period = self._usual = float(np.diff(run.strikes[:3]).mean())
         belief, at = follower.begin(run)
-        self._first = self._until = follower.mid_stance(belief.mean) + follower.settling
+        self._first = self._until = follower.mid_stance(belief.mean) + follower.settings.settling_s
         self._enter(self._begun(belief, at))
         self._shown_from = self._until
 
@@ -154,8 +154,9 @@ class Track:
 
     def _give(self, sample: Sample, kept: bool = True) -> None:
         """Let the step take a sample, which does not count near a heel strike."""
-        near = self._step.is_near_a_strike(sample.time, self._follower.before, self._follower.after)
-        settled = sample.time > self._pushed + self._follower.settling
+        settings = self._follower.settings
+        near = self._step.is_near_a_strike(sample.time, settings.before_strike_s, settings.after_strike_s)
+        settled = sample.time > self._pushed + settings.settling_s
         surprise = self._step.take(replace(sample, used=sample.used & (not near) & settled), kept)
         if math.isfinite(surprise):
             self._lately = [*self._lately[1 - LATELY:], (surprise, sample.time)]
@@ -181,7 +182,7 @@ class Track:
         begins, following = follower.mid_stance(self._step.at), -math.inf
         with contextlib.suppress(StepFailed):
             following = follower.mid_stance(follower.onwards(self._step).mean)
-        self._until = (following if following > begins else begins + self._period) + follower.settling
+        self._until = (following if following > begins else begins + self._period) + follower.settings.settling_s
 
     def _settle(self) -> Iterator[None]:
         """Linearise the step about what all its samples tell, and enter the next one, in parts of like work."""

@@ -167,7 +167,6 @@ class Discrepancy:
     From `count` runs with pulls of the mean square `width`, zero where the pull was not looked at.
     """
 
-    names: tuple[str, ...]
     mean: Vector
     slope: Vector
     covariance: np.ndarray
@@ -176,7 +175,7 @@ class Discrepancy:
     width: float = 0.0
 
     @classmethod
-    def of(cls, names: tuple[str, ...], misses: np.ndarray, pulls: Vector | None = None) -> Discrepancy:
+    def of(cls, misses: np.ndarray, pulls: Vector | None = None) -> Discrepancy:
         """From misses (count, n), by the pulls (count,) of their fits if these are given. Raises ValueError where there
         are too few."""
         count, n = misses.shape
@@ -191,13 +190,13 @@ class Discrepancy:
             width = float((off**2).mean())
             slope = off @ left / (count * width) if width else slope
             left = left - np.outer(off, slope)
-        return cls(names, mean, slope, left.T @ left / (count - coefficients), count, middle, width)
+        return cls(mean, slope, left.T @ left / (count - coefficients), count, middle, width)
 
     @classmethod
-    def from_misses(cls, names: tuple[str, ...], misses: Misses) -> Discrepancy | None:
+    def from_misses(cls, misses: Misses) -> Discrepancy | None:
         """From what a study's runs miss; none where too few tell it."""
         try:
-            return cls.of(names, misses.shares, misses.pulls)
+            return cls.of(misses.shares, misses.pulls)
         except ValueError:
             return None
 
@@ -247,7 +246,7 @@ def judged(
     why = source if study is None else unfit(names, known, design, study, source)
     if why:
         return Judged(values, sd, f"{ALONE}: {why}")
-    term = Discrepancy.of(study.names, study.misses.shares, study.misses.pulls)
+    term = Discrepancy.of(study.misses.shares, study.misses.pulls)
     order = [study.names.index(name) for name in names]
     off = term.expected(study.drawn, pull)[order]
     wide = np.sqrt(np.diag(term.spread(study.drawn, pull))[order])
@@ -266,7 +265,7 @@ def unfit(
     names: Sequence[str], known: Sequence[Known], design: DesignPoint, study: Result, source: str
 ) -> str:
     """Why a study's fits do not tell what these miss; nothing where they do."""
-    if Discrepancy.from_misses(study.names, study.misses) is None:
+    if Discrepancy.from_misses(study.misses) is None:
         return (f"{source} has {len(study.misses.runs) or 'no'} fits of other robots' runs, which is too few "
                 "(calibration.discrepancy_runs)")
     if set(names) != set(study.names):

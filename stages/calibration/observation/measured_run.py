@@ -85,11 +85,6 @@ class MeasuredRun:
         """Time of the last sample [s]."""
         return max(float(times[-1]) for times in (self.sampling.hip, self.sampling.foot) if times.size)
 
-    @property
-    def count(self) -> int:
-        """Readings that are used."""
-        return int(sum(self.used[side].sum() for side in SIDES))
-
 
 def usable(times: Vector, strikes: Vector, first: float, before: float, after: float) -> np.ndarray:
     """Mask (m, 3), alike for all channels, of times from `first` on and not from `before` to `after` around a strike

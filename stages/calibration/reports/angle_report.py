@@ -187,10 +187,10 @@ def answered(result: Calibrated) -> Answer:
              f"+- {HALF_WIDTH * sd:.2g}" if math.isfinite(sd) else "not determined", fit.robot.unit(name)]
             for name, sd in result.sd.items()] if fit.converged else []  # fmt: skip
     between, stance = fit.rms()
-    forecast = result.found
+    forecast, held = result.found, len(result.found.residuals)
     errors = [
         ["fit", *(f"{1e3 * value:.2f}" for value in (*result.drawn.fit, *forecast.fit))],
-        [f"forecast from {forecast.begun:g} s", *(f"{1e3 * value:.1f}" for value in (*result.drawn.predicted,
+        [f"forecast from {setup.begun:g} s", *(f"{1e3 * value:.1f}" for value in (*result.drawn.predicted,
                                                                                 *forecast.predicted))],
     ]
     return Answer(
@@ -198,7 +198,7 @@ def answered(result: Calibrated) -> Answer:
                "mrad of the stance leg", *result.remarks],
         tables=[
             *([("The robot, 95 % intervals", ["number", "nominal", "fitted", "95 %", "unit"], rows)] if rows else []),
-            (f"Errors on {forecast.steps} steps that were not fitted, mrad",
+            (f"Errors on {held} steps that were not fitted, mrad",
              ["", "nominal, hip", "nominal, stance", "fitted, hip", "fitted, stance"], errors),
         ],
         plain={
@@ -206,7 +206,7 @@ def answered(result: Calibrated) -> Answer:
                                "sd": finite(result.sd[name]) if fit.converged else None,
                                "unit": fit.robot.unit(name)} for name in setup.free},
             "fixed": {name: value for name, value in fit.robot.numbers.items() if name not in setup.free},
-            "fitted_steps": sorted(fit.starts), "held_out_steps": forecast.steps, "begun_s": forecast.begun,
+            "fitted_steps": sorted(fit.starts), "held_out_steps": held, "begun_s": setup.begun,
             "rms_fitted_rad": {"hip": between, "stance": stance},
             "held_out_rad": {"fit": {"hip": forecast.fit[0], "stance": forecast.fit[1]},
                              "foretold": {"hip": forecast.predicted[0], "stance": forecast.predicted[1]},
@@ -238,7 +238,7 @@ def _draw(result: Calibrated, save: Any) -> None:
                               for one in result.found.residuals.values()])
             axis.plot(grid, 1e3 * every.mean(axis=0), color=style.ANALYTIC, label="mean")
             axis.set(ylabel="measured less model [mrad]",
-                     title=f"{title}, {result.found.steps} steps that were not fitted")  # fmt: skip
+                     title=f"{title}, {len(result.found.residuals)} steps that were not fitted")  # fmt: skip
             axis.legend()
         axes[-1].set_xlabel("part of the step [%]")
         save(figure)
