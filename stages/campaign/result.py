@@ -16,10 +16,9 @@ DRAWN = "it is drawn"
 
 
 @dataclass(frozen=True)
-class SensorTruth:
-    """One synthetic sensor in one run."""
+class SensorErrors:
+    """The truth about one sensor that the ingest must not know."""
 
-    place: str = quantity("-", "hip or foot")
     rotation: np.ndarray = quantity(
         "1", "rotation from body to sensor axes, shape (3, 3)", symbol="R", without_error=DRAWN)
     acceleration_gain: np.ndarray = quantity(
@@ -35,6 +34,13 @@ class SensorTruth:
         "rad/s", "bias of each gyroscope axis, shape (3,)", dimensions=("sensor_axis",), without_error=DRAWN
     )
     period: float = quantity("s", "true sampling period", without_error=DRAWN)
+
+
+@dataclass(frozen=True)
+class SensorTruth(SensorErrors):
+    """One synthetic sensor in one run."""
+
+    place: str = quantity("-", "hip or foot")
     low_pass_delay: float = quantity(
         "s", "delay of the sensor's low pass far below its cut-off", without_error="it follows from the cut-off alone")
     packet: np.ndarray = quantity("1", "packet number of each row that arrived, shape (n,)", dimensions=("sample",))

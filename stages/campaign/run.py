@@ -7,7 +7,6 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +17,11 @@ from stages.biped.design import require_plain
 from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.biped.walk import StanceState
 from stages.campaign.parameters import Parameters
-from stages.campaign.result import BARE, Result, RunTruth, SensorTruth, SetSpike
+from stages.campaign.result import BARE, Result, RunTruth, SensorErrors, SensorTruth, SetSpike
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, generator, walk_twin
 from stages.campaign.virtual_sensor import (
     STANDARD_GRAVITY,
     Readings,
-    SensorErrors,
     SensorMotion,
     Transmitted,
     draw_errors,
@@ -58,15 +56,10 @@ def database_bytes(devices: Sequence[Device], runs: Iterable[tuple[Experiment, S
 
 def _interleaved(identities: Sequence[int], sent: Sequence[Transmitted]) -> list[Row]:
     """Rows of all devices as they reach the server: by server stamp, within a device in order."""
-    arrived: list[tuple[float, Row]] = []
-    for identity, of_device in zip(identities, sent, strict=True):
-        for i in range(len(of_device.packet)):
-            stamps = (of_device.device_stamp[i], of_device.phone_stamp[i], of_device.server_stamp[i])
-            counts = (*of_device.acceleration[i].tolist(), *of_device.angular_rate[i].tolist())
-            values = (int(of_device.packet[i]), int(of_device.position[i]), *map(float, stamps), *counts)
-            arrived.append((stamps[-1], (identity, values)))
-    arrived.sort(key=lambda row: row[0])  # stable: keeps the order of a device
-    return [row for _, row in arrived]
+    rows = [(identity, tuple(row)) for identity, one in zip(identities, sent, strict=True)
+            for row in one.table().tolist()]  # fmt: skip
+    arrived = np.concatenate([one.server_stamp for one in sent])
+    return [rows[place] for place in np.argsort(arrived, kind="stable")]  # stable: keeps the order of a device
 
 
 #: Members of the contact set's family towards the rigid limit, the softest first; share 1 is the set itself.
@@ -136,36 +129,18 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     the result says so, and its file has no rows. Raises NoWalk if the twin falls at every attempt, BeyondModel for a
     design with details.
     """
-    devices = [device(place, parameters) for place in MOUNTING]
     if parameters.measured.database is not None:
-        empty = database_bytes(devices, ())
-        return Result(NOT_NEEDED, (), (), (), {WITH_OUTSOLE: empty, WITHOUT: empty})
+        return Result(NOT_NEEDED, (), (), (), databases((), 0, parameters))
     require_plain(parameters.biped, "the campaign of synthetic runs")
     if "twin" in inputs.missing:
         raise NoWalk(inputs.missing["twin"])
-    state, normal_force = first_state(inputs.twin.walk)
-    truths: dict[int, RunTruth] = {}
-    stored: dict[int, tuple[Experiment, tuple[Transmitted, ...]]] = {}
-    count = parameters.runs.runs
-    again = range(parameters.bare_runs)
-    wanted = [*((number, False) for number in range(count)), *((number, True) for number in again)]
-    one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
     try:
-        for place, (experiment, truth, sent) in each_in_a_process(one, wanted):
-            truths[place], stored[place] = truth, (experiment, sent)
-            progress(len(truths) / (len(wanted) + 1), f"synthetic run {len(truths)} of {len(wanted)}")
+        truths, spikes, files = made(
+            parameters, inputs, parameters.runs.runs, parameters.bare_runs, SHARES, progress)
     except NoWalk as falls:
         alone = inputs.twin.reason  # that of the walk without a push, which begins in the gait
         raise NoWalk(f"{falls}; {f'from the gait itself it {alone}' if alone else 'try a smaller push_sd'}") from falls
-    with_outsole, without = range(count), range(count, len(wanted))
-    return Result(
-        origin=SYNTHETIC,
-        runs=tuple(truths[place] for place in with_outsole),
-        bare=tuple(truths[place] for place in without),
-        spikes=tuple(spike(share, state, normal_force, parameters) for share in SHARES),
-        files={WITH_OUTSOLE: database_bytes(devices, (stored[place] for place in with_outsole)),
-               WITHOUT: database_bytes(devices, (stored[place] for place in without))},
-    )  # fmt: skip
+    return Result(SYNTHETIC, truths[: parameters.runs.runs], truths[parameters.runs.runs :], spikes, files)
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
@@ -174,18 +149,38 @@ def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
     """
     if not result.runs:
         return dataclasses.replace(result, files={})
-    state, normal_force = first_state(inputs.twin.walk)
-    one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
     usual, bare = min(FEW, len(result.runs)), min(1, len(result.bare))
-    wanted = [*((number, False) for number in range(usual)), *((number, True) for number in range(bare))]
-    made = [run for _, run in sorted(each_in_a_process(one, wanted), key=itemgetter(0))]
-    found, stored = [truth for _, truth, _ in made], [(experiment, sent) for experiment, _, sent in made]
-    devices = [device(place, parameters) for place in MOUNTING]
+    truths, spikes, files = made(parameters, inputs, usual, bare, SHARES[-1:])
     return dataclasses.replace(
-        result, runs=(*found[:usual], *result.runs[usual:]), bare=(*found[usual:], *result.bare[bare:]),
-        spikes=(*result.spikes[:-1], spike(SHARES[-1], state, normal_force, parameters)),
-        files={WITH_OUTSOLE: database_bytes(devices, stored[:usual]),
-               WITHOUT: database_bytes(devices, stored[usual:])})  # fmt: skip
+        result, runs=(*truths[:usual], *result.runs[usual:]), bare=(*truths[usual:], *result.bare[bare:]),
+        spikes=(*result.spikes[:-1], *spikes), files=files)
+
+
+def made(
+    parameters: Parameters, inputs: Inputs, usual: int, bare: int, shares: Iterable[float], progress: Progress = ignore
+) -> tuple[tuple[RunTruth, ...], tuple[SetSpike, ...], dict[str, bytes]]:
+    """Truths of the first runs, so many `usual` ones and then `bare` ones; spikes on members of the contact's family;
+    and the databases. Raises NoWalk.
+    """
+    state, normal_force = first_state(inputs.twin.walk)
+    wanted = [*((number, False) for number in range(usual)), *((number, True) for number in range(bare))]
+    one = partial(synthetic_run, state=state, normal_force=normal_force, parameters=parameters)
+    runs = {}
+    for place, run in each_in_a_process(one, wanted):
+        runs[place] = run
+        progress(len(runs) / (len(wanted) + 1), f"synthetic run {len(runs)} of {len(wanted)}")
+    found = [runs[place] for place in range(len(wanted))]
+    return (tuple(truth for _, truth, _ in found),
+            tuple(spike(share, state, normal_force, parameters) for share in shares),
+            databases([(experiment, sent) for experiment, _, sent in found], usual, parameters))  # fmt: skip
+
+
+def databases(
+    sent: Sequence[tuple[Experiment, Sequence[Transmitted]]], usual: int, parameters: Parameters
+) -> dict[str, bytes]:
+    """The databases of what was sent in runs, so many `usual` ones first and then those without the outsole."""
+    devices = [device(place, parameters) for place in MOUNTING]
+    return {WITH_OUTSOLE: database_bytes(devices, sent[:usual]), WITHOUT: database_bytes(devices, sent[usual:])}
 
 
 def device(place: str, parameters: Parameters) -> Device:
@@ -268,13 +263,8 @@ def sensor_truth(
     strikes = walked.heel_strike_time[walked.heel_strike_leg == 0]
     pendulum_time = scales_of(parameters.biped, parameters.slope.gravity).time
     return SensorTruth(
+        **vars(errors),
         place=place,
-        rotation=errors.rotation,
-        acceleration_gain=errors.acceleration_gain,
-        angular_rate_gain=errors.angular_rate_gain,
-        acceleration_bias=errors.acceleration_bias,
-        angular_rate_bias=errors.angular_rate_bias,
-        period=errors.period,
         low_pass_delay=filter_delay(parameters.sensor.bandwidth_hz),
         packet=sent.packet,
         position=sent.position,

@@ -11,6 +11,7 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import BPoly
 
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.between_steps import uniform_times
@@ -79,20 +80,8 @@ def quintic(duration: float, end: tuple[float, float, float], time: np.ndarray) 
 
     `end` is (value, rate, acceleration); the quintic starts at zero with zero rate and acceleration.
     """
-    powers = np.arange(3, 6)
-    at_end = np.stack(
-        [
-            duration**powers,
-            powers * duration ** (powers - 1.0),
-            powers * (powers - 1) * duration ** (powers - 2.0),
-        ]
-    )
-    c = np.linalg.solve(at_end, np.array(end))
-    t = time[:, None]
-    value = (c * t**powers).sum(axis=1)
-    rate = (c * powers * t ** (powers - 1)).sum(axis=1)
-    acceleration = (c * powers * (powers - 1) * t ** (powers - 2)).sum(axis=1)
-    return np.stack([value, rate, acceleration])
+    curve = BPoly.from_derivatives([0.0, duration], [(0.0, 0.0, 0.0), end])
+    return np.stack([curve(time, order) for order in range(3)])
 
 
 def first_motion(angle: np.ndarray, rate: np.ndarray, grid: float, blow: float) -> tuple[float, float, float]:

@@ -14,6 +14,7 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 from scipy.spatial.transform import Rotation
 
 from stages.campaign.parameters import RadioSettings, SensorSettings
+from stages.campaign.result import SensorErrors
 from stages.imu.sources.schema import Device, Rows
 from stages.imu.trial.body import mounting
 
@@ -31,22 +32,6 @@ class SensorMotion:
     time: np.ndarray
     specific_force: np.ndarray
     angular_velocity: np.ndarray
-
-
-@dataclass(frozen=True)
-class SensorErrors:
-    """The truth about one sensor that the ingest must not know.
-
-    `rotation` (3, 3) takes body axes to sensor axes; gains (3,) are relative; biases (3,) in m/s^2 and rad/s;
-    `period` is the true sampling period [s].
-    """
-
-    rotation: np.ndarray
-    acceleration_gain: np.ndarray
-    angular_rate_gain: np.ndarray
-    acceleration_bias: np.ndarray
-    angular_rate_bias: np.ndarray
-    period: float
 
 
 @dataclass(frozen=True)
