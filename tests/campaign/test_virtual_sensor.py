@@ -24,7 +24,7 @@ from stages.campaign.virtual_sensor import (
 from stages.ground.slope import Slope
 from stages.imu.sources.schema import Device
 from stages.imu.trial.body import mounting
-from tests.imu.made_logs import campaign_parameters
+from tests.imu.stand_in import EVERY
 
 PERFECT = SensorSettings(100.0, 0.0, 40.0, 4.0, 2000.0, 16, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.1, 0.2, 0.05, 0.25)
@@ -166,19 +166,14 @@ def test_a_push_does_not_follow_the_blow_in_which_a_rigid_leg_takes_its_load() -
 ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
 
 
-@pytest.fixture(scope="module")
-def parameters():
-    return campaign_parameters()
-
-
-def test_softer_ground_lowers_the_spike_and_not_the_time_above_range(parameters):
-    own, soft = (spike(share, ROUGH, 9.4, parameters) for share in (1.0, 4.0))
-    assert own.contact_stiffness == parameters.contact.contact_stiffness > soft.contact_stiffness
+def test_softer_ground_lowers_the_spike_and_not_the_time_above_range():
+    own, soft = (spike(share, ROUGH, 9.4, EVERY["campaign"]) for share in (1.0, 4.0))
+    assert own.contact_stiffness == EVERY["campaign"].contact.contact_stiffness > soft.contact_stiffness
     assert own.hip_peak > 3.0 * soft.hip_peak and own.foot_peak > 2.0 * soft.foot_peak
     assert 0.5e-3 < own.time_above_range < 2.0 * soft.time_above_range < 8e-3
 
 
-def test_a_fall_is_told_by_nan(parameters):
+def test_a_fall_is_told_by_nan():
     slow = StanceState(0.0, 0.331, 0.27, 0.334, -0.4, 0.0, 0.0, 0.0)
-    found = spike(1.0, slow, 9.4, parameters)
+    found = spike(1.0, slow, 9.4, EVERY["campaign"])
     assert found.hip_peak != found.hip_peak and found.time_above_range != found.time_above_range

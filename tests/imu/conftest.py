@@ -4,14 +4,17 @@ import pytest
 
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun
-from tests.imu.made_logs import Log, campaign_parameters, made_log, stand_in_walks
+from tests.imu.made_logs import Log, made_log, stand_in_walks
+from tests.imu.stand_in import EVERY
 
 RUNS = 3
 
 
 @pytest.fixture(scope="session")
 def parameters() -> Parameters:
-    return campaign_parameters()
+    """The campaign's as they are in the study."""
+    found: Parameters = EVERY["campaign"]
+    return found
 
 
 @pytest.fixture(scope="session")

@@ -5,22 +5,20 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
-from pipeline.study import locate
 from stages.campaign.parameters import Parameters, SensorSettings
 from stages.campaign.result import LegTruth
 from stages.campaign.run import BETWEEN_RUNS, FIRST_RUN_AT, MOUNTING, SENSOR_STREAM, SYNTHETIC, device
-from stages.campaign.twin_run import TwinRun, draw_variation, generator, joined, rolling_leg, stand_and_push
+from stages.campaign.twin_run import TwinRun, draw_variation, generator
 from stages.campaign.virtual_sensor import SensorMotion, draw_errors, low_pass, read, transmit
 from stages.imu.parameters import filter_delay
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.step_times import OUTER, HeelStrikes, step_frequency
 from stages.imu.trial.body import FORWARD, LATERAL, UP, angle_between
 from stages.imu.trial.trial import Trial
-from tests.imu.stand_in import BIPED, GRID, SLOPE, walking
+from tests.imu.stand_in import SLOPE, walked
 
 #: Spreads of a sensor that grow with its errors.
 ERRORS = (
@@ -125,13 +123,7 @@ def true_signals(log: Log, place: str, at: np.ndarray, sensor: SensorSettings) -
 # --- Walks of the stand-in in the form of the campaign's, for tests that have no time for the twin.
 
 
-STEPS, PERIOD_S, REST_S, PUSH_S = 9, 0.48, 2.5, 0.4
-
-
-def campaign_parameters() -> Parameters:
-    """The campaign's parameters as they are in the study."""
-    found: Parameters = locate(start=Path(__file__).parents[2]).parameters(["campaign"])["campaign"]
-    return found
+STEPS, PERIOD_S, REST_S = 9, 0.48, 2.5
 
 
 def stand_in_walks(count: int, parameters: Parameters) -> list[TwinRun]:
@@ -140,12 +132,7 @@ def stand_in_walks(count: int, parameters: Parameters) -> list[TwinRun]:
     for number in range(count):
         rng = generator(parameters.runs.seed, number, 0)
         variation = draw_variation(parameters.runs.of(parameters.biped), SLOPE, rng)
-        hip, foot, strikes, truth = walking(STEPS, PERIOD_S * (1 + 0.01 * rng.normal()))
-        rate = hip.angular_velocity[:, 2]
-        time, leg = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), REST_S, PUSH_S, GRID)
-        before = rolling_leg((leg[0], leg[1], leg[2]), BIPED, SLOPE, time)
-        legs = (np.arange(STEPS) + 1) % 2
-        walks.append(TwinRun(joined(before[0], hip), joined(before[1], foot), strikes, legs, truth, variation, 1))
+        walks.append(walked(STEPS, PERIOD_S * (1 + 0.01 * rng.normal()), REST_S, variation))
     return walks
 
 

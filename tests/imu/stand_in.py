@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,39 +10,37 @@ from scipy.ndimage import gaussian_filter1d
 
 from pipeline.study import locate
 from stages.biped.design import Biped
+from stages.campaign import run as campaign
 from stages.campaign.parameters import RadioSettings, SensorSettings
-from stages.campaign.result import LegTruth, RunTruth, SensorTruth
-from stages.campaign.run import database_bytes
-from stages.campaign.twin_run import joined, rolling_leg, stand_and_push
-from stages.campaign.virtual_sensor import (
-    Readings,
-    SensorErrors,
-    SensorMotion,
-    Transmitted,
-    draw_errors,
-    read,
-    transmit,
-)
+from stages.campaign.result import LegTruth, RunTruth
+from stages.campaign.run import database_bytes, sensed_run
+from stages.campaign.twin_run import TwinRun, Variation, joined, rolling_leg, stand_and_push
+from stages.campaign.virtual_sensor import SensorMotion, Transmitted
 from stages.ground.slope import Slope
-from stages.imu.parameters import Reading, Settings, filter_delay
+from stages.imu.parameters import Reading, Settings
 from stages.imu.result import Result
 from stages.imu.run import collect, trials
 from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.schema import Device, Experiment
+from stages.twin.machine.machine import Build
 
-GRID = 1 / 5000
+GRID, PUSH_S = 1 / 5000, 0.4
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
 SLOPE = Slope(2.0, 9.81)
 SENSOR = SensorSettings(100.0, 2000.0, 40.0, 4.0, 2000.0, 16, 2.0, 0.005, 0.005, 0.02, 0.5, 1.77e-3, 0.007)
 RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.02, 0.2, 0.01, 0.25)
 ROUGH_RADIO = dataclasses.replace(RADIO, stall_share=0.10, loss_share=0.05)
-STUDY = locate(start=Path(__file__).parents[2]).parameters(("imu",))["imu"].read
+EVERY = locate(start=Path(__file__).parents[2]).parameters(("imu", "campaign"))
+STUDY = EVERY["imu"].read
 LIMITS = STUDY.limits
 SETTINGS = Settings(None, 9.81, 0.0, 0.5, 3.0, 0.3, 200.0, 1.5, 3, 6, 101, 0.8, 4.0, 0.05, 0.005, 0.3)
 
 #: The stand-in has no outsole.
 DRAWING = dataclasses.replace(STUDY.drawing, leg_length=BIPED.leg_length, foot_radius=BIPED.foot_radius, sag=0.0)
 PARAMETERS = Reading(SETTINGS, LIMITS, DRAWING)
+
+#: The study's campaign with this robot, and these sensors and radio.
+CAMPAIGN = dataclasses.replace(EVERY["campaign"], biped=BIPED, slope=SLOPE, given_sensor=SENSOR, radio=RADIO)
 
 
 def result_of(path: Path) -> Result:
@@ -54,36 +50,7 @@ def result_of(path: Path) -> Result:
 
 
 def device(place: str) -> Device:
-    axes = {"hip": ("+y", "-x"), "foot": ("-z", "+x")}[place]
-    return Device(place, 100.0, "counts", "counts", place, 40.0, 4.0, 2000.0, 16, 3, 65536, *axes)
-
-
-@dataclass(frozen=True)
-class Truth:
-    """What really happened in a run, and what was sent of it."""
-
-    run: RunTruth
-    sent: tuple[Transmitted, Transmitted]
-
-
-def sensor_truth(place: str, errors: SensorErrors, readings: Readings, sent: Transmitted) -> SensorTruth:
-    return SensorTruth(
-        place=place,
-        rotation=errors.rotation,
-        acceleration_gain=errors.acceleration_gain,
-        angular_rate_gain=errors.angular_rate_gain,
-        acceleration_bias=errors.acceleration_bias,
-        angular_rate_bias=errors.angular_rate_bias,
-        period=errors.period,
-        low_pass_delay=filter_delay(SENSOR.bandwidth_hz),
-        packet=sent.packet,
-        position=sent.position,
-        sample_time=readings.time[sent.row],
-        lost_packets=0,
-        peak=math.nan,
-        peak_filtered=math.nan,
-        peak_sampled=math.nan,
-    )
+    return campaign.device(place, CAMPAIGN)
 
 
 def walking(
@@ -123,40 +90,28 @@ def walking(
     return felt(hip), felt(foot), strikes, LegTruth(time, phi[inside], at_strikes, strikes, off)
 
 
-def make_run(
-    seed: int, radio: RadioSettings = RADIO, steps: int = 12, period: float = 0.48, rest_s: float = 2.5
-) -> tuple[Experiment, Truth]:
-    rng = np.random.default_rng(seed)
-    period *= 1 + 0.01 * rng.normal()
+def walked(steps: int, period: float, rest_s: float, variation: Variation) -> TwinRun:
+    """Such a walk with a still stand and a push before it."""
     hip, foot, strikes, leg = walking(steps, period)
     rate = hip.angular_velocity[:, 2]
-    time, pushed = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), rest_s, 0.4, GRID)
+    time, pushed = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), rest_s, PUSH_S, GRID)
     before = rolling_leg(tuple(pushed), BIPED, SLOPE, time)
-    sensors, sent = {}, []
-    start = 1.6e9 + 100.0 * seed
-    for place, motion, rest in zip(("hip", "foot"), (hip, foot), before):
-        errors = draw_errors(SENSOR, device(place), rng)
-        readings = read(joined(rest, motion), errors, SENSOR, rng)
-        sent.append(transmit(readings, start, 100.0, radio, rng))
-        sensors[place] = sensor_truth(place, errors, readings, sent[-1])
-    truth = RunTruth(
-        name=f"run {seed}",
-        clock_start=start,
-        slope_deg=SLOPE.slope_deg,
-        stance_push=1.0,
-        swing_push=1.0,
-        outsole=0.0,
-        robot=BIPED,
-        weighed=BIPED.total_mass,
-        failed_attempts=0,
-        heel_strike_time=strikes,
-        heel_strike_leg=(np.arange(steps) + 1) % 2,
-        leg=leg,
-        hip=sensors["hip"],
-        foot=sensors["foot"],
-    )
-    return Experiment(truth.name, "synthetic", SLOPE.slope_deg), Truth(truth, (sent[0], sent[1]))
+    legs = (np.arange(steps) + 1) % 2
+    return TwinRun(joined(before[0], hip), joined(before[1], foot), strikes, legs, leg, variation, 1)
 
 
-def make_database(runs: list[tuple[Experiment, Truth]]) -> bytes:
-    return database_bytes([device("hip"), device("foot")], [(experiment, truth.sent) for experiment, truth in runs])
+#: An experiment, what really happened in it, and what was sent of it.
+Run = tuple[Experiment, RunTruth, tuple[Transmitted, ...]]
+
+
+def make_run(
+    seed: int, radio: RadioSettings = RADIO, steps: int = 12, period: float = 0.48, rest_s: float = 2.5
+) -> Run:
+    """A run of its own period that is as planned but for what sensors and radio do."""
+    period *= 1 + 0.01 * np.random.default_rng(seed).normal()
+    plain = Variation(1.0, 1.0, SLOPE.slope_deg, SLOPE.slope_deg, 0.0, Build())
+    return sensed_run(seed, walked(steps, period, rest_s, plain), dataclasses.replace(CAMPAIGN, radio=radio))
+
+
+def make_database(runs: list[Run]) -> bytes:
+    return database_bytes([device("hip"), device("foot")], [(experiment, sent) for experiment, _, sent in runs])

@@ -15,26 +15,24 @@ from stages.imu.clock.lateness import least_squares_line, lower_envelope, robust
 from stages.imu.clock.packet_index import BY_DEVICE_STAMP, IndexedRecording, index_samples, unwrap_counter
 from stages.imu.result import NOT_OBSERVABLE
 from stages.imu.sources.cells import recording_from_columns
-from stages.imu.sources.schema import Experiment, Recording
-from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, Truth, device, make_run
+from stages.imu.sources.schema import Recording
+from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, Run, device, make_run
 
 
 def recording_of(sent: Transmitted, rows: np.ndarray | None = None) -> Recording:
-    experiment, _ = made(0)
-    stamps = (sent.packet, sent.position, sent.device_stamp, sent.phone_stamp, sent.server_stamp)
-    table = np.column_stack((*stamps, sent.acceleration, sent.angular_rate)).astype(float)
-    return recording_from_columns(experiment, device("hip"), table if rows is None else table[rows])
+    table = sent.table() if rows is None else sent.table()[rows]
+    return recording_from_columns(made(0)[0], device("hip"), table)
 
 
 @functools.cache
-def made(seed: int) -> tuple[Experiment, Truth]:
+def made(seed: int) -> Run:
     """A run over the usual radio, from seed 8 on over a rough one."""
     return make_run(seed, RADIO if seed < 8 else ROUGH_RADIO)
 
 
 def sent(seed: int) -> Transmitted:
     """What the hip's sensor sent in that run."""
-    return made(seed)[1].sent[0]
+    return made(seed)[2][0]
 
 
 def without(recording: Recording, *names: str, **other: np.ndarray) -> Recording:
@@ -48,7 +46,7 @@ def repaired(indexed: IndexedRecording) -> Clock:
 
 def true_times(seed: int, recording: Recording, before: np.ndarray | int = 0) -> np.ndarray:
     """When the rows of a recording were sampled (n,); `before` is what a restart took off their packet numbers."""
-    sampled = dict(zip(zip(sent(seed).packet, sent(seed).position), made(seed)[1].run.hip.sample_time))
+    sampled = dict(zip(zip(sent(seed).packet, sent(seed).position), made(seed)[1].hip.sample_time))
     keys = zip(recording.packet.astype(int) + before, recording.position.astype(int))
     return np.array([sampled[key] for key in keys])
 
@@ -74,7 +72,7 @@ def test_envelope_is_the_linear_program(points: list[tuple[int, float]]) -> None
     if len(np.unique(index)) < 2:
         return
     line = lower_envelope(index, stamp)
-    assert (line.at(index) <= stamp + 1e-9).all()
+    assert (line(index) <= stamp + 1e-9).all()
     program = linprog(
         [-len(index), -index.sum()],
         A_ub=np.column_stack((np.ones(len(index)), index)),
@@ -82,7 +80,7 @@ def test_envelope_is_the_linear_program(points: list[tuple[int, float]]) -> None
         bounds=[(None, None)] * 2,
         method="highs",
     )
-    assert line.at(index).sum() == pytest.approx(-program.fun, rel=1e-7, abs=1e-6)
+    assert line(index).sum() == pytest.approx(-program.fun, rel=1e-7, abs=1e-6)
 
 
 def test_stalls_do_not_move_the_envelope_where_they_move_least_squares() -> None:
@@ -94,7 +92,7 @@ def test_stalls_do_not_move_the_envelope_where_they_move_least_squares() -> None
         late = 0.008 + rng.exponential(0.015, 400) + np.where(rng.random(400) < 0.1, rng.exponential(0.2, 400), 0)
         stamp = np.maximum.accumulate(0.01 * index + late)
         for fit in (lower_envelope, robust_line, least_squares_line):
-            error.setdefault(fit.__name__, []).append(np.std(fit(index, stamp).at(index) - 0.01 * index))
+            error.setdefault(fit.__name__, []).append(np.std(fit(index, stamp)(index) - 0.01 * index))
     rms = {name: np.sqrt(np.mean(np.square(values))) for name, values in error.items()}
     assert rms["lower_envelope"] < 1e-3
     assert rms["lower_envelope"] < rms["robust_line"] < rms["least_squares_line"]
@@ -222,7 +220,7 @@ def test_the_error_that_is_reported_bounds_the_true_one(bent: float, set_by: tup
     """A sensor that wanders by 100 ppm, and a phone whose clock is set: followed and taken out, or owned up to."""
     index, stamp, true = long_recording(np.random.default_rng(seed), bent, set_by)
     found = straighten(index, stamp, SETTINGS.clock_tolerance_s, numbered=True)
-    error = found.line.at(index) + found.bent(index) - true
+    error = found.line(index) + found.bent(index) - true
     assert np.std(error) <= found.error
     if not bent:
         np.testing.assert_allclose(found.steps[:, 1], set_by, atol=2e-3)

@@ -21,7 +21,7 @@ ACCELERATION, RATE = ("ax", "ay", "az"), ("gx", "gy", "gz")
 @pytest.fixture(scope="module")
 def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("lab") / "lab.sqlite"
-    path.write_bytes(make_database([make_run(seed, steps=9, rest_s=1.5) for seed in (1, 2)]))
+    path.write_bytes(make_database([make_run(seed, steps=9, rest_s=1.5) for seed in (0, 3)]))
     return path
 
 

@@ -145,7 +145,7 @@ def test_runs_are_read_as_they_were_stored_and_told_apart_where_they_are_mixed(p
         "SELECT experiment_id, device_id, count(*) FROM sample GROUP BY experiment_id, device_id"
     )
     expected = rows(path)
-    assert [count for _, _, count in stored.fetchall()] == [*expected["run 1"], *expected["run 2"]]
+    assert [count for _, _, count in stored.fetchall()] == [count for run in expected.values() for count in run]
     path.write_bytes(edited(content, *(sql.format(order="server_stamp % 10") for sql in MIXED)))
     assert rows(path) == expected
 

@@ -17,7 +17,6 @@ from scipy.interpolate import PchipInterpolator
 
 from stages.biped.quantity import quantity
 from stages.imu.clock.lateness import (
-    Line,
     Straightened,
     least_squares_line,
     moments,
@@ -54,12 +53,12 @@ def repair_clock(indexed: IndexedRecording, tolerance: float) -> Clock:
     if name == "none" or len(np.unique(x)) < 2:
         return _unfitted(indexed, "none", nominal, 0.0, np.nan)
     found = straighten(x, y, tolerance, indexed.numbered_by != BY_ROWS)
-    rate = 1.0 / found.line.period if found.line.period > 0 else np.inf
+    rate = 1.0 / found.period if found.period > 0 else np.inf
     if not rate < FASTEST * nominal:
         return _unfitted(indexed, name, rate, np.inf, float(np.std(y)))
     level = arrival.copy()
     level[longest, 2] -= put_on(found.steps, x) + found.bent(x)
-    time = segment_times(indexed, level, found.line.period)
+    time = segment_times(indexed, level, found.period)
     time += np.where(indexed.segment == arrival[longest, 0][0], found.bent(indexed.index), 0.0)
     error = _error(found, arrival[~longest])
     # A floor that is even shows no loss, but one packet less tilts it as a slower clock does. Nothing tells
@@ -73,9 +72,9 @@ def repair_clock(indexed: IndexedRecording, tolerance: float) -> Clock:
         stamp=name,
         rate_hz=float(rate),
         rate_ppm=float((rate / nominal - 1) * 1e6),
-        jitter_before_s=float(np.std(y - least_squares_line(x, y).at(x))),
+        jitter_before_s=float(np.std(y - least_squares_line(x, y)(x))),
         clock_error_s=error,
-        robust_ppm=float((found.line.period / robust_line(x, y).period - 1) * 1e6),
+        robust_ppm=float((found.period / robust_line(x, y).coef[1] - 1) * 1e6),
         settings=found.steps[:, 1],
         clock_bend_s=float(np.ptp(found.bend[:, 1])) if len(found.bend) else 0.0,
     )
@@ -91,7 +90,7 @@ def _error(found: Straightened, others: np.ndarray) -> float:
     errors = [found.error]
     for segment in np.unique(others[:, 0]):
         x, y = others[others[:, 0] == segment, 1:].T
-        errors.append(unevenness(*np.column_stack((x, y - found.line.period * x))[moments(y)].T))
+        errors.append(unevenness(*np.column_stack((x, y - found.period * x))[moments(y)].T))
     return float(np.fmax.reduce(errors))
 
 
@@ -124,7 +123,7 @@ def segment_times(indexed: IndexedRecording, arrival: np.ndarray, period: float)
         rows, points = indexed.segment == segment, arrival[arrival[:, 0] == segment]
         index = indexed.index[rows]
         offset = min(np.min(points[:, 2] - period * points[:, 1]), end - period * (index[-1] + 1))
-        time[rows] = Line(float(offset), period).at(index)
+        time[rows] = offset + period * index
         end = time[rows][0]
     return time
 

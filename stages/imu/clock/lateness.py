@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 from operator import attrgetter
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import minimum_filter1d
 
@@ -44,19 +45,7 @@ SECTIONS = 40
 QUEUED = 0.25  # of the mean time between arrivals: a packet that comes sooner after another waited behind it
 
 
-@dataclass(frozen=True)
-class Line:
-    """t = offset + period * index [s]."""
-
-    offset: float
-    period: float
-
-    def at(self, index: np.ndarray) -> np.ndarray:
-        """Times of the indices [s]."""
-        return self.offset + self.period * index
-
-
-def lower_envelope(index: np.ndarray, stamp: np.ndarray) -> Line:
+def lower_envelope(index: np.ndarray, stamp: np.ndarray) -> Polynomial:
     """The highest line below all points, in the mean; exact, O(n log n). Needs two different indices."""
     order = np.lexsort((stamp, index))
     x, y = index[order].astype(float), stamp[order]
@@ -74,23 +63,23 @@ def lower_envelope(index: np.ndarray, stamp: np.ndarray) -> Line:
     right = int(np.clip(np.searchsorted(x[corner], index.mean()), 1, len(corner) - 1))
     p, q = corner[right - 1], corner[right]
     period = (y[q] - y[p]) / (x[q] - x[p])
-    return Line(float(y[p] - period * x[p]), float(period))
+    return Polynomial([y[p] - period * x[p], period])
 
 
-def least_squares_line(index: np.ndarray, stamp: np.ndarray, weight: np.ndarray | None = None) -> Line:
+def least_squares_line(index: np.ndarray, stamp: np.ndarray, weight: np.ndarray | None = None) -> Polynomial:
     """Weighted least-squares line through the points."""
     w = np.ones(len(index)) if weight is None else weight
     x0, y0 = np.average(index, weights=w), np.average(stamp, weights=w)
     dx = index - x0
     period = float(np.sum(w * dx * (stamp - y0)) / np.sum(w * dx * dx))
-    return Line(float(y0 - period * x0), period)
+    return Polynomial([y0 - period * x0, period])
 
 
-def robust_line(index: np.ndarray, stamp: np.ndarray) -> Line:
+def robust_line(index: np.ndarray, stamp: np.ndarray) -> Polynomial:
     """Huber's M-estimate of the line by iteratively reweighted least squares, scale from the median deviation."""
     line = least_squares_line(index, stamp)
     for _ in range(REWEIGHTED):
-        residual = stamp - line.at(index)
+        residual = stamp - line(index)
         size = np.abs(residual - np.median(residual))
         scale = max(1.4826 * float(np.median(size)), 1e-9)
         line = least_squares_line(index, stamp, 1.0 / np.maximum(1.0, size / (HUBER_WIDTH * scale)))
@@ -135,10 +124,15 @@ class Straightened:
     `steps` (s, 2): index of the first packet with it, and by how much the clock was put on [s].
     """
 
-    line: Line
+    line: Polynomial
     steps: np.ndarray
     bend: np.ndarray
     error: float
+
+    @property
+    def period(self) -> float:
+        """Of the line [s]."""
+        return float(self.line.coef[1])
 
     def bent(self, index: np.ndarray) -> np.ndarray:
         """Departure of the sensor's clock from the line at these indices (n,) [s]."""
@@ -173,7 +167,7 @@ def _judged(x: np.ndarray, y: np.ndarray, steps: np.ndarray) -> Straightened:
     """The line below the arrivals once the steps are taken out, with its error."""
     level, free = y - put_on(steps, x), moments(y)
     line = lower_envelope(x, level)
-    late = (level - line.at(x))[free]
+    late = (level - line(x))[free]
     error = unevenness(x[free], late)
     if len(steps):
         # With the freedom of a step a wrong rate may hide inside of windows: judged by shorter ones as well.
@@ -187,7 +181,7 @@ def _bent(x: np.ndarray, y: np.ndarray, steps: np.ndarray) -> Straightened:
     most = min(MOST_WINDOWS, len(free) // A_KNOT)
     if most < FEWEST_KNOTS:
         return straight
-    late = (y - put_on(steps, x) - straight.line.at(x))[free]
+    late = (y - put_on(steps, x) - straight.line(x))[free]
     bent = replace(straight, bend=floors(x[free], late, A_KNOT, most)[:, :2])
     left = unevenness(x[free], late - bent.bent(x[free]), A_KNOT // 2, 2 * most - 1)
     return replace(bent, error=left * (STEP_DOUBT if len(steps) else 1.0))

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.signal import periodogram
 
 from stages.imu.clock.packet_index import IndexedRecording
-from stages.imu.sources.units import implied_angular_rate_unit, swept_angle
+from stages.imu.sources.units import swept_angle
 from stages.imu.trial.sensor import SensorTrace
 
 FEWEST_ROWS = 50
@@ -50,12 +50,6 @@ def leg_sweep(trace: SensorTrace, slowest_hz: float) -> float:
     if known.sum() < FEWEST_ROWS or not math.isfinite(trace.rate_hz) or trace.rate_hz <= 0:
         return math.nan
     return swept_angle(trace.angular_rate[known], trace.rate_hz, slowest_hz)
-
-
-def angular_rate_unit(trace: SensorTrace, slowest_hz: float) -> str:
-    """The unit in which the angular rate sweeps a leg's angle, or "unclear" where it is in none."""
-    declared = declared_rate_unit(trace.indexed.recording.device.gyroscope_unit)
-    return implied_angular_rate_unit(leg_sweep(trace, slowest_hz), declared)
 
 
 def declared_rate_unit(unit: str) -> str:

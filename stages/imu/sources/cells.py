@@ -94,13 +94,12 @@ def unit_of(stamp: np.ndarray, rate_hz: float) -> str | None:
 
 def in_seconds(stamp: np.ndarray, rate_hz: float) -> np.ndarray:
     """The stamps (n,) in seconds, whatever unit the nominal rate confirms."""
-    unit = unit_of(stamp, rate_hz)
-    if unit in (None, "s"):
+    size = UNITS[unit_of(stamp, rate_hz) or "s"]
+    if size == 1.0:
         return stamp
-    assert unit is not None
     start = stamp[np.isfinite(stamp)][0]
     # Apart from their start, so that nanoseconds since 1970 lose nothing that they have.
-    return np.asarray((stamp - start) * UNITS[unit] + start * UNITS[unit])
+    return np.asarray((stamp - start) * size + start * size)
 
 
 def moment(cell: Any) -> float:

@@ -326,11 +326,9 @@ class SqlSource(TableSource):
 
     def extents(self) -> list[Extent]:
         """Where each run lies, found by the server."""
-        rows = self.query(
+        return list(self.query(
             "SELECT experiment_id, min(sample_id), max(sample_id) FROM sample GROUP BY experiment_id "
-            "ORDER BY min(sample_id)"
-        )
-        return [(run, first, last) for run, first, last in rows]
+            "ORDER BY min(sample_id)"))  # fmt: skip
 
     def close(self) -> None:
         """End the transaction and the connection."""

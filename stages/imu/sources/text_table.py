@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 
@@ -57,29 +57,22 @@ def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str
     Raises SourceRefused for a column that is not there once, and for one that cannot be read.
     """
     check(path)
-    name = path.name
+    name, first = path.name, list[str]()
     try:
         with path.open(encoding=encoding_of(path), errors="replace") as file:
-            return _columns(file, name, layout, wanted, stamps)
+            parts = blocks(file, name)
+            while len(first) <= layout.header_rows and (block := next(parts, None)) is not None:
+                first += block
+            first = first[layout.header_rows :]
+            head = [next(csv.reader([line], delimiter=layout.delimiter), []) for line in first[: HEAD_ROWS + 1]]
+            columns, layout, begin = _begun(name, head, layout, wanted, stamps)
+            for block in chain((first[begin:],), parts):
+                if block and not _added_at_once(block, layout, columns):
+                    _add_cells(list(csv.reader(block, delimiter=layout.delimiter)), layout, columns)
     except csv.Error as error:
         raise SourceRefused(f"{printable(name)} is no table ({error})") from error
     except (OSError, UnicodeError) as error:
         raise SourceRefused(f"{printable(name)} cannot be read") from error
-
-
-def _columns(
-    file: TextIO, name: str, layout: Layout, wanted: Sequence[str], stamps: Sequence[str]
-) -> Mapping[str, np.ndarray]:
-    parts = blocks(file, name)
-    first: list[str] = []
-    while len(first) <= layout.header_rows and (block := next(parts, None)) is not None:
-        first += block
-    first = first[layout.header_rows :]
-    head = [next(csv.reader([line], delimiter=layout.delimiter), []) for line in first[: HEAD_ROWS + 1]]
-    columns, layout, begin = _begun(name, head, layout, wanted, stamps)
-    for block in chain((first[begin:],), parts):
-        if block and not _added_at_once(block, layout, columns):
-            _add_cells(list(csv.reader(block, delimiter=layout.delimiter)), layout, columns)
     return {one.name: one.checked(name) for one in columns}
 
 

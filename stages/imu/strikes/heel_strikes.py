@@ -55,12 +55,11 @@ def find_heel_strikes(
     rows = np.array([start + np.argmax(sharpness[start : turn + half + 1]) for start, (turn, _) in zip(first, found)])
     at, leg = time[rows], np.array([leg for _, leg in found])
     hidden = in_hole(force, rows, max(1, round(0.75 * PULSE_S / dt)))
-    for which in (INNER, OUTER):
-        height = sharpness[rows[leg == which]]
-        hidden[leg == which] |= height < FAINT * np.median(height) if len(height) else False
     signals = np.column_stack((force, others))
     for which in (INNER, OUTER):
         mine = leg == which
+        height = sharpness[rows[mine]]
+        hidden[mine] |= height < FAINT * np.median(height) if len(height) else False
         expected = expect_hidden(at[mine], hidden[mine], period)
         at[mine] = refine(time, signals, expected, hidden[mine])
     order = np.argsort(at)
@@ -200,11 +199,16 @@ def _best_shift(
     known = np.isfinite(error)
     enough = known.sum(axis=(1, 2)) >= 0.25 * template.size
     weighed = np.nansum(weight * error, axis=(1, 2)) / np.maximum((weight * known).sum(axis=(1, 2)), TINY)
-    cost = np.where(enough, weighed, np.inf)
+    return float(np.nan_to_num(lowest(np.where(enough, weighed, np.inf), SHIFTS_S)))
+
+
+def lowest(cost: np.ndarray, at: np.ndarray) -> float:
+    """Where of even places (n,) a cost (n,) is lowest, refined by a parabola; NaN at an end and beside one that is not
+    known."""
     best = int(np.argmin(cost))
     if not 0 < best < len(cost) - 1 or not np.isfinite(cost[best - 1 : best + 2]).all():
-        return 0.0
-    return float(SHIFTS_S[best] + lowest_between(cost, best) * (SHIFTS_S[1] - SHIFTS_S[0]))
+        return float("nan")
+    return float(at[best] + lowest_between(cost, best) * (at[1] - at[0]))
 
 
 def lowest_between(cost: np.ndarray, best: int) -> float:

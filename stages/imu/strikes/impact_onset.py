@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.imu.strikes.heel_strikes import lowest_between
+from stages.imu.strikes.heel_strikes import lowest
 from stages.imu.strikes.step_times import INNER, OUTER, HeelStrikes
 
 WINDOW_S = (-0.04, 0.04)  # around a strike
@@ -105,11 +105,3 @@ def costs_of(
     across, _ = np.linalg.qr(columns)
     left = force - across @ (np.swapaxes(across, 1, 2) @ force)
     return np.asarray(len(time) * np.log((left**2).sum(axis=1)).sum(axis=1))
-
-
-def lowest(cost: np.ndarray, onsets: np.ndarray) -> float:
-    """Onset [s] of the lowest cost, refined by a parabola; NaN at an end of the search."""
-    best = int(np.argmin(cost))
-    if not 0 < best < len(cost) - 1:
-        return float("nan")
-    return float(onsets[best] + lowest_between(cost, best) * (onsets[1] - onsets[0]))

@@ -10,13 +10,19 @@ import numpy as np
 
 from stages.imu.judgement.evidence import confirmed, evidence_of
 from stages.imu.judgement.rules import against_sensor, verdict_on
-from stages.imu.judgement.sensor_evidence import angular_rate_unit, batch_sizes, dead_axes, quantisation_step
+from stages.imu.judgement.sensor_evidence import (
+    batch_sizes,
+    dead_axes,
+    declared_rate_unit,
+    leg_sweep,
+    quantisation_step,
+)
 from stages.imu.judgement.verdict import Finding, Verdict
 from stages.imu.parameters import Limits, Reading, Settings
 from stages.imu.result import Evidence, FrameFit, LegMotion, RunReport, SensorReport
 from stages.imu.sources.opening import printable
 from stages.imu.sources.schema import Experiment, Recording
-from stages.imu.sources.units import implied_acceleration_unit
+from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import PLACES, BodySensor, frame_of, grid_signals
 from stages.imu.trial.sensor import trace_sensor
@@ -52,7 +58,8 @@ def read_sensor(
         static_reading=reading,
         static_gain=reading * trace.scale.acceleration / settings.gravity,
         acceleration_unit=implied_acceleration_unit(reading, device, settings.gravity),
-        angular_rate_unit=angular_rate_unit(trace, settings.slowest_stride_hz),
+        angular_rate_unit=implied_angular_rate_unit(
+            leg_sweep(trace, settings.slowest_stride_hz), declared_rate_unit(device.gyroscope_unit)),
         accepted=False,
         reasons=(),
     )
@@ -83,7 +90,6 @@ class Trial:
     overlap: float
     strikes: HeelStrikes
     frequency: tuple[float, float]
-    bounds: np.ndarray
     strides: np.ndarray
     leg: LegMotion
     evidence: Evidence
@@ -159,7 +165,6 @@ def read_trial(
         overlap=overlap_of(sensors["hip"], sensors["foot"]) if timed else math.nan,
         strikes=strikes,
         frequency=step_frequency(used),
-        bounds=bounds,
         strides=registered(sensors, bounds, settings),
         leg=leg_of(sensors, common, used, corner, confirmed(evidence, parameters), parameters),
         evidence=evidence,
