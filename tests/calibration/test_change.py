@@ -8,7 +8,6 @@ import pytest
 
 from stages.analytic.errors import StepFailed
 from stages.biped.question import WrongOption
-from stages.calibration.angles import same
 from stages.calibration.angles.recording import read_steps
 from stages.calibration.angles.robot import setup_of
 from stages.calibration.angles.same import TURNED, FittedEncoders, judged, turned
@@ -19,7 +18,7 @@ from stages.calibration.estimation.run_fit import fit_run
 from stages.calibration.following import change
 from stages.calibration.following.change import Comparison, Evidence
 from stages.calibration.following.fitted import _moderated
-from stages.calibration.following.robot_file import NAME, FittedRobot
+from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.recordings import as_mounted
 from stages.calibration.reports.angle_report import calibrated
@@ -188,14 +187,6 @@ def test_its_own_steps_are_its_own_and_a_changed_number_is_named():
     assert answer.no and answer.plain["named"] == ["hip_zero"], answer.lines
     one = answer.plain["parts"]["hip_zero"]
     assert abs(one["change"] - 0.01) < 4.0 * one["sd"] < 0.01
-
-
-def test_the_file_gives_the_robot_back_and_another_folder_is_refused(tmp_path):
-    (tmp_path / NAME).write_bytes(robot().content())
-    again = same.read(tmp_path)
-    assert again.content() == robot().content()
-    with pytest.raises(WrongOption, match=r"has no robot\.json"):
-        same.read(tmp_path / "none")
 
 
 @needs_real

@@ -187,12 +187,6 @@ def test_icc_is_that_of_pingouin(targets: int, raters: int, seed: int, found: fl
     assert single == pytest.approx(found, abs=1e-9)
 
 
-def test_icc_of_shrout_and_fleiss() -> None:
-    """The worked example of Shrout and Fleiss (1979): ICC(2,1) = 0.29."""
-    ratings = np.array([[9, 2, 5, 8], [6, 1, 3, 2], [8, 4, 6, 8], [7, 1, 2, 6], [10, 5, 6, 9], [6, 2, 4, 7]], float)
-    assert intraclass_correlation(ratings) == pytest.approx(0.29, abs=0.005)
-
-
 curves = arrays(float, 20, elements=st.floats(-100, 100))
 
 
@@ -204,18 +198,10 @@ def test_a_shifted_curve_has_the_shift_as_rmse_and_bias(curve: np.ndarray, shift
     assert (bias, upper - lower) == pytest.approx((shift, 0), abs=1e-9)
 
 
-@settings(max_examples=50)
-@given(curves)
-def test_cmc_lies_between_zero_and_one_or_is_undefined(curve: np.ndarray) -> None:
-    other = curve[::-1]
-    value = multiple_correlation(np.stack([curve, other]))
-    assert math.isnan(value) or 0 <= value <= 1
-
-
 def test_a_correlation_of_equal_waveforms_is_one_and_of_opposite_ones_undefined() -> None:
     wave = np.sin(np.linspace(0, 2 * np.pi, 50))
     assert multiple_correlation(np.stack([wave, wave, wave])) == pytest.approx(1)
-    assert math.isnan(multiple_correlation(np.stack([wave, -wave])))
+    assert all(math.isnan(multiple_correlation(np.stack(both))) for both in ([wave, -wave], [0 * wave, 0 * wave]))
     found = agreement(-wave, wave, wave - 0.1, wave + 0.1)
     assert not found.correlation_defined and math.isnan(found.correlation)
     assert math.isnan(nrmse(np.ones(5), np.zeros(5))), "a flat measurement has no normalised error"
