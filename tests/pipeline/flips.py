@@ -17,15 +17,12 @@ from typing import Any
 
 from pipeline.cache import disk
 from pipeline.errors import StudyError
-from pipeline.execution.display import Display
 from pipeline.execution.executor import CURRENT
 from pipeline.graph import REPORT
 from pipeline.questions.asking import Asked
 from pipeline.report import page
 from pipeline.report.page import entries
-from pipeline.sweep import spec as specs
 from pipeline.sweep.pool import Journal
-from pipeline.sweep.sweep import Sweep
 from tests.pipeline.toy import Toy
 
 VARIANTS = (("ground.gravity=5",), ("picture.extra=true",), ())
@@ -54,8 +51,7 @@ class Flipped:
         for variant in VARIANTS:
             toy.run(*variant)
             self.right[variant] = toy.results()
-        (toy.root / "sweep.yaml").write_text(_GRID)
-        Sweep(toy.study(), specs.read(toy.root / "sweep.yaml"), Display()).run(toy.root / "table.h5", 1)
+        toy.sweep(_GRID).run(toy.root / "table.h5", 1)
         study = toy.study()
         parameters = study.parameters(("side",))["side"]
         tally = study.module("side", "questions.tally")

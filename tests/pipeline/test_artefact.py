@@ -116,17 +116,6 @@ def test_a_result_vouches_for_each_of_its_bytes():
         assert artefact.sealed(spoilt) != spoilt, at
 
 
-def test_units_symbols_and_descriptions_are_stored(tmp_path):
-    path = tmp_path / "x.h5"
-    path.write_bytes(artefact.encode(example(), {"key": "k"}))
-    with h5py.File(path) as file:
-        attributes = dict(file["inner/value"].attrs)
-        assert attributes == {"units": "m", "symbol": "L", "long_name": "a length"}
-        assert dict(file["provenance"].attrs) == {"key": "k"}
-        assert "files" not in file
-        assert list(file)[:3] == ["word", "names", "numbers"]
-
-
 def test_the_tree_lists_fields_in_the_order_of_declaration():
     found = artefact.tree(artefact.encode(example(), {}), "x.h5")
     assert [item.path for item in found][:8] == [
@@ -141,14 +130,6 @@ def test_the_tree_lists_fields_in_the_order_of_declaration():
 def test_what_cannot_be_stored_is_refused():
     with pytest.raises(TypeError, match="cannot be stored"):
         artefact.encode(example(flags=np.array([object()])), {})
-
-
-def test_a_foreign_hdf5_file_is_one_sentence(tmp_path):
-    path = tmp_path / "x.h5"
-    with h5py.File(path, "w") as file:
-        file["a"] = 1
-    with pytest.raises(StudyError, match=r"x\.h5: an HDF5 file, but not an artefact of this study"):
-        artefact.decode(path.read_bytes(), Everything, path.name)
 
 
 @pytest.mark.parametrize(

@@ -134,14 +134,6 @@ def test_what_type_checkers_alone_import_is_no_part_of_a_key(tmp_path):
     assert {*found.foreign} == {"typing", "json", "here"}
 
 
-def test_deleted_results_come_back_from_the_cache(done):
-    before = done.results()
-    for name in before:
-        (done.root / "results" / name).unlink()
-    assert set(done.run().values()) == {"restored"}
-    assert done.results() == before
-
-
 def test_another_version_of_a_numerical_package_reruns_its_users(done, monkeypatch):
     from pipeline.cache import fingerprint
 
@@ -200,9 +192,5 @@ def test_what_the_shared_cache_lacks_or_holds_damaged_is_computed_into_the_own_o
     assert hows["fall"] == hows["bounce"] == "restored" and hows["side"] == "computed"
     assert lay(ran.root / "lab") == first
     ran.says("run-all --cache nowhere", "nowhere", code=2)
-
-
-def test_a_shared_cache_without_results_says_so(ran):
-    (ran.root / "lab").mkdir()
-    said = "note: lab has no stored results: what is not in results is computed"
-    assert ran.says("run-all --cache lab", said).count(" current ") == 4
+    said = "note: params has no stored results: what is not in results is computed"
+    assert ran.says("run-all --cache params", said).count(" current ") == 4

@@ -5,7 +5,6 @@ import errno
 import os
 import signal
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -206,51 +205,6 @@ def wait_for(condition, seconds=45.0):
     return None
 
 
-# --- One run at a time for each results folder.
-
-
-def hold(folder):
-    return disk.locked(folder, str(folder), "bipedstudy run-all", False, pytest.fail)
-
-
-def test_a_second_run_names_the_holder(tmp_path):
-    said = rf"is in use by process {os.getpid()} \(bipedstudy run-all, since 20.*wait for it with --wait"
-    with hold(tmp_path), pytest.raises(StudyError, match=said) as caught, hold(tmp_path):
-        pass
-    assert caught.value.exit_code == 2
-    with hold(tmp_path):
-        pass
-
-
-def test_waiting_ends_with_the_holder(tmp_path):
-    entered, waited_for = threading.Event(), threading.Event()
-    told = []
-
-    def first():
-        with hold(tmp_path):
-            entered.set()
-            waited_for.wait(60)
-
-    def waiting(sentence):
-        told.append(sentence)
-        waited_for.set()
-
-    thread = threading.Thread(target=first)
-    thread.start()
-    entered.wait()
-    with disk.locked(tmp_path, "results", "bipedstudy run-all", True, waiting):
-        assert len(told) == 1 and told[0].endswith("; waiting")
-    thread.join()
-
-
-def test_a_lock_left_by_a_killed_process_is_harmless(tmp_path):
-    path = tmp_path / ".cache/lock"
-    path.parent.mkdir()
-    path.write_text('{"pid": 1, "command": "bipedstudy run-all", "since": "2001-01-01 00:00:00"}')
-    with hold(tmp_path):
-        pass
-
-
 @pytest.mark.parametrize("wait", [False, True])
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.EBADF, errno.EINVAL, errno.EIO, errno.EOPNOTSUPP])
 def test_a_system_that_gives_no_lock_says_why(tmp_path, monkeypatch, number, wait):
@@ -262,13 +216,6 @@ def test_a_system_that_gives_no_lock_says_why(tmp_path, monkeypatch, number, wai
     monkeypatch.setattr(disk, "_try", refuse)
     said = rf"^results: the system gives no lock there \({os.strerror(number)}\); "
     with pytest.raises(StudyError, match=said), disk.locked(tmp_path, "results", "run", wait, pytest.fail):
-        pass
-
-
-def test_a_results_folder_that_cannot_be_written_is_one_sentence(tmp_path):
-    (tmp_path / "results").write_text("a file")
-    sentence = r"results: cannot be written \(.*\); choose another folder with --results"
-    with pytest.raises(StudyError, match=sentence), hold(tmp_path / "results"):
         pass
 
 

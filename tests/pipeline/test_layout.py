@@ -155,6 +155,7 @@ def test_without_arguments_there_is_plain_help(ran):
 @pytest.mark.parametrize(
     ("words", "place", "wanted"),
     [
+        ("bipedstudy sw", 1, "plain,sweep"),
         ("bipedstudy run fa", 2, "plain,fall"),
         ("bipedstudy show bo", 2, "plain,bounce"),
         ("bipedstudy run --set fall.he", 3, "plain,fall.height="),

@@ -109,11 +109,6 @@ def test_each_of_many_forgeries_is_found_by_one_recomputation(done, tmp_path, co
     assert missed == []
 
 
-def test_a_folder_without_results_is_refused(ran, tmp_path):
-    (tmp_path / "empty").mkdir()
-    ran.says("recompute empty", "result", code=2)
-
-
 # --- Computing a study twice: what does not repeat is named.
 
 

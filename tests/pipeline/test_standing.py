@@ -4,7 +4,7 @@ import json
 import shutil
 
 from pipeline.commands.status import Standing, together
-from pipeline.execution.executor import CURRENT, RESTORABLE, STALE, WAITING
+from pipeline.execution.executor import CURRENT, STALE, WAITING
 from pipeline.report.figures import draw
 
 HEIGHT = "fall.yaml: height 2 -> 2.5"
@@ -16,11 +16,6 @@ def said(toy, *names, settings=()):
 
 def edit_height(toy):
     toy.edit("params/fall.yaml", "{value: 2.0,", "{value: 2.5,")
-
-
-def test_nothing_is_said_of_what_is_current(done):
-    assert said(done, *done.study().graph.stages) == ""
-    assert set(survey(done).values()) == {(CURRENT, ())}
 
 
 def test_what_changed_is_named_with_the_command_that_mends_it(done):
@@ -103,30 +98,3 @@ def test_the_note_stands_on_standard_error_beside_json(ran):
 
 def survey(toy, *settings):
     return {name: (found.state, found.reasons) for name, found in toy.survey(*settings).items()}
-
-
-def test_never_run_and_of_unknown_origin(toy):
-    found = survey(toy)
-    assert found["fall"] == (STALE, ("never run",))
-    assert found["bounce"] == (WAITING, ("input fall will be computed first",))
-    (toy.root / "results").mkdir()
-    (toy.root / "results/fall.h5").write_bytes(b"from elsewhere")
-    assert survey(toy)["fall"] == (STALE, ("results/fall.h5 is there, but nothing says how it was made",))
-
-
-def test_changed_inputs_and_code_and_what_the_cache_still_has(done):
-    done.run("ground.contact_stiffness=2e5", names=("bounce",))
-    assert survey(done, "ground.contact_stiffness=2e5")["picture"] == (STALE, ("input bounce changed",))
-    done.run("fall.height=3", names=("fall",))
-    assert survey(done)["fall"] == (RESTORABLE, ("fall.yaml: height 3 -> 2",))
-    done.run(names=("fall",))
-    done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.4 * gravity")
-    assert survey(done)["fall"] == (STALE, (f"{done.package}/body/motion.py changed",))
-
-
-def test_missing_and_edited_files(done):
-    (done.root / "results/bounce.h5").unlink()
-    (done.root / "results/fall.h5").write_bytes(b"")
-    found = survey(done)
-    assert found["bounce"] == (RESTORABLE, ("results/bounce.h5 is missing",))
-    assert found["fall"] == (RESTORABLE, ("results/fall.h5 was edited or damaged",))

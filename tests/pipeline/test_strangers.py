@@ -218,16 +218,3 @@ def test_a_pipe_or_a_folder_in_place_of_a_file_stops_nothing(done, name, make):
     done.survey()
     done.run()
     assert done.results() == before
-
-
-@unix
-def test_artefacts_that_are_pipes_or_huge_are_one_sentence(toy_with_commands):
-    toy, results = toy_with_commands, toy_with_commands.root / "results"
-    results.mkdir()
-    os.mkfifo(results / "fall.h5")
-    with open(results / "side.h5", "wb") as file:
-        file.truncate(5_000_000_000)
-    pipe, huge = toy.answers("show results/fall.h5", "show results/side.h5").values()
-    for (code, _, errors), said in ((pipe, "is a pipe, device or socket, not a file"), (huge, "has 5000000000 bytes")):
-        assert code == 2 and said in errors and "unexpected" not in errors
-    toy.says("run side fall")

@@ -18,7 +18,7 @@ from pipeline.sweep import pool
 from pipeline.sweep import spec as specs
 from pipeline.sweep.pool import Bench, Row
 from pipeline.sweep.spec import Normal, Range
-from pipeline.sweep.sweep import Meter, Sweep, duration
+from pipeline.sweep.sweep import Meter, duration
 from tests.pipeline.processes import workers
 
 GRID = """
@@ -34,17 +34,16 @@ def points_of(spec):
     return [spec.point(index) for index in range(spec.size)]
 
 
-def spec_of(folder: Path, text: str, name: str = "sweep") -> specs.Spec:
-    path = folder / f"{name}.yaml"
-    path.write_text(text)
-    return specs.read(path)
+def spec_of(folder: Path, text: str) -> specs.Spec:
+    (folder / "sweep.yaml").write_text(text)
+    return specs.read(folder / "sweep.yaml")
 
 
 def run(toy, text, *, workers=2, shows=Display):
-    sweep = Sweep(toy.study(), spec_of(toy.root, text), shows())
-    out = toy.root / "table.h5"
-    summary = sweep.run(out, workers)
-    return summary, table(out)
+    sweep = toy.sweep(text)
+    sweep.display = shows()
+    summary = sweep.run(toy.root / "table.h5", workers)
+    return summary, table(toy.root / "table.h5")
 
 
 def table(path):
@@ -88,7 +87,7 @@ def test_a_sweep_gives_what_run_gives(toy):
 
 
 def test_code_edited_during_a_sweep_is_refused(toy):
-    sweep = Sweep(toy.study(), spec_of(toy.root, GRID), Display())
+    sweep = toy.sweep(GRID)
     job = sweep.chain.job(Display())
     toy.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.25 * gravity")
     sweep.chain.job = lambda display: job
@@ -265,7 +264,7 @@ def test_killed_workers_lose_nothing(toy):
 
 
 def test_only_deaths_at_the_same_point_are_counted_together(toy, monkeypatch):
-    bench = Bench(Sweep(toy.study(), spec_of(toy.root, SLOW), Display()).chain.job(Display()))
+    bench = Bench(toy.sweep(SLOW).chain.job(Display()))
     #: Of each worker the points that it computes, and the one that it dies at; -1 before it begins one.
     attempts = iter([((), -1), ((), 0), ((), -1), ((0,), 1), ((), 1), ((2,), None)])
 

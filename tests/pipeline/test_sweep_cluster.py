@@ -7,12 +7,9 @@ import signal
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.execution.display import Display
 from pipeline.questions.asking import Asked
 from pipeline.room.confine import landlock
 from pipeline.sweep import cluster
-from pipeline.sweep import spec as specs
-from pipeline.sweep.sweep import Sweep
 
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster")
 
@@ -38,8 +35,7 @@ def client(monkeypatch, repository):
 @pytest.mark.slow
 def test_hangs_and_crashes_on_a_cluster_are_rows_of_one_sweep_after_another(toy, client):
     for text in (MIXED, MIXED.replace("fall.behaviour: well", "fall.height: 3")):
-        (toy.root / "sweep.yaml").write_text(text)
-        summary = Sweep(toy.study(), specs.read(toy.root / "sweep.yaml"), Display()).run(toy.root / "t.h5", 2, client)
+        summary = toy.sweep(text).run(toy.root / "t.h5", 2, client)
         assert summary.outcomes == {"computed": 1, "crash": 1, "time limit": 1, "no answer": 1}
     assert len(client.scheduler_info(n_workers=-1)["workers"]) == 2
 

@@ -23,6 +23,8 @@ from pipeline.cache.sources import SyntaxMemo, beside
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Assessment, Outcome, Planner, bring_up_to_date
 from pipeline.study import Study
+from pipeline.sweep import spec as specs
+from pipeline.sweep.sweep import Sweep
 from tests import commands
 
 HOME = Path(__file__).resolve().parents[2]
@@ -53,6 +55,11 @@ class Toy:
         wanted = study.graph.needed_for(names or tuple(study.graph.stages))
         values = study.parameters(wanted)
         return bring_up_to_date(study, values, Display(), force=wanted if force else (), jobs=jobs)
+
+    def sweep(self, text: str) -> Sweep:
+        """The sweep that a file with this text describes."""
+        (self.root / "sweep.yaml").write_text(text)
+        return Sweep(self.study(), specs.read(self.root / "sweep.yaml"), Display())
 
     def survey(self, *settings: str) -> dict[str, Assessment]:
         """What `status` finds of each stage, by its name."""
