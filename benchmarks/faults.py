@@ -30,8 +30,8 @@ def main() -> None:
                     print(f"| {name} | not done: {error} | | | |", flush=True)
                     continue
             count = faults.counted(faults.Scene(study), fault, runs)
-        print(f"| {name} | {count.runs} | {count.survived} | {count.lost} | {count.wrong} |", flush=True)
-        for sentence in count.told:
+        print(f"| {name} | {count.tried} | {count.survived} | {len(count.lost)} | {len(count.wrong)} |", flush=True)
+        for sentence in count.problems:
             print(sentence, file=sys.stderr)
 
 

@@ -27,12 +27,12 @@ def main() -> None:
             count = killed(with_commands(folder / "study"), cluster, kills, random.Random(2))
         finally:
             cluster.close()
-    shares = ", ".join(f"{count.killed[victim]} times the {victim}" for victim in VICTIMS)
+    shares = ", ".join(f"{count.hit[victim]} times the {victim}" for victim in VICTIMS)
     print("| killed | kills | sweeps that came to their end | lost | wrong | without a sentence |")
     print("|---|---|---|---|---|---|")
-    print(f"| a sweep on a cluster ({shares}) | {sum(count.killed.values())} | {count.sweeps} | {len(count.lost)} | "
+    print(f"| a sweep on a cluster ({shares}) | {sum(count.hit.values())} | {count.survived} | {len(count.lost)} | "
           f"{len(count.wrong)} | {len(count.told)} |")  # fmt: skip
-    problems = [*count.lost, *count.wrong, *count.told]
+    problems = count.problems
     if problems:
         sys.exit("\n".join(problems))
 

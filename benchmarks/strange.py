@@ -27,9 +27,9 @@ def main() -> None:
             for kind in place.makers:
                 strange.suffer(place, kind)
             count = strange.counts[place.name]
-            print(f"| {place.name} | {count.files} | {count.survived} | {len(count.lost)} | {len(count.wrong)} | "
+            print(f"| {place.name} | {count.tried} | {count.survived} | {len(count.lost)} | {len(count.wrong)} | "
                   f"{len(count.told)} |", flush=True)  # fmt: skip
-            problems += [*count.lost, *count.wrong, *count.told]
+            problems += count.problems
     if problems:
         sys.exit("\n".join(problems))
 

@@ -10,11 +10,10 @@ import contextlib
 import random
 import subprocess
 import time
-from collections import Counter
-from dataclasses import dataclass, field
 from typing import Any
 
 from pipeline.sweep.pool import Journal
+from tests.pipeline.counts import Count
 from tests.pipeline.dask_processes import Cluster
 from tests.pipeline.toy import Toy
 
@@ -23,17 +22,6 @@ WORKERS = 2
 _LONGEST_PAUSE_S = 3.0
 _POINTS = 60
 _SWEEP = f"stage: side\nkind: grid\nset: {{side.wait: 0.1}}\nvary: {{side.seed: {list(range(_POINTS))}}}\n"
-
-
-@dataclass
-class Count:
-    """What came of the kills so far."""
-
-    killed: Counter[str] = field(default_factory=Counter)
-    sweeps: int = 0
-    lost: list[str] = field(default_factory=list)
-    wrong: list[str] = field(default_factory=list)
-    told: list[str] = field(default_factory=list)
 
 
 class Sweeping:
@@ -72,7 +60,7 @@ class Sweeping:
         chosen: Any = {"scheduler": self.cluster.scheduler, "client": client}.get(victim) or chance.choice(workers)
         chosen.kill()
         chosen.wait()
-        self.count.killed[victim] += 1
+        self.count.hit[victim] += 1
 
     def check(self, client: subprocess.Popen[str]) -> bool:
         """Look at what a client left that has ended; whether it came to its end."""
@@ -88,9 +76,9 @@ class Sweeping:
         self.known = rows
         if client.returncode:
             return False
-        self.count.sweeps += 1
+        self.count.survived += 1
         if (self.toy.root / "table.h5").read_bytes() != self.right:
-            self.count.wrong.append(f"the table of sweep {self.count.sweeps}")
+            self.count.wrong.append(f"the table of sweep {self.count.survived}")
         return True
 
 

@@ -16,12 +16,12 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import h5py
 
 from pipeline.cache import artefact, disk
+from tests.pipeline.counts import Count
 from tests.pipeline.toy import HOME, with_commands
 
 FAULTY = Path(__file__).with_name("faulty")
@@ -32,17 +32,6 @@ _OLD, _NEW = "0.5 * gravity", "0.6 * gravity"
 
 class NoMore(Exception):
     """The fault has no further moments: it went through all of them."""
-
-
-@dataclass
-class Count:
-    """One line of the table."""
-
-    runs: int = 0
-    survived: int = 0
-    lost: int = 0
-    wrong: int = 0
-    told: list[str] = field(default_factory=list)
 
 
 class Scene:
@@ -123,11 +112,10 @@ def suffer(scene: Scene, fault: Fault, chance: random.Random, number: int, count
     lost |= {item["key"] for item in hows if item["how"] == "computed" and item["key"] in before}
     lost -= scene.damaged
     survived = code == 0 and right and not re.search("Traceback|unexpected", scene.errors)
-    count.runs += 1
+    count.tried += 1
     count.survived += survived
-    count.lost += len(lost)
-    count.wrong += len(wrong)
-    count.told += [f"number {number}: {text}" for text in (*wrong, *(f"{key} was lost" for key in lost))]
+    count.wrong += [f"number {number}: {text}" for text in wrong]
+    count.lost += [f"number {number}: {key} was lost" for key in lost]
     if not survived:
         count.told.append(f"number {number}: not survived ({code}, right: {right}): {scene.errors[-2000:]}")
 

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import random
-from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,23 +21,11 @@ from pipeline.questions.asking import Asked
 from pipeline.report import page
 from pipeline.report.page import entries
 from pipeline.sweep.pool import Journal
+from tests.pipeline.counts import Count
 from tests.pipeline.toy import Toy
 
 VARIANTS = (("ground.gravity=5",), ("picture.extra=true",), ())
 _GRID = "stage: bounce\nkind: grid\nvary: {fall.steps: [2, 5, 9]}\n"
-
-
-@dataclass
-class Count:
-    """What came of the flips so far, and in which files they were."""
-
-    flips: int = 0
-    survived: int = 0
-    computed_again: int = 0
-    wrong: list[str] = field(default_factory=list)
-    lost: list[str] = field(default_factory=list)
-    without_a_sentence: list[str] = field(default_factory=list)
-    hit: Counter[str] = field(default_factory=Counter)
 
 
 class Flipped:
@@ -85,22 +71,22 @@ class Flipped:
     def flip(self, chance: random.Random, count: Count) -> None:
         """Flip a bit of a file of each kind in turn, ask the study what it believes, and bring a variant up to date."""
         files = self.files()
-        kind = [*files][count.flips % len(files)]
+        kind = [*files][count.tried % len(files)]
         path, variant = chance.choice(files[kind]), chance.choice(VARIANTS)
         content = bytearray(path.read_bytes())
         at = chance.randrange(8 * len(content))
         content[at // 8] ^= 1 << at % 8
         path.write_bytes(content)
         name = path.relative_to(self.results).as_posix()
-        told = f"flip {count.flips}: bit {at} of {name}"
-        count.flips += 1
+        told = f"flip {count.tried}: bit {at} of {name}"
+        count.tried += 1
         count.hit[kind] += 1
         try:
             count.wrong += [f"{told}: {belief}" for belief, said in self.beliefs()
                             if self.believed.get(belief, said) != said]  # fmt: skip
             count.wrong += [f"{told}: {file} is called current" for file in self.current_and_wrong(variant)]
             hows = self.toy.run(*variant)
-            count.computed_again += "computed" in hows.values()
+            count.hit["computed again"] += "computed" in hows.values()
             made = {name: found for name, found in self.toy.results().items() if not name.startswith("sweeps/")}
             if made != self.right[variant]:
                 count.wrong.append(f"{told}: a run that ended well left something else than the right results")
@@ -111,7 +97,7 @@ class Flipped:
         except StudyError as error:
             count.lost.append(f"{told}: {error}")
         except Exception as error:
-            count.without_a_sentence.append(f"{told}: {type(error).__name__}: {error}")
+            count.told.append(f"{told}: {type(error).__name__}: {error}")
         else:
             count.survived += 1
 

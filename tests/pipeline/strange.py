@@ -15,10 +15,11 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from tests.pipeline import strange_files
+from tests.pipeline.counts import Count
 from tests.pipeline.strange_files import Maker, written
 from tests.pipeline.strange_graphs import graphs
 from tests.pipeline.toy import HOME, TEMPLATE, TEMPLATE_PACKAGE, Toy
@@ -70,17 +71,6 @@ PLACES = (
 )
 
 
-@dataclass
-class Count:
-    """What came of the files so far."""
-
-    files: int = 0
-    survived: int = 0
-    lost: list[str] = field(default_factory=list)
-    wrong: list[str] = field(default_factory=list)
-    told: list[str] = field(default_factory=list)
-
-
 class Strange:
     """A toy study that has been run."""
 
@@ -98,7 +88,7 @@ class Strange:
         """Put one strange file in its place, run the commands, take it away, and look at what is left."""
         count = self.counts.setdefault(place.name, Count())
         path = self.toy.root / place.path.replace("KEY", self.key)
-        told, before = f"{place.name}, {kind}", len(count.told) + len(count.wrong) + len(count.lost)
+        told, before = f"{place.name}, {kind}", count.problems
         _remove(path)
         place.makers[kind](path)
         for command in place.commands:
@@ -120,8 +110,8 @@ class Strange:
                        if how == "computed" and stage != ("fall" if place.repaired else "")]  # fmt: skip
         if code or self.toy.results() != self.right:
             count.wrong.append(f"{told}: afterwards {code}: {errors}")
-        count.files += 1
-        count.survived += before == len(count.told) + len(count.wrong) + len(count.lost)
+        count.tried += 1
+        count.survived += before == count.problems
 
     def command(self, *words: str) -> tuple[int, str]:
         """Run `bipedstudy` with bounds on time and memory: exit code and standard error."""

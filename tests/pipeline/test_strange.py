@@ -17,7 +17,7 @@ def test_strange_files(toy_with_commands, place):
     for kind in place.makers:
         strange.suffer(place, kind)
     count = strange.counts[place.name]
-    assert [*count.lost, *count.wrong, *count.told] == [] and count.survived == len(place.makers)
+    assert count.problems == [] and count.survived == len(place.makers)
 
 
 def test_there_are_a_hundred_files_and_fifty_graphs():
