@@ -75,13 +75,13 @@ def main() -> None:
             summary = Sweep(study, specs.read(spec), Display()).run(Path(folder, "t.h5"), workers, client)
         used = own_seconds() - own
         others = (machine_seconds() - busy - used) / ((time.monotonic() - began) * (os.cpu_count() or 1))
-        rate = summary.computed_now / summary.seconds
+        rate = summary["computed_now"] / summary["seconds"]
         first = first or rate
-        each = summary.point_seconds / summary.computed_now
+        each = summary["point_seconds"] / summary["computed_now"]
         print(
             f"{way} processes: {rate:.3g} points/s, {1000 * each:.0f} ms a point "
-            f"({1000 * used / summary.computed_now:.0f} ms of processor time with all else), "
-            f"{100 * (summary.busy or 0):.1f} % of the time in points; a million: {duration(1e6 / rate)}; "
+            f"({1000 * used / summary['computed_now']:.0f} ms of processor time with all else), "
+            f"{100 * (summary['busy'] or 0):.1f} % of the time in points; a million: {duration(1e6 / rate)}; "
             f"{rate / first:.2f} times the first line; others used {100 * max(others, 0.0):.0f} % of the machine",
             flush=True,
         )

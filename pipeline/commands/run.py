@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -26,9 +25,6 @@ from pipeline.parameters import loading
 from pipeline.parameters.value import LEVEL_FILE, LEVEL_KEY, LEVELS
 from pipeline.study import Study, shown
 from pipeline.sweep import cluster as clusters
-
-if TYPE_CHECKING:
-    from pipeline.sweep.sweep import Summary
 
 #: Follows once stages were computed, given why which of them failed; it returns the file it wrote, if any.
 Afterwards = Callable[[Study, Mapping[str, str]], Path | None]
@@ -183,7 +179,7 @@ def _say_if_large(study: Study, shows: display.Display) -> None:
 @options.own_study
 @options.answers
 def sweep(
-    study: Study, spec: Path, out: Path | None, jobs: int | None, cluster: clusters.Cluster, dry_run: bool,
+    study: Study, spec: Path, out: Path | None, jobs: int | None, connect: clusters.Connect, dry_run: bool,
     wait: bool, form: options.Form,
 ) -> None:  # fmt: skip
     """Compute a stage at every point that the file SPEC describes, and write one table with a row for each.
@@ -204,22 +200,22 @@ def sweep(
     target = disk.replaceable(out or made.folder / f"{spec.stem}.h5")
     with (
         disk.locked(made.folder, shown(made.folder), _typed(), wait, shows.note),
-        cluster.client(shows.note) as (client, workers),
+        connect(shows.note) as (client, workers),
     ):
         summary = made.run(target, workers or jobs or os.cpu_count() or 1, client)
-    form.give(_lines(summary, target), {**dataclasses.asdict(summary), "busy": summary.busy, "table": shown(target)},
-              _rows(target))  # fmt: skip
-    if not summary.outcomes.get("computed"):
+    form.give(_lines(summary, target), {**summary, "table": shown(target)}, _rows(target))
+    if not summary["outcomes"].get("computed"):
         sys.exit(ANSWER)
 
 
-def _lines(summary: Summary, target: Path) -> Iterator[str]:
+def _lines(summary: Mapping[str, Any], target: Path) -> Iterator[str]:
     """A sweep's summary: outcomes, what it cost, and where its table is."""
-    parts = [f"{count} {outcome}" for outcome, count in sorted(summary.outcomes.items())]
-    yield from layout.folded(f"{summary.points} points: {', '.join(parts)}; {summary.reused} were known")
-    if summary.busy is not None:
-        yield from layout.folded(f"{summary.computed_now} points in {summary.seconds:.1f} s on {summary.workers} "
-                                 f"workers; {100 * summary.busy:.0f} % of their time went into points")  # fmt: skip
+    parts = [f"{count} {outcome}" for outcome, count in sorted(summary["outcomes"].items())]
+    yield from layout.folded(f"{summary['points']} points: {', '.join(parts)}; {summary['reused']} were known")
+    if summary["busy"] is not None:
+        yield from layout.folded(
+            f"{summary['computed_now']} points in {summary['seconds']:.1f} s on {summary['workers']} workers; "
+            f"{100 * summary['busy']:.0f} % of their time went into points")  # fmt: skip
     yield f"table: {shown(target)}"
 
 

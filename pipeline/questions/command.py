@@ -78,7 +78,7 @@ def _command(stage: str, question: Question) -> click.Command:
     given = [Option(name, *pair) for name, pair in declared(question.options).items()]
 
     def asked(study: Study, form: options.Form, figure: Path | None = None, jobs: int | None = None,
-              cluster: clusters.Cluster = clusters.HERE, into: Path | None = None, **texts: Any
+              connect: clusters.Connect = clusters.here, into: Path | None = None, **texts: Any
               ) -> None:  # fmt: skip
         from pipeline.questions.asking import Asked, vacant
 
@@ -91,7 +91,7 @@ def _command(stage: str, question: Question) -> click.Command:
                 values = {option.name: option.value(texts[option.name]) for option in given}
                 parameters = study.parameters([stage])
                 options.warn(study, parameters)
-                client, workers = until_answered.enter_context(cluster.client(_note))
+                client, workers = until_answered.enter_context(connect(_note))
                 asking = until_answered.enter_context(
                     Asked(study, stage, question, parameters[stage], workers or jobs, client))
                 asking.say_if_cold()

@@ -15,7 +15,6 @@ import platform
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -197,37 +196,38 @@ def _first_line(error: BaseException) -> str:
     return next(iter(str(error).splitlines()), type(error).__name__)
 
 
-@dataclass(frozen=True)
-class Cluster:
-    """The scheduler's address, None for this machine, and the certificates by dask's names."""
-
-    address: str | None = None
-    certificates: Mapping[str, str] = field(default_factory=dict)
-
-    @contextlib.contextmanager
-    def client(self, note: Callable[[str], None]) -> Iterator[tuple[Any, int]]:
-        """A client and how much it computes at a time; None and 0 on this machine. Raises `StudyError`."""
-        if self.address is None:
-            yield None, 0
-            return
-        if is_open(self.address):
-            note(f"the way to {self.address} is not encrypted, and whoever reaches that port, on your own computer "
-                 "each of its users, can run programs there; docs/sweeps.md has the way with certificates")  # fmt: skip
-        client = connected(self.address, self.certificates)
-        if machines := unconfined(client):
-            note(f"what is computed on {', '.join(machines)} is not confined there, as Landlock is missing: it can "
-                 "read and write whatever the worker's user can")  # fmt: skip
-        try:
-            yield client, threads(client)
-        finally:
-            client.close()
+#: Gives, in a context, a client and how much it computes at a time; it is handed what takes notes.
+Connect = Callable[[Callable[[str], None]], contextlib.AbstractContextManager[tuple[Any, int]]]
 
 
-HERE = Cluster()
+@contextlib.contextmanager
+def client(
+    address: str | None, certificates: Mapping[str, str], note: Callable[[str], None]
+) -> Iterator[tuple[Any, int]]:
+    """A client of the scheduler at `address`, with certificates by dask's names, and how much it computes at a time;
+    None and 0 on this machine, which has no address. Raises `StudyError`.
+    """
+    if address is None:
+        yield None, 0
+        return
+    if is_open(address):
+        note(f"the way to {address} is not encrypted, and whoever reaches that port, on your own computer "
+             "each of its users, can run programs there; docs/sweeps.md has the way with certificates")  # fmt: skip
+    found = connected(address, certificates)
+    if machines := unconfined(found):
+        note(f"what is computed on {', '.join(machines)} is not confined there, as Landlock is missing: it can "
+             "read and write whatever the worker's user can")  # fmt: skip
+    try:
+        yield found, threads(found)
+    finally:
+        found.close()
+
+
+here: Connect = functools.partial(client, None, {})
 
 
 def offered(function: Command) -> Command:
-    """`--jobs` for this machine, `--cluster` and its certificates; the command gets `jobs` and a `Cluster`."""
+    """`--jobs` for this machine, `--cluster` and its certificates; the command gets `jobs`, and `connect` to it."""
 
     @click.option("--jobs", "-j", metavar="N", type=click.IntRange(min=1),
                   help="How much is computed side by side (default: cores).")  # fmt: skip
@@ -250,6 +250,6 @@ def offered(function: Command) -> Command:
         for file in certificates.values():
             if not Path(file).is_file():
                 raise StudyError(f"--cluster {address}: there is no file {file}")
-        return function(*given, jobs=jobs, cluster=Cluster(address, certificates), **options)
+        return function(*given, jobs=jobs, connect=functools.partial(client, address, certificates), **options)
 
     return with_cluster

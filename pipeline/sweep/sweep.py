@@ -13,8 +13,7 @@ import json
 import time
 import typing
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -99,19 +98,12 @@ def _write(group: Any, name: str, column: Any, attributes: Mapping[str, str]) ->
 
 def about(cls: type, column: str) -> Mapping[str, str]:
     """Unit, symbol and description of a column of a result class; empty where it has none."""
-    return next(_meanings(cls, column.split(".")), {})
-
-
-def _meanings(cls: type, path: list[str]) -> Iterator[Mapping[str, str]]:
-    hints = typing.get_type_hints(cls)
-    for item in dataclasses.fields(cls):
-        if item.name == path[0]:
-            kinds = [hints[item.name], *typing.get_args(hints[item.name])]
-            inner = next((kind for kind in kinds if dataclasses.is_dataclass(kind)), None)
-            if inner is not None and len(path) > 1 and isinstance(inner, type):
-                yield from _meanings(inner, path[1:])
-            else:
-                yield {key: str(item.metadata[key]) for key in ("unit", "symbol", "description") if item.metadata[key]}
+    first, _, rest = column.partition(".")
+    said, kind = hdf5.declared(cls).get(first, ({}, None))
+    inner = next((each for each in (kind, *typing.get_args(kind)) if dataclasses.is_dataclass(each)), None)
+    if rest and isinstance(inner, type):
+        return about(inner, rest)
+    return {key: str(said[key]) for key in ("unit", "symbol", "description") if said.get(key)}
 
 
 def _provenance(chain: Chain) -> dict[str, str]:
@@ -128,24 +120,6 @@ def _provenance(chain: Chain) -> dict[str, str]:
     }
 
 
-@dataclass(frozen=True)
-class Summary:
-    """What a sweep came to. `busy` is the share of the workers' time that went into points."""
-
-    points: int
-    outcomes: Mapping[str, int]
-    reused: int
-    computed_now: int
-    seconds: float
-    point_seconds: float
-    workers: int
-
-    @property
-    def busy(self) -> float | None:
-        """Seconds in points over seconds of all workers; None where nothing was computed."""
-        return self.point_seconds / (self.seconds * self.workers) if self.computed_now and self.seconds else None
-
-
 class Sweep:
     """One sweep of a study."""
 
@@ -155,8 +129,12 @@ class Sweep:
         self.chain = Chain(study, spec)
         self.folder = study.results / SWEEPS
 
-    def run(self, out: Path, workers: int, client: Any = None) -> Summary:
-        """Compute what is missing and write the table to `out`. Call it under the lock of `folder`."""
+    def run(self, out: Path, workers: int, client: Any = None) -> dict[str, Any]:
+        """Compute what is missing and write the table to `out`. Call it under the lock of `folder`.
+
+        Gives what the sweep came to, by name; `busy` is the share of the workers' time that went into points, None
+        where nothing was computed.
+        """
         job = self.chain.job(self.display)
         shared = disk.digest(json.dumps(self.chain.ground, sort_keys=True).encode())[:32]
         with contextlib.closing(Journal(self.folder / ".cache" / f"{shared}.jsonl")) as journal:
@@ -179,7 +157,9 @@ class Sweep:
                 raise StudyError(f"{lost} points did not come back; run the sweep again to compute them")
             content, outcomes = table(self.chain, map(journal.row, keys), self.display.note)
         disk.write(out, content)
-        return Summary(len(keys), outcomes, known, len(missing), seconds, meter.seconds, workers)
+        busy = meter.seconds / (seconds * workers) if missing and seconds else None
+        return {"points": len(keys), "outcomes": outcomes, "reused": known, "computed_now": len(missing),
+                "seconds": seconds, "point_seconds": meter.seconds, "workers": workers, "busy": busy}  # fmt: skip
 
     def _task(self, index: int) -> Task:
         return task_of(self.study, self.chain.parameters(self.spec.point(index)), index)

@@ -28,7 +28,7 @@ def test_a_sweep_of_slopes(repository, tmp_path):
     path.write_text(TEXT)
     study = Study(repository, repository / "params", tmp_path / "results")
     summary = Sweep(study, specs.read(path), Display()).run(tmp_path / "slopes.h5", 2)
-    assert summary.outcomes == {"computed": 2, "no answer": 1}
+    assert summary["outcomes"] == {"computed": 2, "no answer": 1}
     from stages.analytic.gait.gait_report import report_gait
     from stages.analytic.gait.gait_search import find_gait
 

@@ -36,7 +36,7 @@ def client(monkeypatch, repository):
 def test_hangs_and_crashes_on_a_cluster_are_rows_of_one_sweep_after_another(toy, client):
     for text in (MIXED, MIXED.replace("fall.behaviour: well", "fall.height: 3")):
         summary = toy.sweep(text).run(toy.root / "t.h5", 2, client)
-        assert summary.outcomes == {"computed": 1, "crash": 1, "time limit": 1, "no answer": 1}
+        assert summary["outcomes"] == {"computed": 1, "crash": 1, "time limit": 1, "no answer": 1}
     assert len(client.scheduler_info(n_workers=-1)["workers"]) == 2
 
 
