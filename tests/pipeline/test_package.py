@@ -13,6 +13,7 @@ import pytest
 
 from pipeline.errors import StudyError
 from pipeline.package import command
+from tests.pipeline.toy import copied
 
 CONTEXT = Path(__file__).with_name("ro_crate_context.json")
 NAME = "ro-crate-metadata.json"
@@ -24,26 +25,31 @@ def packed(toy, name="results.zip", *more):
 
 
 def described(path):
-    """The entities of a package by their names in it."""
+    """The entities of a package by their names in it, and the contents of its files."""
     with zipfile.ZipFile(path) as package:
-        return {entity["@id"]: entity for entity in json.loads(package.read(NAME))["@graph"]}
+        contents = {name: package.read(name) for name in package.namelist()}
+    return {entity["@id"]: entity for entity in json.loads(contents[NAME])["@graph"]}, contents
+
+
+@pytest.fixture(scope="module")
+def whole(finished_with_commands, tmp_path_factory):
+    """A study with the package of its results, and what the command said of it; tests change neither."""
+    toy = copied(finished_with_commands, tmp_path_factory.mktemp("packed"))
+    return toy, packed(toy, "results.zip", "--date", "2031-05-06")
 
 
 def addresses(entities):
     return {each["@id"] for each in (entities if isinstance(entities, list) else [entities])}
 
 
-def test_every_file_of_the_package_is_described_with_its_digest_and_what_made_it(ran):
-    told = packed(ran, "results.zip", "--date", "2031-05-06")
-    found = described(ran.root / "results.zip")
-    with zipfile.ZipFile(ran.root / "results.zip") as package:
-        names = {*package.namelist()}
-        assert names == {*addresses(found["./"]["hasPart"]), NAME} and len(names) == told["files"]
-        for name in names - {NAME}:
-            content = package.read(name)
-            assert found[name]["sha256"] == hashlib.sha256(content).hexdigest()
-            assert int(found[name]["contentSize"]) == len(content)
-    assert {"results/fall.h5", "results/claims.yaml", "params/ground.yaml", "dvc.yaml", "LICENSE"} < names
+def test_every_file_of_the_package_is_described_with_its_digest_and_what_made_it(whole):
+    ran, told = whole
+    found, contents = described(ran.root / "results.zip")
+    assert contents.keys() == {*addresses(found["./"]["hasPart"]), NAME} and len(contents) == told["files"]
+    for name in contents.keys() - {NAME}:
+        assert found[name]["sha256"] == hashlib.sha256(contents[name]).hexdigest()
+        assert int(found[name]["contentSize"]) == len(contents[name])
+    assert {"results/fall.h5", "results/claims.yaml", "params/ground.yaml", "dvc.yaml", "LICENSE"} < contents.keys()
     bounce = found["#run-bounce"]
     assert addresses(bounce["object"]) == {"params/ground.yaml", "results/fall.h5"}
     assert addresses(bounce["result"]) == {"results/bounce.h5"}
@@ -80,9 +86,8 @@ def test_the_same_results_give_the_same_bytes_also_after_they_were_restored_and_
     assert len({path.read_bytes() for path in packages}) == 1
 
 
-def test_it_is_computed_again_unpacked_elsewhere(ran, tmp_path_factory):
-    packed(ran)
-    unpacked = tmp_path_factory.mktemp("elsewhere") / "a folder"
+def test_it_is_computed_again_unpacked_elsewhere(whole, tmp_path_factory):
+    (ran, _), unpacked = whole, tmp_path_factory.mktemp("elsewhere") / "a folder"
     with zipfile.ZipFile(ran.root / "results.zip") as package:
         package.extractall(unpacked)
     claims = unpacked / "results/claims.yaml"
@@ -96,7 +101,7 @@ def test_a_stage_that_said_no_is_an_action_that_failed_with_its_reason(ran):
     setting = "--set fall.behaviour=answer"
     ran.says(f"run-all {setting}", code=3)
     told = packed(ran, "results.zip", setting)
-    found = described(ran.root / "results.zip")
+    found, _ = described(ran.root / "results.zip")
     assert told["refused"]["fall"] == "nothing falls upwards" and {"bounce", "picture"} < told["refused"].keys()
     failed = found["#run-fall"]
     assert failed["error"] == "nothing falls upwards" and failed["actionStatus"].endswith("/FailedActionStatus")
@@ -109,7 +114,7 @@ def test_a_recording_goes_with_it(ran):
     setting = "--set side.table=lab.txt"
     ran.says(f"run-all {setting}")
     packed(ran, "results.zip", setting)
-    found = described(ran.root / "results.zip")
+    found, _ = described(ran.root / "results.zip")
     assert "lab.txt" in addresses(found["#run-side"]["object"]) and found["lab.txt"]["contentSize"] == "2"
     assert found["#run-side"]["description"] == "bipedstudy run side --set side.table=lab.txt"
     assert len(json.loads(ran.says("recompute results.zip --json"))["stages"]) == 4
@@ -147,7 +152,7 @@ def test_a_study_s_own_authors_and_licences_are_named(ran):
     )
     told = packed(ran)
     assert told["citation"].startswith("Doe, Jo (2030): Results of my walker. ")
-    found = described(ran.root / "results.zip")
+    found, _ = described(ran.root / "results.zip")
     person = found["https://orcid.org/0000-0002-1825-0097"]
     assert person["@type"] == "Person" and found[person["affiliation"]["@id"]]["name"] == "Lab"
     assert len(found["./"]["license"]) == 2
@@ -227,18 +232,16 @@ def validated(path, folder):
 
 
 @pytest.mark.slow
-def test_rocrate_validator_finds_nothing_that_the_profile_requires(ran, tmp_path):
+def test_rocrate_validator_finds_nothing_that_the_profile_requires(whole, tmp_path):
     """Without network: the terms of RO-Crate's context that packages use lie beside this test."""
-    packed(ran)
-    found = validated(ran.root / "results.zip", tmp_path)
+    found = validated(whole[0].root / "results.zip", tmp_path)
     assert found["REQUIRED"] == []
     assert [message for message in found["RECOMMENDED"] if not any(word in message for word in UNSAID)] == []
 
 
 @pytest.mark.slow
-def test_rocrate_validator_does_find_what_is_missing(ran, tmp_path):
-    packed(ran)
-    with zipfile.ZipFile(ran.root / "results.zip") as package, zipfile.ZipFile(tmp_path / "spoilt.zip", "w") as spoilt:
-        for name in package.namelist():
-            spoilt.writestr(name, package.read(name).replace(b'"instrument"', b'"about"'))
+def test_rocrate_validator_does_find_what_is_missing(whole, tmp_path):
+    with zipfile.ZipFile(tmp_path / "spoilt.zip", "w") as spoilt:
+        for name, content in described(whole[0].root / "results.zip")[1].items():
+            spoilt.writestr(name, content.replace(b'"instrument"', b'"about"'))
     assert any("instrument" in message for message in validated(tmp_path / "spoilt.zip", tmp_path)["REQUIRED"])
