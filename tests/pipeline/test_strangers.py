@@ -76,11 +76,7 @@ def test_the_forged_key_of_a_record_reads_no_manifest_outside(done):
     "results/.../x", "results/x.", "results/a\0b", "results/x:stream", "..", "results//x", "results/./x",
 ])  # fmt: skip
 def test_paths_that_some_platform_reads_as_another_place_are_refused(path):
-    assert not is_inside(path)
-
-
-def test_plain_paths_are_inside():
-    assert all(is_inside(path) for path in ("results/fall.h5", "results/figures/a b.svg", "stages/biped/.hidden"))
+    assert not is_inside(path) and all(map(is_inside, ("results/fall.h5", "results/a b.svg", "stages/biped/.hidden")))
 
 
 @unix

@@ -105,12 +105,6 @@ def test_half_widths_reach_workers():
     assert again == given and again.half_widths["biped.foot_com"] == 0.003 and "ground.slope_deg" in again.half_widths
 
 
-def test_a_section_without_half_widths_stays_as_it_is():
-    biped = study().parameters(["analytic"])["analytic"].biped
-    assert value.without(biped, ["hip_mass"]) is biped
-    assert value.derived(type(biped)) == () and dataclasses.is_dataclass(biped)
-
-
 # --- The level of a study: what values are at each, what is refused, and what an edited value means.
 
 
