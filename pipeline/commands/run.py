@@ -18,8 +18,8 @@ from pipeline.cache.fingerprint import compact
 from pipeline.commands import house, options
 from pipeline.commands.status import survey
 from pipeline.errors import ANSWER, Declined, StageFailed, StudyError
-from pipeline.execution import display
-from pipeline.execution.executor import CURRENT, FAILING, Outcome, Planner, bring_up_to_date
+from pipeline.execution import display, executor
+from pipeline.execution.executor import CURRENT, FAILING, Outcome, bring_up_to_date
 from pipeline.execution.process import get_ready
 from pipeline.parameters import loading
 from pipeline.parameters.value import LEVEL_FILE, LEVEL_KEY, LEVELS
@@ -95,7 +95,7 @@ def _bring(
             if any(outcome.how == "computed" for outcome in outcomes):
                 _say_if_large(study, shows)
     except disk.NotWritable:
-        if forced or {item.state for item in Planner(study, values).survey(names)} - {CURRENT}:
+        if forced or {item.state for item in executor.survey(study, values)} - {CURRENT}:
             raise
         outcomes = bring_up_to_date(study, values, shows)  # everything is current, so this writes nothing
     form.give((), {"stages": [{

@@ -17,7 +17,8 @@ from pipeline.cache import untouched
 from pipeline.cache.store import Entry
 from pipeline.commands import options
 from pipeline.errors import StudyError
-from pipeline.execution.executor import CURRENT, RESTORABLE, STALE, WAITING, Assessment, Planner
+from pipeline.execution import executor
+from pipeline.execution.executor import CURRENT, RESTORABLE, STALE, WAITING, Assessment
 from pipeline.study import Study, shown
 
 #: Reasons that are named; after an update of the program there may be hundreds.
@@ -42,7 +43,7 @@ def survey(
 ) -> None:  # fmt: skip
     """Give the state and the reasons of each stage in `values`, its parameters; `forced` ones would run in any case."""
     rows: list[dict[str, Any]] = []
-    for item in Planner(study, values).survey(tuple(values)):
+    for item in executor.survey(study, values):
         state, reasons = item.state, item.reasons
         if item.name in forced:
             state, reasons = STALE, ("asked for by --force",)
@@ -95,8 +96,8 @@ class Standing:
         self.found: dict[str, Assessment] = {}
         try:
             wanted = () if untouched.recall(study) else study.graph.needed_for(tuple(names))
-            survey = Planner(study, study.parameters(wanted)).survey(wanted) if wanted else ()
-            self.found = {item.name: item for item in survey if item.state != CURRENT}
+            surveyed = executor.survey(study, study.parameters(wanted)) if wanted else ()
+            self.found = {item.name: item for item in surveyed if item.state != CURRENT}
             study.sources.memo.save()
         except (StudyError, OSError) as error:
             why = "; ".join(str(error).splitlines())

@@ -1,6 +1,6 @@
 """Brings stages up to date: what is current stays, what was computed before is restored, the rest runs.
 
-A planner tells which stage needs what, and why. Every stage runs in a process of its own, so that a crash in compiled
+`survey` tells which stage needs what, and why. Every stage runs in a process of its own, so that a crash in compiled
 code ends that stage and nothing else. Whatever ends the run, the results computed before stay valid: files change only
 by whole-file renames.
 """
@@ -47,62 +47,52 @@ class Assessment:
     own: tuple[str, ...] = ()
 
 
-class Planner:
-    """Assesses stages against the parameters given to it; code and inputs are read afresh for each run or survey."""
+def assess(study: Study, values: Mapping[str, Any], name: str, upstream: Mapping[str, Entry]) -> Assessment:
+    """State of stage `name` with its parameters among `values`, given the entries of the stages it reads."""
+    stage, store = study.graph.stages[name], study.store
+    inputs: dict[str, str] = {}
+    for path in stage.inputs:
+        inputs.update(upstream[study.graph.maker(path)].contents(path))
+    inputs.update({key: sha256 for key, (_, sha256) in study.named_files(values[name]).items()})
+    parts = fingerprint.ingredients(stage, study.sources, loading.as_plain(values[name]), inputs)
+    key, last = fingerprint.key(parts), store.current(name)
+    entry = last if last is not None and last.key == key else store.entry(key)
+    if entry is None and (arrived := store.arrived(name, key)) is not None and arrived.key == key:
+        last = entry = arrived
+    if last is None:
+        present = [out for out in stage.outs if store.place(out).exists()]
+        reasons = [f"{present[0]} is there, but nothing says how it was made"] if present else ["never run"]
+    else:
+        reasons = list(fingerprint.changes(last.ingredients, parts)) or store.disturbed(last)
+    if entry is None:
+        return Assessment(name, STALE, tuple(reasons) or ("its stored result is gone",), parts)
+    return Assessment(name, RESTORABLE if reasons else CURRENT, tuple(reasons), parts, entry)
 
-    def __init__(self, study: Study, values: Mapping[str, Any]) -> None:
-        self.study, self.values = study, values
 
-    def assess(self, name: str, upstream: Mapping[str, Entry]) -> Assessment:
-        """State of stage `name`, given the entries of the stages it reads."""
-        stage = self.study.graph.stages[name]
-        inputs: dict[str, str] = {}
-        for path in stage.inputs:
-            inputs.update(upstream[self.study.graph.maker(path)].contents(path))
-        inputs.update({key: sha256 for key, (_, sha256) in self.study.named_files(self.values[name]).items()})
-        plain = loading.as_plain(self.values[name])
-        parts = fingerprint.ingredients(stage, self.study.sources, plain, inputs)
-        store = self.study.store
-        key, last = fingerprint.key(parts), store.current(name)
-        entry = last if last is not None and last.key == key else store.entry(key)
-        if entry is None and (arrived := store.arrived(name, key)) is not None and arrived.key == key:
-            last = entry = arrived
-        if last is None:
-            present = [out for out in stage.outs if store.place(out).exists()]
-            reasons = [f"{present[0]} is there, but nothing says how it was made"] if present else ["never run"]
-        else:
-            reasons = list(fingerprint.changes(last.ingredients, parts)) or store.disturbed(last)
-        if entry is None:
-            reasons = reasons or ["its stored result is gone"]
-            return Assessment(name, STALE, tuple(reasons), parts)
-        state = RESTORABLE if reasons else CURRENT
-        return Assessment(name, state, tuple(reasons), parts, entry)
+def survey(study: Study, values: Mapping[str, Any]) -> list[Assessment]:
+    """State of all stages in `values` (parameters by name, in order, with everything upstream), which runs nothing."""
+    entries: dict[str, Entry] = {}
+    found = []
+    with study.sources.one_moment():
+        for name in values:
+            if waits_for := [above for above in study.graph.upstream(name) if above not in entries]:
+                reasons = tuple(f"input {above} will be computed first" for above in waits_for)
+                found.append(Assessment(name, WAITING, reasons, own=_own_changes(study, values, name)))
+                continue
+            found.append(assess(study, values, name, entries))
+            if (entry := found[-1].entry) is not None:
+                entries[name] = entry
+    return found
 
-    def survey(self, names: Iterable[str]) -> list[Assessment]:
-        """State of all `names` (in order, with everything upstream) without running anything."""
-        entries: dict[str, Entry] = {}
-        found = []
-        with self.study.sources.one_moment():
-            for name in names:
-                waits_for = [above for above in self.study.graph.upstream(name) if above not in entries]
-                if waits_for:
-                    reasons = tuple(f"input {above} will be computed first" for above in waits_for)
-                    found.append(Assessment(name, WAITING, reasons, own=self._own_changes(name)))
-                    continue
-                found.append(self.assess(name, entries))
-                entry = found[-1].entry
-                if entry is not None:
-                    entries[name] = entry
-        return found
 
-    def _own_changes(self, name: str) -> tuple[str, ...]:
-        """What changed about a stage but its inputs since its result was computed."""
-        last = self.study.store.current(name)
-        if last is None:
-            return ()
-        plain, before = loading.as_plain(self.values[name]), last.ingredients["inputs"]
-        parts = fingerprint.ingredients(self.study.graph.stages[name], self.study.sources, plain, before)
-        return tuple(fingerprint.changes(last.ingredients, parts))
+def _own_changes(study: Study, values: Mapping[str, Any], name: str) -> tuple[str, ...]:
+    """What changed about a stage but its inputs since its result was computed."""
+    last = study.store.current(name)
+    if last is None:
+        return ()
+    plain, before = loading.as_plain(values[name]), last.ingredients["inputs"]
+    parts = fingerprint.ingredients(study.graph.stages[name], study.sources, plain, before)
+    return tuple(fingerprint.changes(last.ingredients, parts))
 
 
 _LOG = "stage.log"
@@ -133,7 +123,7 @@ def bring_up_to_date(
     results folder's lock. Raises `StageFailed` after everything that could be done was done. A stage that says no is
     kept as a result without files; what can do without it goes on, as it does where a stage fails.
     """
-    run = _Run(study, Planner(study, values), display, frozenset(force), max(1, jobs))
+    run = _Run(study, values, display, frozenset(force), max(1, jobs))
     try:
         chains = study.graph.chains()  # what most stages wait for begins first
         run.all(sorted(values, key=chains.__getitem__, reverse=True))
@@ -160,8 +150,10 @@ class _Running:
 class _Run:
     """The state of one run: what is done, what is running, what failed."""
 
-    def __init__(self, study: Study, planner: Planner, display: Display, force: frozenset[str], jobs: int) -> None:
-        self.study, self.planner, self.display, self.force, self.jobs = study, planner, display, force, jobs
+    def __init__(
+        self, study: Study, values: Mapping[str, Any], display: Display, force: frozenset[str], jobs: int
+    ) -> None:
+        self.study, self.values, self.display, self.force, self.jobs = study, values, display, force, jobs
         self.entries: dict[str, Entry] = {}
         self.outcomes: dict[str, Outcome] = {}
         self.running: dict[str, _Running] = {}
@@ -207,7 +199,7 @@ class _Run:
             self._fail(name, f"its result could not be stored: {what}; earlier results are unchanged")
 
     def _begin(self, name: str) -> None:
-        assessment = self.planner.assess(name, self.entries)
+        assessment = assess(self.study, self.values, name, self.entries)
         entry = assessment.entry
         if entry is not None and name not in self.force:
             current = assessment.state == CURRENT
@@ -233,7 +225,7 @@ class _Run:
         self.study.sources.memo.save()  # so that the worker need not parse them again
         above = [self.entries[each].ingredients for each in self.study.graph.needed_for((name,))
                  if each != name and each in self.entries]  # fmt: skip
-        job, task = job_of(self.study, parts, inputs, above), task_of(self.study, {name: self.planner.values[name]})
+        job, task = job_of(self.study, parts, inputs, above), task_of(self.study, {name: self.values[name]})
         reasons = ("asked for by --force",) if name in self.force else assessment.reasons
         self.display.started(name, reasons)
         worker = Worker(job, folder, lambda message: self.events.put((name, message)), folder / _LOG)

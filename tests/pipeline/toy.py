@@ -21,7 +21,7 @@ from pipeline import trust
 from pipeline.cache.fingerprint import WRITER
 from pipeline.cache.sources import SyntaxMemo, beside
 from pipeline.execution.display import Display
-from pipeline.execution.executor import Assessment, Outcome, Planner, bring_up_to_date
+from pipeline.execution.executor import Assessment, Outcome, bring_up_to_date, survey
 from pipeline.study import Study
 from pipeline.sweep import spec as specs
 from pipeline.sweep.sweep import Sweep
@@ -64,8 +64,7 @@ class Toy:
     def survey(self, *settings: str) -> dict[str, Assessment]:
         """What `status` finds of each stage, by its name."""
         study = self.study(*settings)
-        names = tuple(study.graph.stages)
-        return {item.name: item for item in Planner(study, study.parameters(names)).survey(names)}
+        return {item.name: item for item in survey(study, study.parameters(study.graph.stages))}
 
     def path(self, name: str) -> Path:
         return self.root / name.replace("PACKAGE", self.package)
