@@ -41,7 +41,6 @@ _THREADS = Path("/proc/self/task")
 def main() -> NoReturn:
     """Entry of `python -m pipeline.execution.fork_server`."""
     when_parent_ends(signal.SIGCONT)
-    gc.set_threshold(worker.OBJECTS)
     os.register_at_fork(after_in_child=np.random.seed)  # or numbers drawn without a seed would be the same in all
     line = socket.socket(fileno=os.dup(0))
     nothing = os.open(os.devnull, os.O_RDWR)

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import gc
 import importlib.abc
 import importlib.machinery
 import importlib.util
@@ -94,9 +93,6 @@ class _Loader(importlib.machinery.SourceFileLoader):
         return code_of(path, source)
 
 
-#: Objects made between two looks for garbage, here and where workers are forked: what is loaded is none, and looking
-#: through it takes time.
-OBJECTS = 50_000
 _REPORT_EVERY_S = 0.1
 #: Entries of an array that each have a column of their own, at most.
 _MOST_ENTRIES = 16
@@ -136,7 +132,6 @@ class Messages:
 def main() -> NoReturn:
     """Entry of `python -m pipeline.execution.worker`, and of a forked worker."""
     when_parent_ends(signal.SIGCONT)  # should somebody have stopped it, it then finds its input closed
-    gc.set_threshold(OBJECTS)
     messages = Messages()
     received, lines = _received(), queue.SimpleQueue[bytes]()
     package = ""

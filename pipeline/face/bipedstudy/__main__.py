@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import gc
 import os
 import sys
 import threading
@@ -11,13 +10,9 @@ from typing import NoReturn
 
 import bipedstudy  # first: it says where the engine is
 
-#: Objects made between two looks for garbage: what is loaded is none, and looking through it takes time.
-_OBJECTS = 50_000
-
 
 def main() -> NoReturn:
     """Run the command line, and end the process."""
-    gc.set_threshold(_OBJECTS)
     if bipedstudy.broken:
         print(f"error: {bipedstudy.broken}", file=sys.stderr)
         sys.exit(2)
