@@ -104,6 +104,8 @@ class PenaltyStepper:
         delays, ahead = walk.directions.delays * self.own.time, moved[:, X] * self.own.length
         for row in (delays, ahead):
             row[:10] /= self.units[PLACES[0]]
+            if self.rigid:
+                row[LENGTHS] = 0.0  # a length that a parameter changes is in its own column, from the start
         return StepTangents(self._ended(walk, start), self._on_section(walk, moved), delays, ahead)
 
     def _walked(

@@ -321,6 +321,19 @@ def test_dimensions_demand_sums(contact, biped, slope, start, gait, of_multiplie
         assert (np.abs(total(multipliers.elasticities, [*powers], powers)) < LEFT_OF_MULTIPLIERS).all()
 
 
+def test_a_longer_rigid_leg_counts_once(biped, slope, contact, rough):
+    """Lengths add up for rigid legs too, whose lengths are no numbers of the section but those of the start."""
+    rigid, length = dataclasses.replace(biped, legs="rigid"), biped.leg_length
+    stance = dataclasses.replace(rough, stance_length=length, swing_length=length)
+    start = rolling_state(rigid, contact, stance, 9.4)
+    gait = gait_near(PenaltyStepper(rigid, slope, contact, start, Settings(1e-10)), start)
+    powers = dict.fromkeys(("biped.leg_length", "biped.foot_radius", "biped.foot_com", "ground.gravity",
+                            "ground.damping_depth", "ground.stiction_velocity", "ground.friction_velocity"), 1.0)
+    powers["ground.contact_stiffness"] = 1.0 - contact.contact_exponent
+    table = responses(rigid, slope, contact, start, gait, [*powers]).elasticities()
+    assert total(table, [*powers], powers) == pytest.approx([0.0, 1.0], abs=1e-5)
+
+
 def test_tighter_steps_come_nearer(found, biped, slope, contact, start, gait):
     """Through touch-down, lift-off and the corners of friction: nothing of order one is left at any of them.
 
