@@ -211,7 +211,9 @@ class Ladder:
         By the constraint model's exact derivatives, which lack what its impulses do; a value lies anywhere between the
         edges of its last digit. The multiplier is followed over the slopes that may be, of which it is not linear.
         """
-        inexact = [each for each, width in self.parameters.half_widths.items() if width]
+        from stages.analytic.derivatives.numbers import sensitive_names
+
+        inexact = [each for each in sensitive_names(self.design_point) if self.parameters.half_widths.get(each)]
         if not inexact:
             return 0.0
         if self.derivatives is None or name in IMPULSIVE:

@@ -104,6 +104,16 @@ def test_digits_leave_what_the_printed_values_leave(parameters, small):
     assert found == pytest.approx(even * (longer / one - 1.0) / 1e-5, rel=0.02)
 
 
+def test_digits_of_what_a_gait_does_not_depend_on_leave_nothing(parameters, small):
+    """Rigid legs have no stiffness: with its digits alone `ask stable` ended with StopIteration."""
+    rigid = dataclasses.replace(
+        parameters, biped=dataclasses.replace(parameters.biped, legs="rigid"),
+        design_digits=type(parameters.design_digits)({"stiffness": 5e-3}),
+        slope_digits=type(parameters.slope_digits)())  # fmt: skip
+    ladder = Ladder(rigid, Learnt(small))
+    assert ladder.inputs("multiplier", 0.5) == ladder.inputs("period", 0.5) == 0.0
+
+
 def test_stable_is_a_probability_that_falls_where_the_gait_loses_stability(parameters, small):
     told = []
     for slope in (2.0, 2.5, 3.0):
