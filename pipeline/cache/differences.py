@@ -82,7 +82,8 @@ def _largest(here: Any, there: Any, same: Rows | None) -> tuple[float, float] | 
     known = np.isfinite(apart)
     if not known.any():
         return None
-    return float(apart[known].max()), ROUND_OFF * float(np.spacing(np.abs(one[known]).max()))
+    size = float(np.abs(one[known]).max())
+    return float(apart[known].max()), ROUND_OFF * float(np.spacing(size)) if size else 0.0
 
 
 def _same_rows(one: Any, other: Any, names: list[str]) -> Rows | None:
