@@ -15,8 +15,8 @@ import pytest
 from pipeline.report.figures import TOLERANCE, difference, rms
 from stages.drawing import style
 from stages.figures.drawn import NAMES, contact_laws, figure, two_models
-from tests.comparison.made_up import DEFAULTS, make_study, make_walk
-from tests.figures.made_up_results import comparison, drawn, multibody, shown
+from tests.comparison.made_up import DEFAULTS, make_budget, make_study, make_walk
+from tests.figures.made_up_results import comparison, drawn, given, multibody, rough_ground, shown
 
 GOLDEN = Path(__file__).parents[1] / "baseline"
 DRAWN_BY = GOLDEN / "drawn_by.txt"
@@ -190,6 +190,35 @@ def test_without_a_rigid_limit_the_figures_say_so():
     study = dataclasses.replace(make_study(), limit=None, candidates=None, limit_outcome="the foot slips away")
     assert drawn("contact_sets", contact_study=study).get_axes()[0].get_title() == "the foot slips away"
     assert drawn("figure_05_contact_parameters", contact_study=study)
+
+
+def test_a_rigid_limit_that_is_rolling_feet_is_said_and_not_drawn():
+    """A logarithmic axis has no zero: with a line there figure 5 of a robot with rigid legs had no scale."""
+    known = make_study().limit
+    hard = dataclasses.replace(known.hard, hip_position=np.zeros(2), period=0.0, step_length=0.0)
+    study = dataclasses.replace(make_study(), limit=dataclasses.replace(known, hard=hard))
+    for name in ("contact_sets", "figure_05_contact_parameters"):
+        panels = drawn(name, contact_study=study).get_axes()
+        assert all(np.any(line.get_ydata()) for panel in panels if panel.get_yscale() == "log" for line in panel.lines)
+        assert "0.00 mm" not in figure(name).caption(given(name, contact_study=study))
+
+
+def test_a_design_that_never_fell_bounds_the_front_from_below():
+    """Its mean steps to a fall are infinite: the figure ended with a traceback."""
+    found = rough_ground()
+    high = dataclasses.replace(found, front=tuple(
+        dataclasses.replace(row, block_height_rms=2.5e-4) for row in found.front))
+    front = drawn("rough_ground", rough_ground=high).get_axes()[-1]
+    assert front.lines[-1].get_label() == "given design, at least" and front.lines[-1].get_ydata()[0] == 270.0
+    said = figure("rough_ground").caption(given("rough_ground", rough_ground=high))
+    assert "where the design makes more than 270 steps" in said and "inf" not in said
+
+
+@pytest.mark.parametrize(("sides", "panels"), [({}, 8), ({"cycle": None}, 4), ({"step": None}, 4)])
+def test_the_error_budget_has_no_empty_panels(sides, panels):
+    found = drawn("error_budget", error_budget=dataclasses.replace(make_budget(), **sides)).get_axes()
+    assert len(found) == panels and all(panel.lines for panel in found)
+    assert [panel.get_title(loc="left") for panel in found] == [f"({letter})" for letter in "abcdefgh"[:panels]]
 
 
 def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do():

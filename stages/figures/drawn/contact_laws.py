@@ -176,8 +176,9 @@ def _differences(axes: Axes, study: Result) -> None:
                   label=f"{symbol} alone")  # fmt: skip
     chosen = 1e3 * study.chosen.hip_position.max()
     axes.axhline(chosen, color=CHOSEN, linestyle="--", label="chosen set: all four changed")
-    if study.limit is not None:
-        axes.axhline(1e3 * study.limit.hard.hip_position.max(), color=LIMIT, linestyle=":", label="rigid limit")
+    far = 0.0 if study.limit is None else 1e3 * study.limit.hard.hip_position.max()
+    if far > 0.0:  # rigid legs' own limit is rolling feet; a logarithmic axis has no zero
+        axes.axhline(far, color=LIMIT, linestyle=":", label="rigid limit")
     axes.set(xscale="log", yscale="log", xlabel="value over that of the starting set [1]",
              ylabel="largest hip difference\nover a step [mm]")  # fmt: skip
     style.round_ticks(axes.yaxis)
@@ -197,9 +198,12 @@ def caption_contact_parameters(given: Given) -> str:
     )
     if study.limit is None:
         return f"{text}."
+    far = 1e3 * study.limit.hard.hip_position.max()
+    if not far:
+        return f"{text}. The rigid limit, Coulomb's transition instead of rolling feet, is the same walk as theirs."
     return (
-        f"{text}. The rigid limit, Coulomb's transition instead of rolling feet, differs by "
-        f"{1e3 * study.limit.hard.hip_position.max():.2f} mm. Sets that differ less have errors that cancel out."
+        f"{text}. The rigid limit, Coulomb's transition instead of rolling feet, differs by {far:.2f} mm. Sets that "
+        "differ less have errors that cancel out."
     )
 
 

@@ -47,19 +47,20 @@ COMPONENTS = (
 
 
 def draw_error_budget(given: Given) -> Figure:
-    """Left over one step from the same mid-stance state, right between cycles at equal phase."""
+    """Left over one step from the same mid-stance state, right between cycles at equal phase; either may be alone."""
     budget = given.error_budget
     if not budget.known():
         raise NoEvidence(budget.outcome)
-    figure, axes = plt.subplots(4, 2, figsize=(style.TWO_COLUMNS, 6.6), sharex="col")
-    sides: list[tuple[int, np.ndarray, Split, str, str]] = []
+    sides: list[tuple[np.ndarray, Split, str, str]] = []
     if budget.step is not None:
         label = "time from the common mid-stance state [s]"
-        sides.append((0, budget.step.time, budget.step.split, "one step, same start", label))
+        sides.append((budget.step.time, budget.step.split, "one step, same start", label))
     if budget.cycle is not None:
         label = "phase of the stride from heel strike [1]"
-        sides.append((1, budget.cycle.phase, budget.cycle.split, "settled cycles, equal phase", label))
-    for side, abscissa, split, title, label in sides:
+        sides.append((budget.cycle.phase, budget.cycle.split, "settled cycles, equal phase", label))
+    shape = style.TWO_COLUMNS, 6.6
+    figure, axes = plt.subplots(4, len(sides), figsize=shape, sharex="col", squeeze=False)
+    for side, (abscissa, split, title, label) in enumerate(sides):
         for row, (name, column, unit) in enumerate(COMPONENTS):
             panel = axes[row, side]
             panel.plot(abscissa, curve(split, split.total, column), color=style.TWIN, linewidth=1.8, label="total")
@@ -69,7 +70,7 @@ def draw_error_budget(given: Given) -> Figure:
                 least, most = (curve(split, end, column) for end in split.interval(effect))
                 panel.fill_between(abscissa, least, most, color=colour, alpha=0.3, linewidth=0.0)
             panel.set_ylabel(f"{name} {unit}")
-            style.panel_label(panel, "abcdefgh"[2 * row + side])
+            style.panel_label(panel, "abcdefgh"[len(sides) * row + side])
         axes[0, side].set_title(title)
         axes[-1, side].set_xlabel(label)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
@@ -236,7 +237,8 @@ def _over(
         size = 11 if mark == "*" else 5
         axes.plot(abscissa(one), distance(one), mark, color=colour, markersize=size, label=label, zorder=3)
     far = 1e3 * limit.hard.hip_position.max()
-    axes.axhline(far, color=LIMIT, linewidth=1.0, linestyle="--", label="the limit itself from rolling feet")
+    if far > 0.0:
+        axes.axhline(far, color=LIMIT, linewidth=1.0, linestyle="--", label="the limit itself from rolling feet")
     axes.set(xscale="log", yscale="log")
     style.round_ticks(axes.yaxis)
 
@@ -278,7 +280,8 @@ def _cycles(axes: Axes, limit: RigidLimit, name: str, label: str) -> None:
     axes.plot(stiffness, [abs(1e3 * getattr(one, name)) for one in limit.family], "o-", color=FAMILY, markersize=3.5)
     for one, mark, colour, size in ((limit.default, "D", DEFAULT, 5), (limit.chosen, "*", CHOSEN, 11)):
         axes.plot(one.law.contact_stiffness, abs(1e3 * getattr(one, name)), mark, color=colour, markersize=size)
-    axes.axhline(abs(1e3 * getattr(limit.hard, name)), color=LIMIT, linewidth=1.0, linestyle="--")
+    if far := abs(1e3 * getattr(limit.hard, name)):
+        axes.axhline(far, color=LIMIT, linewidth=1.0, linestyle="--")
     axes.set(xscale="log", yscale="log", ylabel=label)
     style.round_ticks(axes.yaxis)
 
@@ -289,12 +292,15 @@ def caption_contact_sets(given: Given) -> str:
         return f"No rigid limit: {study.limit_outcome}."
     limit, far = study.limit, study.limit.hard
     last = limit.family[-1]
+    own = (
+        f"differs from rolling feet by {1e3 * far.hip_position.max():.2f} mm over one step and by "
+        f"{1e3 * far.period:+.2f} ms and {1e3 * far.step_length:+.2f} mm a step between cycles: no contact parameter "
+        "removes that (dashed)"
+    ) if far.hip_position.any() else "is the walk of rolling feet"
     return (
         "The limit is the constraint model with Coulomb's transition; the distance adds the sizes of what creep, the "
         "impact's finite stiffness and the rest do over one step, so that they cannot cancel. The limit itself "
-        f"differs from rolling feet by {1e3 * far.hip_position.max():.2f} mm over one step and by "
-        f"{1e3 * far.period:+.2f} ms and {1e3 * far.step_length:+.2f} mm a step between cycles: no contact parameter "
-        f"removes that (dashed). The chosen set is {distance(limit.chosen):.2f} mm away in "
+        f"{own}. The chosen set is {distance(limit.chosen):.2f} mm away in "
         f"{limit.chosen.evaluations} evaluations ({1e3 * limit.chosen.hip_position.max():.2f} mm where its parts "
         f"cancel), Adams' defaults are {distance(limit.default):.2f} mm in {limit.default.evaluations}, the last of "
         f"the family {distance(last):.2f} mm in {last.evaluations}. The choice counts the hip's velocity and the "

@@ -77,9 +77,11 @@ def draw_front(axes: Axes, given: Given) -> None:
              [row.steps_low for row in rows], [row.steps_high for row in rows], colour=style.ANALYTIC, mark="o",
              label="least norm")  # fmt: skip
         own, lows = given_row(given), [row.steps_low for row in rows]
-        axes.axhline(own.steps_to_fall, color=style.MULTIBODY, linestyle="--", linewidth=1.0, label="given design")
+        fell = np.isfinite(own.steps_to_fall)
+        line, label = (own.steps_to_fall, "given design") if fell else (own.steps_low, "given design, at least")
+        axes.axhline(line, color=style.MULTIBODY, linestyle="--", linewidth=1.0, label=label)
         seen = [row.steps_to_fall for row in rows if np.isfinite(row.steps_to_fall)]
-        axes.set_ylim(0.5 * min([own.steps_to_fall, *lows]), 3.0 * max([own.steps_to_fall, *seen, *lows]))
+        axes.set_ylim(0.5 * min([line, *lows]), 3.0 * max([line, *seen, *lows]))
         axes.legend(loc="upper left")
     axes.set(yscale="log", xlabel="bound on the change of speed [%]", ylabel="mean steps to a fall [1]")
     axes.minorticks_off()
@@ -121,11 +123,10 @@ def of_front(given: Given) -> str:
     if not rows:
         return ""
     own, last = given_row(given), rows[-1]
-    known = np.isfinite(last.steps_to_fall)
-    steps = written_out(last.steps_to_fall) if known else f"more than {written_out(last.steps_low)}"
-    return (f"(d) On blocks of {1e3 * own.block_height_rms:.2g} mm, where the design makes "
-            f"{written_out(own.steps_to_fall)} steps: designs of the least norm, their masses and radius searched, "
-            "each with its speed within a bound. "
+    before, steps = (written_out(row.steps_to_fall) if np.isfinite(row.steps_to_fall) else
+                     f"more than {written_out(row.steps_low)}" for row in (own, last))  # fmt: skip
+    return (f"(d) On blocks of {1e3 * own.block_height_rms:.2g} mm, where the design makes {before} steps: designs of "
+            "the least norm, their masses and radius searched, each with its speed within a bound. "
             f"Within {100 * last.speed_share:.3g} % it makes {steps}; bounds reached: {last.stopped_by or 'none'}.")
 
 
