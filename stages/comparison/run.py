@@ -23,6 +23,8 @@ from stages.comparison.evidence import NAN, Evidence, Inputs, known, largest
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import DOES_NOT_APPLY, BipedSummary, Claim, Result, counted, tables_of
 from stages.comparison.tables import Table
+from stages.imu.judgement.verdict import FREQUENCY
+from stages.imu.result import trusted
 
 
 def summarise(e: Evidence) -> BipedSummary:
@@ -91,7 +93,8 @@ def determinants(e: Evidence) -> dict[str, Determinants]:
         "multibody model": of("multibody"),
         "twin": of("twin", layer),
         f"runs ({measured.origin if measured else ''})":
-            Determinants(step_frequency=measured.step_frequency) if measured else None,
+            Determinants(step_frequency=measured.step_frequency)
+            if measured and trusted(e.results.imu.runs, FREQUENCY) else None,
     }
     return {name: one for name, one in found.items() if one is not None}
 
@@ -110,7 +113,7 @@ def headlines(biped: BipedSummary, determined: Mapping[str, Determinants], claim
         f"Its gait is {stable}: a small disturbance {'shrinks' if biped.multiplier < 1 else 'grows'} to "
         f"{biped.multiplier:.2f} of its size with each step"
         f"{f'; the twin of it is {twins}, with {biped.twin_multiplier:.2f} in the plane' * other}.",
-        *([f"Step frequencies differ by at most {spread:.1g} %: {listed}."] if len(found) > 1 else []),
+        *([f"Step frequencies differ by at most {float(f'{spread:.2g}'):g} %: {listed}."] if len(found) > 1 else []),
         f"The paper's claims, judged by these results: {counted([claim.verdict for claim in claims])}.",
     ]
 

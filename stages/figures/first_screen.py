@@ -20,6 +20,7 @@ from stages.biped.quantity import count_of
 from stages.comparison.result import Result as Comparison
 from stages.figures.entry import Inputs
 from stages.imu.result import Result as Ingested
+from stages.imu.result import trusted
 from stages.model_error.measures import NAMES
 from stages.model_error.result import EVEN, SHARED, WIDTH
 from stages.model_error.result import Result as ModelError
@@ -136,7 +137,7 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     means = (f"A small disturbance has faded to a tenth after {count_of(faded, 'step')}" if value < 1.0 else
              "A small disturbance grows from step to step") if likely > SURE else UNSURE  # fmt: skip
     means += f"; of the starts tried, {100 * basin.share:.0f} % end in this gait." if basin else "."
-    sure = f"with a probability {chance}" if multiplier.known else "as far as its errors are known"
+    sure = f"with a probability {chance}" + ("" if multiplier.known else " by the errors that are known")
     how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, {sure}."
     return Answer("How stable?", how, f"Errors of this multiplier: {multiplier.parts(share=False)}.", means)
 
@@ -147,11 +148,17 @@ def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer
         return
     shown = []
     for name, factor, unit in (("step_frequency", 1.0, "steps a second"), ("step_length", 1e3, "mm a step")):
-        rows = np.array([[getattr(run.report, name), getattr(run.report, f"{name}_error")] for run in imu.runs])
+        rows = np.array([[getattr(run.report, name), getattr(run.report, f"{name}_error")]
+                         for run in trusted(imu.runs, name.replace("_", " "))]).reshape(-1, 2)  # fmt: skip
         values, errors = rows[np.isfinite(rows[:, 0])].T
         if len(values):  # several tell their scatter, one alone its own error
             error = WIDTH * max(np.std(values, ddof=len(values) > 1), errors.max()) / math.sqrt(len(values))
             shown.append((Measure(float(values.mean()), math.nan, math.nan, float(error)), found[name], factor, unit))
+    if not shown:
+        one = imu.runs[0].report
+        yield Answer("What was measured?", "No step frequency that can be trusted.", "",
+                     f"{one.name}: {'; '.join(one.remarks)}.")  # fmt: skip
+        return
     robot, model = shown[0][:2]
     alike = abs(robot.value - model.value) <= robot.error + model.error
     off, runs = robot.value / model.value - 1.0, count_of(len(imu.runs), "run")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.imu.judgement.verdict import REFUSED
+from stages.imu.judgement.verdict import FREQUENCY, REFUSED
 
 Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
 NOT_OBSERVABLE = -1
@@ -266,23 +266,31 @@ class Result:
     runs: tuple[Run, ...] = quantity("-", "accepted runs")
     rejected: tuple[RunReport, ...] = quantity("-", "runs not used, each with its reason")
     ensemble: Ensemble = quantity("-", "all strides of all runs")
-    step_frequency: float = quantity("Hz", "mean step frequency of the runs", symbol="f")
-    step_frequency_spread: float = quantity("Hz", "standard deviation between runs")
+    step_frequency: float = quantity(
+        "Hz", "mean of the runs whose step frequency no remark is about; of all, if there is none such", symbol="f")
+    step_frequency_spread: float = quantity("Hz", "standard deviation between these; NaN of one")
 
     def summary(self) -> str:
         """What was found, in one line."""
         strides = sum(len(run.strides) for run in self.runs)
         turned_down = f", {len(self.rejected)} rejected" if self.rejected else ""
         runs = "run" if len(self.runs) == 1 else "runs"
-        spread = f" +- {self.step_frequency_spread:.3f}" if len(self.runs) > 1 else ""
+        apart = self.step_frequency_spread
+        spread = f" +- {f'{apart:.3f}' if apart >= 5e-4 else 'less than 0.001'}" if math.isfinite(apart) else ""
+        doubt = "" if trusted(self.runs, FREQUENCY) else ", not to be trusted: see the remarks of bipedstudy show imu"
         return (
             f"{len(self.runs)} {self.origin} {runs}{turned_down}, {strides} strides, "
-            f"step frequency {self.step_frequency:.3f}{spread} Hz"
+            f"step frequency {self.step_frequency:.3f}{spread} Hz{doubt}"
         )
 
     def tables(self) -> list[Table]:
         """The reports as tables: (title, columns, rows)."""
         return tables(self.reports, [*(run.report for run in self.runs), *self.rejected], self.origin)
+
+
+def trusted(runs: Iterable[Run], name: str) -> list[Run]:
+    """The runs of which no remark is about the quantity of this name, as `judgement/verdict.py` has it."""
+    return [run for run in runs if name not in run.report.not_trusted]
 
 
 def origin_of(runs: Iterable[RunReport]) -> str:

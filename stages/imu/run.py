@@ -15,8 +15,9 @@ import numpy as np
 
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
+from stages.imu.judgement.verdict import FREQUENCY
 from stages.imu.parameters import Parameters, Reading
-from stages.imu.result import Result, Run, RunReport, SensorReport, SensorSignals, origin_of
+from stages.imu.result import Result, Run, RunReport, SensorReport, SensorSignals, origin_of, trusted
 from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import Experiment, Recording
@@ -68,7 +69,7 @@ def collect(found: Iterable[Trial]) -> Result:
     if not runs:
         raise SourceRefused(f"no run can be used; the first was turned down: {_first_reason(rejected, reports)}")
     strides = np.concatenate([one.strides for one in runs])
-    frequency = np.array([one.report.step_frequency for one in runs])
+    frequency, spread = frequency_of(runs)
     return Result(
         origin=origin_of(one.report for one in runs),
         signals=SENSOR_SIGNALS,
@@ -76,9 +77,15 @@ def collect(found: Iterable[Trial]) -> Result:
         runs=tuple(runs),
         rejected=tuple(rejected),
         ensemble=ensemble_of(strides),
-        step_frequency=float(np.mean(frequency)),
-        step_frequency_spread=float(np.std(frequency, ddof=1)) if len(runs) > 1 else math.nan,
+        step_frequency=frequency,
+        step_frequency_spread=spread,
     )
+
+
+def frequency_of(runs: list[Run]) -> tuple[float, float]:
+    """Mean step frequency [Hz] of the runs of which no remark is about it, or of all, and their standard deviation."""
+    found = np.array([one.report.step_frequency for one in trusted(runs, FREQUENCY) or runs])
+    return float(np.mean(found)), float(np.std(found, ddof=1)) if len(found) > 1 else math.nan
 
 
 def _first_reason(rejected: list[RunReport], reports: list[SensorReport]) -> str:

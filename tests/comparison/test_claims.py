@@ -15,6 +15,7 @@ from pipeline.study import Study
 from stages.comparison.claims import judge, numerics
 from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import BIPED, SETTINGS
+from stages.comparison.determinants import Determinants
 from stages.comparison.result import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS, BipedSummary
 from stages.comparison.run import as_yaml, headlines
 from stages.tradeoff import constraint_ways, penalty_ways
@@ -393,6 +394,11 @@ def test_claims_survive_yaml_and_the_command_knows_their_verdicts():
 def test_a_headline_does_not_call_unstable_what_the_twin_walks_without_a_word(twins, words):
     biped = dataclasses.replace(BipedSummary(*[nan] * 18), multiplier=1.25, twin_multiplier=twins)
     assert headlines(biped, {}, [])[1] == f"Its gait is unstable: a small disturbance {words}"
+
+
+def test_a_headlines_per_cent_are_digits():
+    frequencies = {name: Determinants(step_frequency=each) for name, each in (("one", 2.843), ("other", 3.707))}
+    assert "differ by at most 30 %: one 2.843 Hz, other" in headlines(BipedSummary(*[nan] * 18), frequencies, [])[2]
 
 
 def test_a_multibody_model_without_a_cycle_leaves_stability_open():

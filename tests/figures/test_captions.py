@@ -18,7 +18,7 @@ from stages.comparison.tables import as_yaml
 from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
 from stages.figures.entry import Inputs
-from stages.figures.first_screen import Measure, answers, measure, title
+from stages.figures.first_screen import Measure, answers, measure, stable, title
 from stages.figures.result import Caption
 from stages.figures.run import synthetic
 from stages.model_error.result import EVEN, WIDTH
@@ -276,12 +276,13 @@ def test_what_was_learnt_of_stable_gaits_corrects_no_other():
 
 
 def test_the_first_screen_answers_three_questions_and_a_fourth_of_own_recordings():
-    walks, fast, stable = answers(inputs())
+    walks, fast, steady = answers(inputs())
     assert walks.answer == "Yes, on conditions." and "2 mm below ground" in walks.means and "8 steps" in walks.errors
     assert fast.answer.startswith("0.32 ± 0.02 m/s: 1.98 ± 0.09 steps a second") and "fewer than 1.9 " in fast.means
-    assert stable.answer.startswith("A step leaves 0.59 ± 0.05") and "above 0.999" in stable.answer
-    assert "after 5 steps; of the starts tried, 14 %" in stable.means
-    report = SimpleNamespace(step_frequency=2.0, step_frequency_error=0.01, step_length=0.16, step_length_error=1e-3)
+    assert steady.answer.startswith("A step leaves 0.59 ± 0.05") and "above 0.999" in steady.answer
+    assert "after 5 steps; of the starts tried, 14 %" in steady.means
+    report = SimpleNamespace(step_frequency=2.0, step_frequency_error=0.01, step_length=0.16, step_length_error=1e-3,
+                             not_trusted=())
     own = SimpleNamespace(origin="measured", runs=(SimpleNamespace(report=report),))
     said = answers(inputs(imu=own))[3]
     assert said.answer == "2.00 ± 0.02 steps a second (model: 1.98 ± 0.09); 160 ± 2 mm a step (model: 158 ± 7)."
@@ -290,10 +291,30 @@ def test_the_first_screen_answers_three_questions_and_a_fourth_of_own_recordings
         report=SimpleNamespace(**{**vars(report), "step_frequency": 2.5, "step_length": float("nan")})),))
     said = answers(inputs(imu=faster))[3]
     assert "26 % faster than the model, more than their errors" in said.means and "mm" not in said.answer
-    _, fast, stable, said = answers(inputs(imu=faster, model_error=None))
+    _, fast, steady, said = answers(inputs(imu=faster, model_error=None))
     assert "How far the twin differs from this model is not known." in fast.means and "fewer" not in fast.means
-    assert stable.answer.endswith("of a small disturbance: stable, as far as its errors are known.")
+    assert steady.answer.endswith(": stable, with a probability above 0.999 by the errors that are known.")
     assert said.means.endswith("more than the errors that are known; what the model misses is not.")
+
+
+def test_a_run_that_its_remarks_speak_against_is_not_held_against_the_model():
+    """A leg that lands twice is two steps: the first screen advised a calibration, by 30 %."""
+    report = SimpleNamespace(
+        step_frequency=3.7, step_frequency_error=0.1, step_length=0.1, step_length_error=0.01, name="run 1",
+        not_trusted=("step frequency", "step length"), remarks=("a leg lands twice",))  # fmt: skip
+    twice = SimpleNamespace(report=report)
+    said = answers(inputs(imu=SimpleNamespace(origin="measured", runs=(twice,))))[3]
+    assert (said.answer, said.means) == ("No step frequency that can be trusted.", "run 1: a leg lands twice.")
+    good = SimpleNamespace(report=SimpleNamespace(**{**vars(report), "step_frequency": 2.0, "not_trusted": ()}))
+    said = answers(inputs(imu=SimpleNamespace(origin="measured", runs=(twice, good))))[3]
+    assert said.answer.startswith("2.0 ± 0.2 steps a second")
+
+
+def test_where_known_errors_leave_stability_open_no_sentence_says_it_is_stable():
+    """It said: stable, as far as its errors are known. Its errors leave open whether it is stable."""
+    said = stable(inputs(), Measure(0.99, 0.0, np.nan, 0.02))
+    assert said.answer.endswith("stable, with a probability of 0.84 by the errors that are known.")
+    assert said.means.startswith("Its errors leave open whether it is stable")
 
 
 @pytest.mark.parametrize(("found", "answer", "means"), [
@@ -301,9 +322,9 @@ def test_the_first_screen_answers_three_questions_and_a_fourth_of_own_recordings
     (gaits(1.3), "Not on a plain ramp.", "a step enlarges what disturbs it"),
 ])
 def test_it_says_whether_the_biped_walks(found, answer, means):
-    walks, _, stable = answers(inputs(analytic=found))
+    walks, _, steady = answers(inputs(analytic=found))
     assert walks.answer == answer and means in walks.means
-    assert ("unstable" in stable.answer) == (not found.gait.stable)
+    assert ("unstable" in steady.answer) == (not found.gait.stable)
 
 
 def test_without_a_gait_the_reason_is_the_answer():

@@ -13,6 +13,7 @@ from stages.campaign.result import RunTruth
 from stages.comparison.ingest_score import IngestScore, score_ingest
 from stages.imu.parameters import filter_delay
 from stages.imu.result import Result
+from stages.imu.run import frequency_of
 from stages.imu.sources.units import implied_acceleration_unit
 from tests.imu.stand_in import RADIO, ROUGH_RADIO, SETTINGS, device, make_database, make_run, result_of
 
@@ -51,6 +52,17 @@ def test_every_run_is_used_and_said_to_be_synthetic(ingested) -> None:
     assert all("synthetic" in words for words in (result.summary(), *(title for title, _, _ in result.tables())))
     for _, columns, rows in result.tables():
         assert rows and {len(row) for row in rows} == {len(columns)}
+
+
+def test_a_run_that_its_remarks_speak_against_has_no_part_in_the_mean_frequency(ingested) -> None:
+    """A leg that bounces lands twice: such runs were 30 % faster, and the mean with them."""
+    runs = list(ingested[0].runs)
+    report = dataclasses.replace(runs[0].report, step_frequency=9.0, not_trusted=("step frequency",))
+    twice = dataclasses.replace(runs[0], report=report)
+    assert frequency_of([twice, *runs[1:]]) == frequency_of(runs[1:])
+    assert frequency_of([twice])[0] == 9.0, "there is no other"
+    assert "not to be trusted" in dataclasses.replace(ingested[0], runs=(twice,)).summary()
+    assert "not to be trusted" not in ingested[0].summary()
 
 
 def test_clocks_frames_strikes_and_frequency_are_as_near_as_was_asked(scores: IngestScore) -> None:

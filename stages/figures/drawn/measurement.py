@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
+from stages.biped.quantity import count_of
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.measurement import LegAgreement, MeasurementAgreement
 from stages.comparison.stride import last_stride, there, through_low_pass
@@ -54,7 +55,7 @@ def draw_data_way(given: Given) -> Figure:
         ("hip and foot sensor", f"{sum(rates) / len(rates):.1f} Hz\n{batch} samples a packet", "BLE"),
         ("phone", "stamps packets\nas they arrive", "WiFi"),
         ("computer", "rows with packet\nnumber and stamp", ""),
-        ("database", f"{len(imu.runs) + len(imu.rejected)} runs, {imu.origin}\n"
+        ("database", f"{count_of(len(imu.runs) + len(imu.rejected), 'run')}, {imu.origin}\n"
                      f"{sum(report.rows for report in imu.reports)} rows\n{lost} packets lost", ""),
     )  # fmt: skip
     for y, (name, words, carrier) in zip(levels, devices, strict=True):
@@ -66,7 +67,7 @@ def draw_data_way(given: Given) -> Figure:
         ("clock", f"fitted to stamps,\noff by {off:.2f} ms at most"),
         ("frames", "gravity at rest and\nthe axis of swing"),
         ("heel strikes", f"{sum(len(run.heel_strike_time) for run in imu.runs)} in "
-                         f"{len(imu.runs)} runs"),
+                         f"{count_of(len(imu.runs), 'run')}"),
         ("strides", f"{sum(len(run.strides) for run in imu.runs)} registered,\n{imu.step_frequency:.3f} Hz"),
     )  # fmt: skip
     arrow(axes, (left + WIDTH / 2, levels[-1]), (right - WIDTH / 2, levels[-1]))
@@ -214,7 +215,7 @@ def agreement_line(measured: MeasurementAgreement) -> str:
     how = (f"models behind the sensors' {measured.bandwidth:g} Hz low pass" if measured.bandwidth > 0 else
            "the sensors' bandwidth is not known: the models' spikes at impacts, which they cannot show, count in RMSE, "
            "ICC and limits")  # fmt: skip
-    return f"Agreement with the mean of {measured.runs} {measured.origin} runs; {how}"
+    return f"Agreement with the mean of {count_of(measured.runs, f'{measured.origin} run')}; {how}"
 
 
 #: Said where models cannot be shown as the sensors would.
@@ -226,10 +227,11 @@ def caption_agreement(given: Given) -> str:
     measured = there(given.comparison.measurement)
     leg = measured.leg
     shares = ", ".join(f"{100 * measured.twin[name].envelope_share:.0f} %" for name in list(measured.twin)[:3])
+    apart = f" (± {measured.step_frequency_spread:.2g} between runs)" * (measured.step_frequency_spread >= 0.0)
     return (
-        f"{measured.runs} {measured.origin} runs at {measured.step_frequency:.4f} Hz "
-        f"(± {measured.step_frequency_spread:.4f} between runs), twin {measured.twin_step_frequency:.4f} Hz over the "
-        f"same steps. The envelope holds the twin over {shares} of the stride."
+        f"{count_of(measured.runs, f'{measured.origin} run')} at {measured.step_frequency:.4f} Hz{apart}, twin "
+        f"{measured.twin_step_frequency:.4f} Hz over the same steps. The envelope holds the twin over {shares} "
+        "of the stride."
         + ("" if measured.bandwidth > 0 else UNKNOWN_BANDWIDTH)
         + calibrated_words(given)
         + ("" if leg is None else leg_words(leg))
