@@ -9,6 +9,9 @@ import numpy as np
 from stages.biped.quantity import LEFT, quantity
 from stages.studies.result import COMPLETED, Table
 
+#: From where on the two steps of a stride are said to differ, as a share of their mean.
+LIMPS = 0.01
+
 
 @dataclass(frozen=True)
 class RungGait:
@@ -107,9 +110,11 @@ class Result:
         left = self.left_of_twin()
         own = f"; from the constraint model of the same robot {1e3 * left[0]:+.2f} ms" if left else ""
         longest = 1e3 * (self.twin.step_length_m - self.simple_step_length_m)
+        limp = abs(self.twin.inner_outer_difference)
+        limps = f"; it limps, its two steps last {100 * limp:.2g} % of their mean apart" * (limp >= LIMPS)
         return (
             f"{len(self.rungs)} variants{without}: the twin's step is {difference:+.1f} ms and {longest:+.1f} mm from "
-            f"the simple model's{own}, largest multiplier {pair_text(self.twin.plane_multipliers[0])}"
+            f"the simple model's{own}, largest multiplier {pair_text(self.twin.plane_multipliers[0])}{limps}"
         )
 
     def left(self) -> list[tuple[RungGait, SameMachine]]:

@@ -78,6 +78,14 @@ def test_what_is_left_of_the_twin_is_told(made_up):
     assert "from the constraint model of the same robot -25.00 ms" in found.summary()
 
 
+def test_a_twin_beyond_its_period_doubling_is_said_to_limp(made_up):
+    """Near a doubling the twin of a robot takes a long step and a short one, and looked twice as stable."""
+    assert "limps" not in made_up.summary()
+    uneven = tuple(dataclasses.replace(rung, inner_outer_difference=-0.218) for rung in made_up.rungs)
+    assert "it limps, its two steps last 22 % of their mean apart" in dataclasses.replace(
+        made_up, rungs=uneven).summary()
+
+
 def test_a_planar_walker_without_gait_is_a_result(parameters):
     result = run(parameters, inputs(None))
     assert not any(rung.found for rung in result.rungs) and result.rungs[0].outcome
