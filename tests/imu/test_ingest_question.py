@@ -72,6 +72,25 @@ def test_files_with_a_column_map_as_json(repository: Path, tmp_path: Path) -> No
     assert (whole["name"], whole["accepted"], whole["overlap"]) == ("still", False, None)
 
 
+@pytest.mark.parametrize(("line", "wrong", "said"), [
+    (10, "device: {place: foot, rate_hz: fast}", "runs.1.files.0.device: rate_hz is 'fast', must be a number above 0"),
+    (11, "columns: {ax: X, blood: B}", "runs.1.files.0.columns.blood: unknown key 'blood'; known are "),
+    (11, "delimeter: tab", "runs.1.files.0.delimeter: unknown key 'delimeter'; known are columns, "),
+    (9, "", "runs.1.files.0: must be a mapping"),
+])
+def test_what_is_wrong_in_a_map_is_named_with_file_and_line(
+    repository: Path, tmp_path: Path, line: int, wrong: str, said: str
+) -> None:  # fmt: skip
+    run = ["- experiment: {name: one}", "  files:", "  - file: one.csv",
+           "    device: {place: foot, rate_hz: 100, accelerometer_unit: g, gyroscope_unit: deg/s}",
+           "    columns: {ax: X, ay: Y, az: Z, gx: P, gy: Q, gz: R}"]  # fmt: skip
+    lines = ["runs:", *run, *run]
+    lines[line - 1] = f"    {wrong}" if line > 9 else "  - pipe"
+    (tmp_path / "columns.yaml").write_text("\n".join(lines if line > 9 else lines[:9]))
+    code, _, errors = ingest(repository, tmp_path, "--map", tmp_path / "columns.yaml")
+    assert code == 2 and f"columns.yaml:{line}: {said}" in " ".join(errors.split())
+
+
 @pytest.mark.parametrize(
     ("source", "words"),
     [

@@ -102,6 +102,7 @@ def read(options: Options, asking: Asking, store: Path | None) -> Iterator[Run]:
 
     A server is asked from here, as it needs the network; a file is read in a process that has none.
     """
+    from stages.imu.sources.column_map import CsvSource
     from stages.imu.sources.databases import SqlSource
     from stages.imu.sources.reading import kept, run_of, runs
 
@@ -120,6 +121,8 @@ def read(options: Options, asking: Asking, store: Path | None) -> Iterator[Run]:
         return
     if options.column_map is None and Path(source).is_dir():
         raise WrongOption(f"{Path(source)}: is a folder; --map FILE must say what its files hold")
+    if options.column_map is not None:
+        CsvSource(options.column_map, Path(source))  # here: the map's lines are not known where files are read
     yield from map(run_of, asking.reading(runs, Path(source), options.column_map, place, writes=store))
 
 

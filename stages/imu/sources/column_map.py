@@ -22,8 +22,9 @@ MCAP file topics with fields. Stamps may be in any unit that the nominal rate co
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,8 @@ ACCELERATION, ANGULAR_RATE = NEEDED[:3], NEEDED[3:]
 STAMPS = tuple(name for name in SAMPLE_VALUES if name.endswith("_stamp"))
 FARTHEST = 1.5  # sampling periods between two rows of a gyroscope's file that are bridged
 DEVICE_KEYS = {name for name, _, _ in TABLES["device"]}
+#: Says where the entry under keys, one inside the other, stands in the map.
+Where = Callable[..., str]
 
 
 @dataclass(frozen=True)
@@ -65,13 +68,15 @@ class CsvSource:
     def __init__(self, description: Mapping[str, Any], folder: Path) -> None:
         self.folder = folder
         self.maps = []
-        runs = _list(description.get("runs", [description]), "runs: must be a list of experiments with their files")
-        for one in runs:
-            run = _mapping(one, "a run", RUN_KEYS)
-            experiment = experiment_from_row(_mapping(run.get("experiment", {}), "experiment"))
-            files = _list(run.get("files"), "a description of CSV files needs a list of files")
+        whole: Where = getattr(description, "place", spelt)
+        listed = _list(description.get("runs", [description]), whole("runs"), "experiments with their files")
+        for number, one in enumerate(listed):
+            where = partial(whole, "runs", number) if "runs" in description else whole
+            run = _mapping(one, where, RUN_KEYS)
+            experiment = experiment_from_row(_mapping(run.get("experiment", {}), partial(where, "experiment")))
+            files = _list(run.get("files"), where("files"), "files")
             self.maps.append((experiment, tuple(
-                _column_map(entry, f"files, entry {number}") for number, entry in enumerate(files, 1))))
+                _column_map(entry, partial(where, "files", place)) for place, entry in enumerate(files))))
 
     def runs(self) -> Iterator[tuple[Experiment, tuple[Recording, ...]]]:
         """Each experiment with the recordings of all its files; one is in memory at a time."""
@@ -136,51 +141,62 @@ def between(at: np.ndarray, time: np.ndarray, value: np.ndarray, farthest: float
     return straight
 
 
-def _column_map(entry: Mapping[str, Any], where: str) -> ColumnMap:
+def spelt(*keys: str | int) -> str:
+    """Where an entry of a map stands that was not read from a file: its keys, one inside the other."""
+    return ".".join(map(str, keys)) or "a run"
+
+
+def _column_map(entry: Mapping[str, Any], where: Where) -> ColumnMap:
     """The map of a file, and of its gyroscope's, which is the same sensor's."""
     _mapping(entry, where, FILE_KEYS)
-    said, apart = _mapping(entry.get("device", {}), f"{where}, device"), entry.get("gyroscope")
+    beside_it = partial(where, "device")
+    said, apart = _mapping(entry.get("device", {}), beside_it), entry.get("gyroscope")
     file, layout, columns = _table_map(entry, NEEDED if apart is None else ACCELERATION, where)
-    device = device_from_row(_mapping(said, f"{where}, device", DEVICE_KEYS), f"{where}, device")
+    device = device_from_row(_mapping(said, beside_it, DEVICE_KEYS), beside_it())
     if apart is None:
         return ColumnMap(file, layout, device, columns)
-    inside = f"{where}, gyroscope"
+    inside = partial(where, "gyroscope")
     own, own_layout, names = _table_map(_mapping(apart, inside, TABLE_KEYS), ANGULAR_RATE, inside)
     return ColumnMap(file, layout, device, columns, ColumnMap(own, own_layout, device, names))
 
 
-def _table_map(entry: Mapping[str, Any], needed: Sequence[str], where: str) -> tuple[str, Layout, Mapping[str, str]]:
+def _table_map(
+    entry: Mapping[str, Any], needed: Sequence[str], where: Where
+) -> tuple[str, Layout, Mapping[str, str]]:  # fmt: skip
     """File, layout and columns of an entry."""
     usual = {"file": None, "delimiter": "comma", "header_rows": 0, "header": True, "decimal": None, "sheet": ""}
     file, delimiter, rows, header, decimal, sheet = (entry.get(key, value) for key, value in usual.items())
-    columns = {str(key): str(name) for key, name in _mapping(entry.get("columns", {}), f"{where}, columns").items()}
-    _mapping(columns, f"{where}, columns", set(SAMPLE_VALUES))
+    within = partial(where, "columns")
+    columns = {str(key): str(name) for key, name in _mapping(entry.get("columns", {}), within).items()}
+    _mapping(columns, within, set(SAMPLE_VALUES))
     missing = [value for value in needed if value not in columns]
     refuse(
-        (not isinstance(file, str), f"{where}: needs the name of a file"),
+        (not isinstance(file, str), f"{where('file')}: needs the name of a file"),
         (delimiter not in DELIMITERS,
-         f"{where}: delimiter is {printable(delimiter)}, must be one of {', '.join(DELIMITERS)}"),
+         f"{where('delimiter')} is {printable(delimiter)}, must be one of {', '.join(DELIMITERS)}"),
         (not isinstance(rows, int) or not 0 <= rows <= 1000,
-         f"{where}: header_rows is {printable(rows)}, must be a whole number from 0 to 1000"),
-        (not isinstance(header, bool), f"{where}: header is {printable(header)}, must be true or false"),
+         f"{where('header_rows')} is {printable(rows)}, must be a whole number from 0 to 1000"),
+        (not isinstance(header, bool), f"{where('header')} is {printable(header)}, must be true or false"),
         (decimal not in (None, "point", "comma") or decimal == delimiter,
-         f"{where}: decimal is {printable(decimal)}, must be point, or comma with another delimiter"),
-        (bool(missing), f"{where}: columns lack {', '.join(missing)}"),
-        (not isinstance(sheet, str), f"{where}: sheet is {printable(sheet)}, must be the name of a sheet of the book"),
+         f"{where('decimal')} is {printable(decimal)}, must be point, or comma with another delimiter"),
+        (bool(missing), f"{within()}: columns lack {', '.join(missing)}"),
+        (not isinstance(sheet, str),
+         f"{where('sheet')} is {printable(sheet)}, must be the name of a sheet of the book"),
     )
     comma = None if decimal is None else decimal == "comma"
     return file, Layout(DELIMITERS[delimiter], rows, header, comma, sheet), columns
 
 
-def _list(value: Any, sentence: str) -> Sequence[Any]:
-    refuse((not isinstance(value, Sequence) or isinstance(value, str) or not value, sentence))
+def _list(value: Any, where: str, what: str) -> Sequence[Any]:
+    good = isinstance(value, Sequence) and not isinstance(value, str) and bool(value)
+    refuse((not good, f"{where}: must be a list of {what}"))
     return list(value)
 
 
-def _mapping(value: Any, where: str, known: set[str] | None = None) -> Mapping[str, Any]:
+def _mapping(value: Any, where: Where, known: set[str] | None = None) -> Mapping[str, Any]:
     """The value, if it is a mapping with no keys but those that are known."""
-    refuse((not isinstance(value, Mapping), f"{where}: must be a mapping of keys to values"))
-    unknown = [(True, f"{where}: unknown key {printable(key)}; known are {', '.join(sorted(known or ()))}")
+    refuse((not isinstance(value, Mapping), f"{where()}: must be a mapping of keys to values"))
+    unknown = [(True, f"{where(key)}: unknown key {printable(key)}; known are {', '.join(sorted(known or ()))}")
                for key in value if known is not None and key not in known]  # fmt: skip
     refuse(*unknown)
     return dict(value)
