@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -31,6 +32,9 @@ PATH_POINTS = 51
 ROUNDED_S = 0.012  # how far a low pass rounds the corner of a landing off
 CONTINUED_S = 0.08  # from how far inside the angle is continued to a landing
 FEWEST_POINTS = 8
+#: Rate of the runs of which errors in time were measured, and the power of a longer period with which they grow: steps
+#: of ten runs (campaign seed 77) were off by 2.5 ms rms at 71 Hz and by 4.0 ms at 50 Hz, of 0.75 ms at 100 Hz.
+RATE_HZ, COARSER = 100.0, 2.5
 
 
 def strikes_of(
@@ -132,6 +136,8 @@ def leg_of(
     if len(common.time) < 2:
         return LegMotion(none, none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), UNKNOWN)
     errors = [sensor.bias_error() for sensor in sensors.values()]
+    rate_hz = min(sensor.trace.indexed.recording.device.rate_hz for sensor in sensors.values())
+    drawing = in_time(parameters.drawing, quick, rate_hz)
     lift = math.nan
     if "foot" in sensors:
         landed = quick * strikes.time[strikes.leg == OUTER]
@@ -143,10 +149,19 @@ def leg_of(
         math.sqrt(sum(error**2 for error in errors)) / len(errors),
         confirmed,
         strikes,
-        step_times(strikes, lift, parameters.drawing),
-        parameters.drawing,
+        step_times(strikes, lift, drawing),
+        drawing,
         quick,
     )
+
+
+def in_time(drawing: Drawing, quick: float, rate_hz: float) -> Drawing:
+    """The errors of when things happen as they are at this rate, of a robot that is so `quick` as Table 1's: they were
+    measured for that one, at 100 Hz.
+    """
+    by = max(RATE_HZ * quick / rate_hz, 1.0) ** COARSER / quick
+    return replace(drawing, onset_error_s=by * drawing.onset_error_s, strike_scatter_s=by * drawing.strike_scatter_s,
+                   toe_off_error_s=by * drawing.toe_off_error_s)  # fmt: skip
 
 
 def register(time: np.ndarray, signals: np.ndarray, bounds: np.ndarray, points: int, longest_step: float) -> np.ndarray:
