@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stages.biped.quantity import quantity
+from stages.biped.quantity import count_of, quantity
 from stages.imu.judgement.verdict import FREQUENCY, REFUSED
 
 Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
@@ -274,12 +274,11 @@ class Result:
         """What was found, in one line."""
         strides = sum(len(run.strides) for run in self.runs)
         turned_down = f", {len(self.rejected)} rejected" if self.rejected else ""
-        runs = "run" if len(self.runs) == 1 else "runs"
         apart = self.step_frequency_spread
         spread = f" +- {f'{apart:.3f}' if apart >= 5e-4 else 'less than 0.001'}" if math.isfinite(apart) else ""
         doubt = "" if trusted(self.runs, FREQUENCY) else ", not to be trusted: see the remarks of bipedstudy show imu"
         return (
-            f"{len(self.runs)} {self.origin} {runs}{turned_down}, {strides} strides, "
+            f"{count_of(len(self.runs), f'{self.origin} run')}{turned_down}, {strides} strides, "
             f"step frequency {self.step_frequency:.3f}{spread} Hz{doubt}"
         )
 

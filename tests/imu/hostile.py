@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 import random
 import sqlite3
@@ -184,10 +183,7 @@ def honest(path: Path, kind: str) -> None:
         except ImportError:
             path.write_bytes(MAGIC[kind] + bytes(1000) + MAGIC[kind])
     else:
-        held = io.BytesIO(MAGIC[kind])
-        held.seek(0, 2)
-        held.write(np.random.default_rng(2).bytes(3000))
-        path.write_bytes(held.getvalue())
+        path.write_bytes(MAGIC[kind] + np.random.default_rng(2).bytes(3000))
 
 
 def special(folder: Path, kind: str) -> list[Callable[[Path], None]]:

@@ -10,10 +10,11 @@ import numpy as np
 
 from stages.campaign.parameters import Parameters, SensorSettings
 from stages.campaign.result import LegTruth
-from stages.campaign.run import BETWEEN_RUNS, FIRST_RUN_AT, MOUNTING, SENSOR_STREAM, SYNTHETIC, device
+from stages.campaign.run import MOUNTING, device, sensed_run
 from stages.campaign.twin_run import TwinRun, draw_variation, generator
-from stages.campaign.virtual_sensor import SensorMotion, draw_errors, low_pass, read, transmit
+from stages.campaign.virtual_sensor import SensorMotion, low_pass
 from stages.imu.parameters import filter_delay
+from stages.imu.sources.cells import recording_from_columns
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.step_times import OUTER, HeelStrikes, step_frequency
 from stages.imu.trial.body import FORWARD, LATERAL, UP, angle_between
@@ -75,23 +76,15 @@ def made_log(
 ) -> Log:
     """Run `number` of the campaign as its sensors and their radio tell it; `motions` in the place of the walk's own."""
     felt = motions or {"hip": walked.hip, "foot": walked.foot}
-    experiment = Experiment(f"{SYNTHETIC} run {number + 1:02d}", SYNTHETIC, walked.variation.slope_read_deg)
-    recordings, rotations = [], {}
-    for stream, place in enumerate(MOUNTING):
-        rng = generator(parameters.runs.seed, number, SENSOR_STREAM + stream)
-        said = device(place, parameters)
-        errors = draw_errors(parameters.sensor, said, rng)
-        readings = read(felt[place], errors, parameters.sensor, rng)
-        start = FIRST_RUN_AT + BETWEEN_RUNS * number
-        sent = transmit(readings, start, parameters.sensor.rate_hz, parameters.radio, rng)
-        stamps = (sent.device_stamp, sent.phone_stamp, sent.server_stamp)
-        columns = [column.astype(float) for column in (sent.packet, sent.position, *stamps)]
-        values = (sent.acceleration.astype(float), sent.angular_rate.astype(float))
-        recordings.append(TracedRecording(*columns, *values, experiment, said, true_time=readings.time[sent.row]))
-        rotations[place] = errors.rotation.T
+    experiment, truth, sent = sensed_run(number, dataclasses.replace(walked, **felt), parameters)
+    of_place = {"hip": truth.hip, "foot": truth.foot}
+    recordings = tuple(
+        TracedRecording(**vars(recording_from_columns(experiment, device(place, parameters), rows.table())),
+                        true_time=of_place[place].sample_time) for place, rows in zip(MOUNTING, sent))  # fmt: skip
+    rotations = {place: one.rotation.T for place, one in of_place.items()}
     return Log(
-        experiment, tuple(recordings), felt, rotations, walked.heel_strike_time, walked.heel_strike_leg,
-        walked.leg, parameters, number,
+        experiment, recordings, felt, rotations, walked.heel_strike_time, walked.heel_strike_leg, walked.leg,
+        parameters, number,
     )  # fmt: skip
 
 
