@@ -4,6 +4,7 @@ import dataclasses
 import io
 import math
 import sys
+from unittest.mock import ANY
 
 import numpy as np
 import pytest
@@ -43,33 +44,34 @@ def said(truth, known=(), turned=1.0, text=""):
     return contradictions(asked, fit, sd, steps)
 
 
-def test_a_robot_as_described_is_not_contradicted():
-    assert said(ROBOT, (Known("torque_constant", 0.018, 1e-3),)) == []
-    assert not refuted([])
+KNOWN, ZERO = "torque_constant", "robot: {hip_zero: {value: 0.0, unit: rad}}"
+#: What is changed of the robot, said of it and turned; how each contradiction begins and its standard errors; whether
+#: that refutes the robot.
+SAID = {
+    "as described": ({}, {"known": (Known(KNOWN, 0.018, 1e-3),)}, [], False),
+    "a known value": ({}, {"known": (Known(KNOWN, 0.018 + 5e-4, 1e-4),)},
+                      [("torque_constant is known as", pytest.approx(5.0, abs=1.0))], False),
+    "a zero three degrees off": ({"hip_zero": math.radians(3.0)}, {}, [("hip_zero comes out +3.0 degrees off", 0.0)],
+                                 False),
+    "a zero that may be": ({"hip_zero": math.radians(1.5)}, {}, [], False),
+    "a zero that the file gives": ({"hip_zero": math.radians(3.0)}, {"text": ZERO},
+                                   [("hip_zero is known as 0", pytest.approx(4.5, abs=0.1))], False),
+    "a turned sign": ({KNOWN: -0.018}, {}, [("torque_constant comes out with the other sign", ANY)], True),
+}  # fmt: skip
 
 
-def test_a_known_value_is_tested_against_all_else_by_its_own_error():
+@pytest.mark.parametrize(("changed", "given", "expected", "refutes"), SAID.values(), ids=SAID)
+def test_what_a_recording_contradicts_is_said_by_how_much(changed, given, expected, refutes):
     """A known value that pulls the fit to itself is tested as if it had not: z is the difference of two estimates."""
-    (one,) = said(ROBOT, (Known("torque_constant", 0.018 + 5e-4, 1e-4),))
-    assert "torque_constant is known as" in one[0] and one[1] == pytest.approx(5.0, abs=1.0)
-    assert not refuted([one]) and refuted([one, one])
-    assert refuted([("", 10.1)])
+    found = said(ROBOT.with_values(changed), **given)
+    assert [(one[0][: len(words)], one[1]) for one, (words, _) in zip(found, expected, strict=True)] == expected
+    assert refuted(found) is refutes
 
 
-def test_zeros_beyond_two_degrees_and_turned_signs_are_said():
-    (far,) = said(ROBOT.with_values({"hip_zero": math.radians(3.0)}))
-    assert far[0].startswith("hip_zero comes out +3.0 degrees off")
-    assert said(ROBOT.with_values({"hip_zero": math.radians(1.5)})) == []
-    (turned,) = said(ROBOT.with_values({"torque_constant": -0.018}))
-    assert "torque_constant comes out with the other sign" in turned[0]
-    assert refuted([turned])
-
-
-def test_a_zero_that_the_file_gives_counts_as_known_and_is_tested_like_one():
-    given = "robot: {hip_zero: {value: 0.0, unit: rad}}"
-    assert setup(given).known == (Known("hip_zero", 0.0, FARTHEST_ZERO / 3),)
-    (far,) = said(ROBOT.with_values({"hip_zero": math.radians(3.0)}), text=given)
-    assert "hip_zero is known as 0" in far[0] and far[1] == pytest.approx(4.5, abs=0.1)
+def test_two_contradictions_refute_a_robot_or_one_beyond_doubt():
+    one = ("known otherwise", 5.0)
+    assert [refuted(found) for found in ([], [one], [one, one], [("", 10.1)])] == [False, False, True, True]
+    assert setup(ZERO).known == (Known("hip_zero", 0.0, FARTHEST_ZERO / 3),)
 
 
 def test_a_column_that_is_turned_shows_where_both_feet_are_on_the_ground():

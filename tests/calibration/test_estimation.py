@@ -181,25 +181,21 @@ def test_a_run_is_the_same_in_plain_values(campaign):
     ("known:\n  leg_length: {value: 0.3, uncertainty: 0, unit: m}", "known.yaml:2: known.leg_length.uncertainty: 0"),
     ("fixed: [damping, colour]", "known.yaml:1: fixed.1: colour is no parameter of the design"),
     ("held_out: all", "known.yaml:1: held_out: expected a list"),
-])
-def test_a_wrong_file_is_refused_with_line_and_key(text, message):
+    ("known: {leg_length: {value: -0.3, uncertainty: 0.1, unit: m}}",
+     "known.yaml:1: known.leg_length.value: -0.3, must be > 0"),
+    ("known: {total_mass: {value: 0, uncertainty: 0.1, unit: kg}}",
+     "known.yaml:1: known.total_mass.value: 0, must be > 0"),
+    ("known: {leg_length: {value: 33.3, uncertainty: 0.1, unit: m}}",
+     "known.leg_length: 33.3, where the design that the fit begins with has 0.333"),
+    ("free: [hip_stiffness]", "free: hip_stiffness is not looked for"),
+    ("free: [leg_length]\nfixed: [leg_length]", "free, fixed: nothing is left"),
+    ("design: drawing", "known.yaml:1: design: drawing, must be biped (biped.yaml as it is) or parts"),
+])  # fmt: skip
+def test_what_cannot_be_fitted_is_refused_before_anything_is_with_line_and_key(text, message):
     with pytest.raises(WrongOption) as refused:
-        request_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
-    assert str(refused.value).startswith(message)
-
-
-@pytest.mark.parametrize(("text", "words"), [
-    ("known: {leg_length: {value: -0.3, uncertainty: 0.1, unit: m}}", "known.leg_length.value: -0.3, must be > 0"),
-    ("known: {total_mass: {value: 0, uncertainty: 0.1, unit: kg}}", "known.total_mass.value: 0, must be > 0"),
-    ("known: {leg_length: {value: 33.3, uncertainty: 0.1, unit: m}}", "33.3, where the design .* has 0.333"),
-    ("free: [hip_stiffness]", "hip_stiffness is not looked for"),
-    ("free: [leg_length]\nfixed: [leg_length]", "nothing is left"),
-    ("design: drawing", "must be biped .* or parts"),
-])
-def test_what_cannot_be_fitted_is_refused_before_anything_is(text, words):
-    with pytest.raises(WrongOption, match=words):
         request = request_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
         request.check(request.looked_for(free_names(DESIGN)), DESIGN)
+    assert str(refused.value).startswith(message)
 
 
 # --- A run's start from the times of its heel strikes.
