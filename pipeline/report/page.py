@@ -10,7 +10,6 @@ from __future__ import annotations
 import base64
 import contextlib
 import dataclasses
-import json
 import re
 from collections.abc import Collection, Iterator, Mapping
 from functools import cache
@@ -39,9 +38,6 @@ if TYPE_CHECKING:
 #: Places on the page other than among the figures, as a caption names them.
 PLACES = ("opens", "beside_parameters")
 _TEMPLATE = Path(__file__).with_name("page.html")
-_SEAL = '<meta name="made-from" content="{}">'
-_WHOLE = '<meta name="whole" content="{}">'
-_WHOLE_LENGTH = len(_WHOLE.format(disk.digest(b"")))
 _NONE_FAILED: Mapping[str, str] = MappingProxyType({})
 Row = dict[str, Any]
 
@@ -67,10 +63,11 @@ def refresh(study: Study, failed: Mapping[str, str] = _NONE_FAILED) -> Path | No
     """Write results/report.html if it does not fit the results; its path if it was written. For the end of a run, in
     which stages may have failed: (stage -> why).
     """
-    made, path = entries(study, failed), study.results / REPORT
-    if is_current(path, seal(study, made, True, {})):
-        return None
-    disk.write(path, render(study, made, True, {}))
+    content, path = render(study, entries(study, failed), True, {}), study.results / REPORT
+    with contextlib.suppress(OSError):
+        if disk.read(path) == content:
+            return None
+    disk.write(path, content)
     return path
 
 
@@ -89,44 +86,17 @@ def entries(study: Study, failed: Mapping[str, str] = _NONE_FAILED) -> dict[str,
             for name, entry in found.items()}  # fmt: skip
 
 
-def seal(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> str:
-    """Hash of all that the page follows from: keys of the results, parameter files, template and its code."""
-    files = [*sorted(study.params.glob("*.yaml")), *sorted(_TEMPLATE.parent.glob("*.*"))]
-    parts = [
-        [(entry.key, entry.seconds if with_times else 0, entry.summary if entry.refused else "")
-         for entry in made.values()],
-        study.params.parent.name, dict(stale), claims.proven(study),
-        *(disk.digest(disk.read(path) or b"") for path in files),
-    ]  # fmt: skip
-    return disk.digest(json.dumps(parts).encode())[:32]
-
-
-def is_current(path: Path, wanted: str) -> bool:
-    """Whether the page at `path` carries the seal `wanted` and is as it was written."""
-    with contextlib.suppress(OSError):
-        head, mark, rest = (disk.read(path) or b"").partition(_SEAL.format(wanted).encode())
-        return bool(mark) and rest.startswith(_whole(head, rest[_WHOLE_LENGTH:]))
-    return False
-
-
-def _whole(head: bytes, rest: bytes) -> bytes:
-    """What stands behind the seal: a hash of all else on the page, so that damage is noticed."""
-    return _WHOLE.format(disk.digest(head + rest)).encode()
-
-
 def render(study: Study, made: Mapping[str, Entry], with_times: bool, stale: Mapping[str, str]) -> bytes:
     """The page. `stale` maps stages that are not current to the reason. Raises `StudyError` for damaged results."""
     seconds = f"{sum(entry.seconds for entry in made.values()):.0f}" if with_times else ""
-    return html(gather(study, made, with_times), seal(study, made, with_times, stale), seconds, stale)
+    return html(gather(study, made, with_times), seconds, stale)
 
 
-def html(content: Row, sealed: str, seconds: str, stale: Mapping[str, str]) -> bytes:
+def html(content: Row, seconds: str, stale: Mapping[str, str]) -> bytes:
     """The page of a content, as `gather` gives it; `seconds` is the time of all stages, empty to leave times out."""
-    sealing = _SEAL.format(sealed)
-    page = template(_TEMPLATE).render(content=content, seal=sealing, with_times=bool(seconds), seconds=seconds,
-                                      stale=stale, usual_level=DEFAULT_LEVEL)  # fmt: skip
-    head, mark, rest = page.encode().partition(sealing.encode())
-    return head + mark + _whole(head, rest) + rest
+    page = template(_TEMPLATE).render(content=content, with_times=bool(seconds), seconds=seconds, stale=stale,
+                                      usual_level=DEFAULT_LEVEL)  # fmt: skip
+    return page.encode()
 
 
 @cache

@@ -311,10 +311,7 @@ def is_signed(path: Path) -> bool:
         return b"\x89HDF\r\n\x1a\n" in file.read(520)
 
 
-def size_of_plain(file: Any, name: str) -> int:
-    """Bytes of all arrays of an open file, unpacked. Raises `StudyError`, before anything is read, where parts lie
-    in other files: external storage, virtual datasets, links out.
-    """
+def _size_of_plain(file: Any, name: str) -> int:
     links: list[tuple[bytes, int]] = []
     size = 0
     try:
@@ -357,9 +354,13 @@ def _read(path: str, item: Any) -> None:
 
 
 def check_plain(file: Path | io.BytesIO, name: str) -> int:
-    """As `size_of_plain`; 0 for what cannot be opened, of which others say what is wrong."""
+    """Bytes of all arrays of a file, unpacked; 0 for what cannot be opened, of which others say what is wrong.
+
+    Raises `StudyError`, before anything is read, where parts lie in other files: external storage, virtual datasets,
+    links out.
+    """
     with contextlib.suppress(OSError), h5py.File(file, "r") as opened:
-        return size_of_plain(opened, name)
+        return _size_of_plain(opened, name)
     return 0
 
 

@@ -46,7 +46,7 @@ def page(tmp_path_factory):
     parameters = {"biped": [{"key": "hip_mass", "value": "0.3", "unit": "kg", "source": "made up"}]}
     content = {**BARE, "claims": Claims(claims, ["One sentence."], [table]), "figures": figures, "stages": [row],
                "synthetic": "All of it.", "parameters": parameters, "answers": answers}  # fmt: skip
-    (folder / "report.html").write_bytes(page_of.html(content, "seal", "1", {}))
+    (folder / "report.html").write_bytes(page_of.html(content, "1", {}))
     opened = browser.Page((folder / "report.html").as_uri(), folder / "profile")
     yield opened
     opened.close()
@@ -193,7 +193,7 @@ def report(tmp_path_factory):
     captions = {"figures": [{**caption, "opens": True}]}
     opening = list(page_of._figures({"results/figures/robot_in_space.html": fragment.encode()}, captions, ()))
     content = {**BARE, "claims": Claims(claims, [], []), "figures": opening}
-    (folder / "report.html").write_bytes(page_of.html(content, "seal", "", {}))
+    (folder / "report.html").write_bytes(page_of.html(content, "", {}))
     return folder
 
 
