@@ -20,7 +20,7 @@ from stages.figures.drawn import NAMES, figure
 from tests import commands
 from tests.figures.made_up_results import given
 from tests.imu.stand_in import make_database, make_run
-from tests.pipeline import documented
+from tests.pipeline import documented, toy
 
 HOME = Path(__file__).resolve().parents[2]
 DOCUMENTS = [HOME / "README.md", *sorted((HOME / "docs").glob("*.md")), HOME / "benchmarks/README.md"]
@@ -159,13 +159,8 @@ def test_every_command_works_after_make_study(name, study, repository):
 def test_the_tutorial_works_as_it_is_written(repository, tmp_path):
     script = "\n".join(documented.blocks(repository / "docs/own_biped.md", "sh"))
     assert script.count("bipedstudy") >= 12
-    tools = tmp_path / "bin"
-    tools.mkdir()
-    program = tools / "bipedstudy"
-    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m pipeline.cli "$@"\n')
-    program.chmod(0o755)
-    environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": str(repository),
-                   "COLUMNS": "200"}  # fmt: skip
+    tools = toy.put_on_path(tmp_path / "bin", str(repository)).parent
+    environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}", "COLUMNS": "200"}
     done = subprocess.run(["bash", "-euxc", script], cwd=tmp_path, env=environment, text=True, capture_output=True)
     assert done.returncode == 0, done.stdout + done.stderr
     folder = tmp_path / "my_biped"

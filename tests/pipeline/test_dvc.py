@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pipeline import graph
-from tests.pipeline.toy import Toy
+from tests.pipeline.toy import Toy, git, put_on_path
 
 DVC = shutil.which("dvc", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
 pytestmark = [
@@ -28,24 +28,10 @@ def dvc(toy, shims, *arguments):
     return done.stdout
 
 
-def git(folder, *arguments):
-    identity = ["-c", "user.name=a lab", "-c", "user.email=lab@example.org"]
-    words = ["git", *identity, *arguments]
-    return subprocess.run(words, cwd=folder, check=True, text=True, capture_output=True).stdout
-
-
-def put_on_path(folder, code):
-    """The command `bipedstudy` in a folder, as an installation of the `code` would put it on the path."""
-    command = folder / "bipedstudy"
-    command.write_text(f'#!/bin/sh\nPYTHONPATH="{code}" exec "{sys.executable}" -m pipeline.cli --trust "$@"\n')
-    command.chmod(0o755)
-    return command
-
-
 @pytest.fixture
 def shims(tmp_path_factory, repository):
     folder = tmp_path_factory.mktemp("bin")
-    put_on_path(folder, repository)
+    put_on_path(folder, repository, "--trust")
     return folder
 
 
@@ -97,7 +83,7 @@ def test_the_whole_study_by_either_way(repository, tmp_path, shims):
     git(root, "config", "user.email", "lab@example.org")
     git(root, "add", "-A")
     git(root, "commit", "-q", "-m", "as cloned")
-    command = put_on_path(shims, "$PWD")
+    command = put_on_path(shims, "$PWD", "--trust")
     subprocess.run([command, "run-all"], cwd=root, check=True, capture_output=True)
     right = study.results()
     for name in right:

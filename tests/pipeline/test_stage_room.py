@@ -141,8 +141,7 @@ def test_a_run_in_a_strangers_study_touches_nothing_of_yours(toy_with_commands, 
     for source in toy.path("stages").rglob("*.py"):
         if source.name in ("run.py", "result.py", "parameters.py"):
             source.write_text(f"{source.read_text()}\n{trap}")
-    for path in (toy.root, *toy.root.rglob("*")):
-        os.chown(path, 65534, 65534)
+    toy.give_away()
     (mine / "settings").mkdir()
     own = {"HOME": str(mine), "XDG_CACHE_HOME": "", "XDG_CONFIG_HOME": str(mine / "settings"), trust.VARIABLE: ""}
     code, out, errors = toy.command("--trust", "run", "bounce", environment=own)
@@ -157,8 +156,7 @@ def test_a_run_in_a_strangers_study_touches_nothing_of_yours(toy_with_commands, 
 def test_a_command_in_a_strangers_study_says_where_landlock_is_missing(toy_with_commands, there):
     """What still holds is what Python tells, and that no socket is opened."""
     toy = toy_with_commands
-    for path in (toy.root, *toy.root.rglob("*")):
-        os.chown(path, 65534, 65534)
+    toy.give_away()
     without = "" if there else "from pipeline.room import confine; confine.landlock = int\n"
     done = commands.python(f"{without}from pipeline.cli import main; main(['--trust', 'status'])", cwd=toy.root,
                            env={**os.environ, "PYTHONPATH": str(HOME), trust.VARIABLE: ""})  # fmt: skip

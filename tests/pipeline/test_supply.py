@@ -14,7 +14,7 @@ from pipeline import graph, wheels
 from pipeline.cache import fingerprint
 from pipeline.study import locate
 from tests.pipeline import documented
-from tests.pipeline.toy import HOME
+from tests.pipeline.toy import HOME, git, put_on_path
 
 
 def test_actions_are_named_by_commit(repository):
@@ -142,11 +142,6 @@ PICTURE = """\
 """
 
 
-def git(folder, *words):
-    subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", *words], cwd=folder, check=True,
-                   capture_output=True)  # fmt: skip
-
-
 @pytest.fixture
 def hosted(ran, tmp_path_factory):
     """A repository with a study, what was kept of its results, and the commands that a runner has."""
@@ -156,10 +151,7 @@ def hosted(ran, tmp_path_factory):
     (ran.root / ".gitignore").write_text("results/\nexpected/\n__pycache__/\n")
     shutil.copytree(ran.root / "results", host / "kept/results")
     git(ran.root, "init", "-q", "-b", "main")
-    (host / "bin").mkdir()
-    program = host / "bin/bipedstudy"
-    program.write_text(f'#!/bin/sh\nPYTHONPATH="$PWD:{HOME}" exec "{sys.executable}" -m pipeline.cli --trust "$@"\n')
-    program.chmod(0o755)
+    put_on_path(host / "bin", f"$PWD:{HOME}", "--trust")
     return ran, host
 
 

@@ -52,8 +52,7 @@ def trapped(toy_with_commands, monkeypatch, tmp_path, told):
     pytest.param("another's", ".", marks=as_root), ("unread", "."), ("unread", "below/deeper")])  # fmt: skip
 def test_no_command_runs_anything_of_a_study_that_was_not_agreed_to(trapped, place, whose):
     if whose == "another's":
-        for path in (trapped.root, *trapped.root.rglob("*")):
-            os.chown(path, NOBODY, NOBODY, follow_symlinks=False)
+        trapped.give_away()
     found = each(trapped.root / place, *COMMANDS)
     assert found.keys() == {*COMMANDS} and not (trapped.root / "sprung").exists()
     refused = {words for words, (code, said) in found.items() if code == 2 and "would run as you" in said}

@@ -133,6 +133,11 @@ class Toy:
         assert not re.search("Traceback|unexpected", errors), errors
         return out
 
+    def give_away(self) -> None:
+        """Make all of it another user's, as root alone can."""
+        for path in (self.root, *self.root.rglob("*")):
+            os.chown(path, 65534, 65534, follow_symlinks=False)
+
     def answers(self, *typed: str) -> dict[str, tuple[int, str, str]]:
         """Exit code, standard output and errors of commands that compute nothing, by their words."""
         path = os.pathsep.join([str(self.root), str(HOME)])
@@ -143,6 +148,21 @@ class Toy:
         found = self.answers(*typed)
         assert not [words for words, (code, _, _) in found.items() if code], found
         return [out for _, out, _ in found.values()]
+
+
+def put_on_path(folder: Path, code: str, *options: str) -> Path:
+    """The command `bipedstudy` in a folder, as an installation of the `code` would put it on the path."""
+    folder.mkdir(exist_ok=True)
+    words = [sys.executable, "-m", "pipeline.cli", *options]
+    (folder / "bipedstudy").write_text(f'#!/bin/sh\nPYTHONPATH="{code}" exec {shlex.join(words)} "$@"\n')
+    (folder / "bipedstudy").chmod(0o755)
+    return folder / "bipedstudy"
+
+
+def git(folder: Path, *words: str) -> str:
+    """What git says in a folder, to somebody."""
+    identity = ["-c", "user.name=a lab", "-c", "user.email=lab@example.org"]
+    return subprocess.run(["git", *identity, *words], cwd=folder, check=True, text=True, capture_output=True).stdout
 
 
 def copied(toy: Toy, root: Path) -> Toy:
