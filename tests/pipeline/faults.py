@@ -7,7 +7,6 @@ stored under a key, and are not what an undisturbed run makes.
 """
 
 import contextlib
-import io
 import json
 import os
 import random
@@ -17,8 +16,6 @@ import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
-
-import h5py
 
 from pipeline.cache import artefact, disk
 from tests.pipeline.counts import Count
@@ -122,18 +119,9 @@ def suffer(scene: Scene, fault: Fault, chance: random.Random, number: int, count
 
 def _said(files: dict[str, bytes]) -> dict[str, object]:
     """What results say, by name: all but what made them, as an edit elsewhere in the code changes its digest alone."""
-    found: dict[str, object] = dict(files)
-    for name in (name for name in files if name.endswith(".h5")):
-        with h5py.File(io.BytesIO(files[name])) as file:
-            rows = [file.get(path) for path in _paths(file) if not path.startswith(artefact.PROVENANCE)]
-            found[name] = repr([(row.name, row[()].tolist(), sorted(row.attrs.items())) for row in rows])  # NaN too
-    return found
-
-
-def _paths(file: h5py.File) -> list[str]:
-    paths: list[str] = []
-    file.visititems(lambda path, item: paths.append(path) if isinstance(item, h5py.Dataset) else None)
-    return paths
+    whole = {name for name in files if name.endswith(".h5") and artefact.sealed(files[name]) == files[name]}
+    return {name: artefact.provenance(content, name)[artefact.CONTENT] if name in whole else content
+            for name, content in files.items()}  # fmt: skip
 
 
 def _files_of(stages: list[str]) -> list[str]:

@@ -142,6 +142,12 @@ WRONG = {
     "show fall --results elsewhere": "fall.h5 is not there yet; make it with: bipedstudy run fall",
     "run fall --results dvc.yaml": "dvc.yaml: cannot be written",
     "status --csv --json": "exclude each other",
+    "compare results": "these are the results themselves",
+    "compare params": "there are no results there",
+    "compare nowhere": "does not exist",
+    "clean --older-than soon": "--older-than = soon is not allowed; allowed: a",
+    "clean --max-size 2": "--max-size = 2 is not allowed; allowed: a",
+    "show fall heightx": "did you mean",
 }
 
 

@@ -158,13 +158,6 @@ def test_rows_of_the_first_form_are_columns():
     assert rows["table.width"]["relative"] == pytest.approx(0.2) and rows["table.width"]["unit"] == "m"
 
 
-def test_what_cannot_be_compared_is_refused(changed):
-    said = {"compare results": "these are the results themselves", "compare params": "there are no results there",
-            "compare nowhere": "does not exist"}  # fmt: skip
-    for words, (code, out, errors) in changed.answers(*said).items():
-        assert (code, out, len(errors.splitlines())) == (2, "", 1) and said[words] in errors
-
-
 @pytest.mark.parametrize(
     ("before", "after", "expected"),
     [

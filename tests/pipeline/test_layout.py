@@ -104,7 +104,6 @@ def test_a_path_in_an_artefact_and_csv(ran):
     fields = {field["path"]: field for field in csv.DictReader(io.StringIO(table))}
     assert text.split()[0] == fields["mass/ball"]["value"] == "0.1"
     assert [row["state"] for row in csv.DictReader(io.StringIO(states))] == ["current"] * 4
-    ran.says("show fall heightx", "did you mean", code=2)
 
 
 @dataclass(frozen=True)
