@@ -3,7 +3,8 @@ for a question the parts of its answer.
 
 The first line on standard input is the job with a folder for files, every further line holds points. Messages go back
 as lines of JSON: each point is announced before it begins, so that whoever listens knows which one a crash or a hang
-belongs to, and ends with `done` or `failed`. When standard input closes, the worker ends, and what it started.
+belongs to, and ends with `done` or `failed`. When standard input closes, whoever asked is gone: the worker empties its
+folder and ends, and what it started.
 
 The stages' modules are imported from their source, and it is remembered which text was used. A source can be edited
 while a stage runs, and a compiled file beside it can be older than an edit made within the same second. So the worker
@@ -20,6 +21,7 @@ import importlib.util
 import json
 import os
 import queue
+import shutil
 import signal
 import sys
 import threading
@@ -141,7 +143,7 @@ def main() -> NoReturn:
         package = job.package
         tasks = json.loads(next(received))
         enter(job, Path(folder), tasks)  # before there is another thread, which would not be confined
-        threading.Thread(target=_listen, args=(received, lines), daemon=True).start()
+        threading.Thread(target=_listen, args=(received, lines, folder), daemon=True).start()
         computing = Computing(job, Path(folder), messages)
         while True:
             for index, point in tasks:
@@ -342,19 +344,20 @@ def _files(stage: Stage, result: Any, encoded: bytes) -> dict[str, bytes]:
 
 
 def _received() -> Iterator[bytes]:
-    """The lines of standard input; at its end this process ends."""
+    """The lines of standard input."""
     begun = b""
     while part := os.read(0, 1 << 16):  # sys.stdin would be locked meanwhile, and a forked process closes its own
         *whole, begun = (begun + part).split(b"\n")
         yield from whole
+
+
+def _listen(received: Iterator[bytes], lines: queue.SimpleQueue[bytes], folder: str) -> NoReturn:
+    for line in received:
+        lines.put(line)
+    shutil.rmtree(folder, ignore_errors=True)
     if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)  # this process, and whatever it started itself
     os._exit(1)
-
-
-def _listen(received: Iterator[bytes], lines: queue.SimpleQueue[bytes]) -> None:
-    for line in received:
-        lines.put(line)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ written.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import os
@@ -21,10 +20,10 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from pipeline.cache import disk
-from pipeline.errors import StageFailed, StudyError
+from pipeline.errors import StageFailed
 from pipeline.execution.job import Job, Task, named_files
 from pipeline.execution.process import Message, Worker
 
@@ -111,27 +110,6 @@ class Journal:
 _MOST_DEATHS = 2  # at the same point
 _MOST_FALSE_STARTS = 5
 _NOWHERE = -1
-_SCRATCH, _HELD = "bipedstudy-sweep-", "held"
-_NEW_S = 10.0  # its lock may be on its way
-
-
-def _scratch() -> tuple[str, IO[bytes]]:
-    """A temporary folder, and its open file: as long as that is locked the folder is in use, whoever looks.
-
-    The folders of sweeps that were killed, which no one holds any more, are removed.
-    """
-    for left in Path(tempfile.gettempdir()).glob(f"{_SCRATCH}*/{_HELD}"):
-        with contextlib.suppress(OSError, StudyError):
-            if time.time() - left.stat().st_mtime > _NEW_S:
-                with left.open("r+b") as file:
-                    gone = disk.free(file, str(left))
-                if gone:
-                    shutil.rmtree(left.parent, ignore_errors=True)
-    folder = tempfile.mkdtemp(prefix=_SCRATCH)
-    made = Path(folder, _HELD).open("wb")  # noqa: SIM115 - held until the folder is removed
-    with contextlib.suppress(StudyError):  # without locks it serves as well
-        disk.free(made, folder)
-    return folder, made
 
 
 class Bench:
@@ -142,7 +120,6 @@ class Bench:
         self._worker: Worker | None = None
         self._messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._scratch = ""
-        self._held: IO[bytes] | None = None
         self._fresh = True
         self._closed = False
         self._named = set[str]()
@@ -210,7 +187,7 @@ class Bench:
     def _start(self) -> Worker:
         if self._worker is None:
             self._messages = queue.SimpleQueue()
-            self._scratch, self._held = _scratch()
+            self._scratch = tempfile.mkdtemp(prefix="bipedstudy-sweep-")
             self._worker = Worker(self.job, self._scratch, self._messages.put)
             self._fresh = True
         return self._worker
@@ -220,8 +197,6 @@ class Bench:
         gone, self._worker = self._worker, None
         if gone is not None:
             gone.end()
-        if self._held is not None:
-            self._held.close()
         shutil.rmtree(self._scratch, ignore_errors=True)
 
 

@@ -357,16 +357,19 @@ def test_the_command(toy_with_commands):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
-def test_an_interrupted_sweep_goes_on_where_it_was(toy_with_commands):
-    toy = toy_with_commands
+def test_an_interrupted_sweep_goes_on_where_it_was_and_leaves_no_file_behind(toy_with_commands, tmp_path_factory):
+    toy, temporary = toy_with_commands, tmp_path_factory.mktemp("temporary")
     (toy.root / "slow.yaml").write_text(SLOW)
-    process = toy.start("sweep", "slow.yaml", "--jobs", "1")
+    process = toy.start("sweep", "slow.yaml", "--jobs", "1", environment={"TMPDIR": str(temporary)})
     journals = toy.root / "results/sweeps/.cache"
     end = time.monotonic() + 120
     while time.monotonic() < end and sum(len(p.read_bytes().splitlines()) for p in journals.glob("*.jsonl")) < 3:
         time.sleep(0.02)
+    (scratch,) = temporary.glob("bipedstudy-sweep-*")
+    (scratch / "left").touch()
     process.kill()
     process.communicate()
     answer = json.loads(toy.says("sweep slow.yaml --json"))
+    assert not [*temporary.glob("bipedstudy-sweep-*/*")]
     assert answer["reused"] >= 3 and answer["reused"] + answer["computed_now"] == 16
     assert answer["outcomes"] == {"computed": 16}

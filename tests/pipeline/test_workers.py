@@ -6,7 +6,6 @@ import math
 import os
 import platform
 import re
-import tempfile
 import time
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from pipeline.execution.job import Job, engine_code, job_of, task_of
 from pipeline.graph import Stage
 from pipeline.parameters import loading
 from pipeline.study import Study, locate
-from pipeline.sweep import cluster, pool
+from pipeline.sweep import cluster
 from tests import commands
 
 BOUNCE = "PACKAGE/bounce/run.py"
@@ -171,22 +170,6 @@ def test_an_unencrypted_way_is_told(address, leaves_open):
 @pytest.fixture
 def sweep(toy):
     return toy.sweep("stage: side\nkind: grid\nvary: {side.seed: [1, 2]}\n")
-
-
-def test_what_a_killed_sweep_left_is_removed_and_what_another_uses_stays(sweep, tmp_path, monkeypatch):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(pool, "_NEW_S", 0.0)
-    left = tmp_path / "bipedstudy-sweep-left"
-    left.mkdir()
-    (left / "held").touch()
-    benches = [pool.Bench(sweep.chain.job(Display())) for _ in range(2)]
-    for number, bench in enumerate(benches):  # two sweeps at a time
-        assert [row.outcome for _, row in bench.work([sweep._task(number)])] == ["computed"]
-        assert not left.exists()
-    assert len([*tmp_path.glob("bipedstudy-sweep-*")]) == 2
-    for bench in benches:
-        bench.close()
-    assert not [*tmp_path.glob("bipedstudy-sweep-*")]
 
 
 def test_a_bench_of_a_cluster_that_nobody_asks_any_more_ends_and_starts_again(sweep, monkeypatch):
