@@ -146,20 +146,22 @@ class Sweep:
             known = sum(key in journal and key != str(index) for index, key in enumerate(keys))
             if known:
                 self.display.note(f"{known} of {len(keys)} points are known already")
-            missing, meter = [*first.values()], Meter(len(first), self.display)
+            missing, began, done, failed, inside = [*first.values()], time.monotonic(), 0, 0, 0.0
             with contextlib.closing(self.display):
                 for index, row in pool.rows(job, missing, self._task, workers, client) if missing else ():
                     if keys[index] not in journal:  # a chunk that was given to another worker may come back twice
                         journal.add(keys[index], row)
-                        meter.one_more(row)
-            seconds, lost = meter.spent(), sum(key not in journal for key in first)
+                        done, failed, inside = done + 1, failed + (row.outcome != COMPUTED), inside + row.seconds
+                        far = how_far(done, len(missing), failed, time.monotonic() - began)
+                        self.display.points(done, len(missing), far)
+            seconds, lost = time.monotonic() - began, sum(key not in journal for key in first)
             if lost:
                 raise StudyError(f"{lost} points did not come back; run the sweep again to compute them")
             content, outcomes = table(self.chain, map(journal.row, keys), self.display.note)
         disk.write(out, content)
-        busy = meter.seconds / (seconds * workers) if missing and seconds else None
+        busy = inside / (seconds * workers) if missing and seconds else None
         return {"points": len(keys), "outcomes": outcomes, "reused": known, "computed_now": len(missing),
-                "seconds": seconds, "point_seconds": meter.seconds, "workers": workers, "busy": busy}  # fmt: skip
+                "seconds": seconds, "point_seconds": inside, "workers": workers, "busy": busy}  # fmt: skip
 
     def _task(self, index: int) -> Task:
         return task_of(self.study, self.chain.parameters(self.spec.point(index)), index)
@@ -173,29 +175,11 @@ class Sweep:
             return str(index)
 
 
-class Meter:
-    """Counts the points of this run, not those found in the journal, and tells a display."""
-
-    def __init__(self, total: int, display: Display) -> None:
-        self.total, self.done, self.failed, self.seconds, self._display = total, 0, 0, 0.0, display
-        self._began = time.monotonic()
-
-    def spent(self) -> float:
-        """Seconds since this began."""
-        return time.monotonic() - self._began
-
-    def one_more(self, row: Row) -> None:
-        """A point is done."""
-        self.done += 1
-        self.failed += row.outcome != COMPUTED
-        self.seconds += row.seconds
-        self._display.points(self.done, self.total, self.sentence())
-
-    def sentence(self) -> str:
-        """`120 of 2000 points, 3 without result, 18.3 points/s, 1 min 43 s left`."""
-        rate = self.done / spent if (spent := self.spent()) > 0 else 0.0
-        left = duration((self.total - self.done) / rate) if rate else "unknown time"
-        return f"{self.done} of {self.total} points, {self.failed} without result, {rate:.3g} points/s, {left} left"
+def how_far(done: int, total: int, failed: int, spent: float) -> str:
+    """`120 of 2000 points, 3 without result, 18.3 points/s, 1 min 43 s left`, after `spent` seconds of this run."""
+    rate = done / spent if spent > 0 else 0.0
+    left = duration((total - done) / rate) if rate else "unknown time"
+    return f"{done} of {total} points, {failed} without result, {rate:.3g} points/s, {left} left"
 
 
 def duration(seconds: float) -> str:

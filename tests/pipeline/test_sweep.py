@@ -18,7 +18,7 @@ from pipeline.sweep import pool
 from pipeline.sweep import spec as specs
 from pipeline.sweep.pool import Bench, Row
 from pipeline.sweep.spec import Normal, Range
-from pipeline.sweep.sweep import Meter, duration
+from pipeline.sweep.sweep import duration, how_far
 from tests.pipeline.processes import workers
 
 GRID = """
@@ -322,12 +322,11 @@ def test_a_damaged_journal_costs_only_its_damaged_lines(toy):
 
 
 def test_how_far_a_sweep_is_said_now_and_then(capsys, monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr("time.monotonic", lambda: now[0])
-    meter = Meter(9, Display(quiet=False))
-    for outcome in ("computed", "crash", "computed"):
-        now[0] += 4
-        meter.one_more(Row(outcome))
+    now = iter(range(0, 40, 4))
+    monkeypatch.setattr("time.monotonic", lambda: next(now))
+    shows = Display(quiet=False)
+    for done in (1, 2, 3):
+        shows.points(done, 9, how_far(done, 9, 1, 4.0 * done))
     assert capsys.readouterr().err == "3 of 9 points, 1 without result, 0.25 points/s, 24 s left\n"
 
 
