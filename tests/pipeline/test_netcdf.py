@@ -122,22 +122,16 @@ def test_twenty_results_of_a_stage_come_back(stage, tmp_path):
     test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path, range(20), True)
 
 
-#: Results of many groups: the quick tests open those that are made up.
-LARGE = ("campaign", "comparison", "contact_study", "imu")
-
-
-@pytest.mark.parametrize(("stage", "every"), [
-    *((stage, False) for stage in STAGES if stage not in LARGE),
-    *(pytest.param(stage, True, marks=pytest.mark.slow) for stage in STAGES),
-])  # fmt: skip
-def test_every_artefact_that_is_there_opens_elsewhere(stage, every):
+@pytest.mark.slow
+@pytest.mark.parametrize("stage", STAGES)
+def test_every_artefact_that_is_there_opens_elsewhere(stage):
     path = ROOT / "results" / f"{stage}.h5"
     if not path.exists():
         pytest.skip(f"results/{stage}.h5 is not there; make it with: bipedstudy run {stage}")
     with h5py.File(path) as file:
         if file.attrs["format"] != artefact.FORMAT:
             pytest.skip(f"results/{stage}.h5 is of an earlier format; run its stage anew")
-    assert_all_tools_open(path, every)
+    assert_all_tools_open(path, every=True)
 
 
 def test_the_files_of_a_run_say_what_they_are(done):
