@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import shutil
-from dataclasses import dataclass, field
+from dataclasses import field, make_dataclass
 
 import h5py
 import numpy as np
@@ -14,16 +14,8 @@ from pipeline.cache import artefact, hdf5
 from pipeline.changes.command import _change, _claims, changes, share
 from tests.pipeline.toy import copied
 
-
-@dataclass(frozen=True)
-class Row:
-    width: float = field(metadata={"unit": "m"})
-    name: str = field(metadata={"unit": "-"})
-
-
-@dataclass(frozen=True)
-class Whole:
-    table: tuple[Row, ...]
+Row = make_dataclass("Row", [("width", float, field(metadata={"unit": "m"})), ("name", str)])
+Whole = make_dataclass("Whole", [("table", tuple[Row, ...])])
 
 
 @pytest.fixture(scope="module")

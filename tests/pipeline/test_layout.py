@@ -5,7 +5,7 @@ import io
 import json
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import make_dataclass
 
 import pytest
 
@@ -106,20 +106,9 @@ def test_a_path_in_an_artefact_and_csv(ran):
     assert [row["state"] for row in csv.DictReader(io.StringIO(states))] == ["current"] * 4
 
 
-@dataclass(frozen=True)
-class Part:
-    """A row of a table."""
-
-    name: str = quantity("-", "what it is")
-    good: bool = quantity("1", "whether it is good")
-    mass: float | None = quantity("kg", "what it weighs")
-
-
-@dataclass(frozen=True)
-class Parts:
-    """A result with a table."""
-
-    parts: tuple[Part, ...] = quantity("-", "parts of the toy")
+#: A row of a table, and a result with it.
+Part = make_dataclass("Part", [("name", str), ("good", bool), ("mass", float | None, quantity("kg", "it weighs"))])
+Parts = make_dataclass("Parts", [("parts", tuple[Part, ...], quantity("-", "parts of the toy"))])
 
 
 def test_a_table_in_an_artefact_as_text_csv_and_json(ran):

@@ -166,19 +166,10 @@ def test_a_table_is_a_dataset_for_each_column(tmp_path):
         assert list(file["rows"]) == ["row", "value", "0", "1"] and file["rows/1/samples"].shape == (2, 2)
 
 
-@dataclasses.dataclass(frozen=True)
-class Step:
-    """A row whose heights lie along its times."""
-
-    time: np.ndarray = quantity("s", "time")
-    height: np.ndarray = quantity("m", "height", dimensions=("time",))
-
-
-@dataclasses.dataclass(frozen=True)
-class Steps:
-    """A table of them."""
-
-    steps: tuple[Step, ...] = quantity("-", "steps")
+#: A row whose heights lie along its times, and a table of them.
+Step = dataclasses.make_dataclass("Step", [("time", np.ndarray, quantity("s", "time")), (
+    "height", np.ndarray, quantity("m", "height", dimensions=("time",)))])  # fmt: skip
+Steps = dataclasses.make_dataclass("Steps", [("steps", tuple[Step, ...])])
 
 
 def test_a_field_without_a_column_gives_no_dimension_its_name():

@@ -3,7 +3,7 @@
 import dataclasses
 import io
 import json
-from dataclasses import dataclass, field
+from dataclasses import field, make_dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -77,11 +77,8 @@ def test_claims_are_as_safe_as_artefacts():
 
 
 def test_what_the_solver_chooses_has_no_error_and_says_why():
-    @dataclass(frozen=True)
-    class Steps:
-        length: float = quantity("s", "a step", without_error="the solver's choice")
-        time: float = quantity("s", "its end")
-
+    length = quantity("s", "a step", without_error="the solver's choice")
+    Steps = make_dataclass("Steps", [("length", float, length), ("time", float, quantity("s", "its end"))])
     with h5py.File(io.BytesIO(artefact.encoded(Steps(1.0, 1.0), {}, closer=Steps(2.0, 1.5))[1])) as file:
         assert "numerical_error" not in file["length"].attrs
         assert file["length"].attrs["without_error"] == "the solver's choice"
@@ -177,21 +174,12 @@ def test_settings_that_round_off_or_a_bound_forbids_are_looser(stage, tolerance,
     assert closer(given).settings.tolerance == second
 
 
-@dataclass(frozen=True)
-class Row:
-    name: str
-    value: float
-    part: np.ndarray
-
-
-@dataclass(frozen=True)
-class Computed:
-    number: float
-    count: int
-    time: np.ndarray
-    height: np.ndarray = field(metadata={"dimensions": ("time",)})
-    pair: np.ndarray
-    rows: tuple[Row, ...]
+ALONG_TIME = field(metadata={"dimensions": ("time",)})
+Row = make_dataclass("Row", [("name", str), ("value", float), ("part", np.ndarray)])
+Computed = make_dataclass("Computed", [("number", float), ("count", int), ("time", np.ndarray), (
+    "height", np.ndarray, ALONG_TIME), ("pair", np.ndarray), ("rows", tuple[Row, ...])])  # fmt: skip
+Motion = make_dataclass("Motion", [("time", np.ndarray), ("place", np.ndarray)])
+Motions = make_dataclass("Motions", [("runs", tuple[Motion, ...]), ("files", dict[str, bytes])])
 
 
 def computed(
@@ -228,18 +216,6 @@ def test_rows_are_the_same_where_their_words_are():
 
 def test_sizes_that_differ_are_not_compared():
     assert apart(computed(pair=(5.0, 6.0, 7.0)), computed()) == {}
-
-
-@dataclass(frozen=True)
-class Motion:
-    time: np.ndarray
-    place: np.ndarray
-
-
-@dataclass(frozen=True)
-class Motions:
-    runs: tuple[Motion, ...]
-    files: dict[str, bytes] = field(default_factory=dict)
 
 
 def motions(*ends, **files):
