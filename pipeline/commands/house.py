@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import functools
 import importlib
 import os
@@ -14,7 +13,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -111,13 +109,8 @@ def _given() -> dict[str, bytes]:
     return {FILE_NAME: graph.encode(), **{f"params/{file.name}": file.read_bytes() for file in files}}
 
 
-@dataclass(frozen=True)
-class Finding:
-    """One thing looked at: good, a warning (it runs, but see the text), or bad (it cannot run)."""
-
-    what: str
-    state: str
-    text: str
+#: One thing looked at; whether it is good, a warning (it runs, but see the text), or bad (it cannot run); and a text.
+Finding = tuple[str, str, str]
 
 
 @click.command("doctor", epilog=options.examples("doctor"))
@@ -129,16 +122,16 @@ def doctor(study: Study, form: options.Form) -> None:
     Ends with 1 if something is bad; a warning is no failure.
     """
     findings = list(examine(study))
-    form.give((layout.beside(f"{found.state:<8} {found.what:<17} ", found.text) for found in findings),
-              [dataclasses.asdict(found) for found in findings])  # fmt: skip
-    if any(found.state == BAD for found in findings):
+    form.give((layout.beside(f"{state:<8} {what:<17} ", text) for what, state, text in findings),
+              [dict(zip(("what", "state", "text"), found)) for found in findings])
+    if any(state == BAD for _, state, _ in findings):
         sys.exit(FAILED)
 
 
 def examine(study: Study) -> Iterator[Finding]:
     """Look at everything, in the order in which trouble is most likely."""
     lacking = wheels.missing()
-    yield Finding("machine", BAD if lacking else GOOD, lacking or f"{platform.system()} on {platform.machine()}")
+    yield "machine", BAD if lacking else GOOD, lacking or f"{platform.system()} on {platform.machine()}"
     yield exudyn()
     yield versions(home() / "requirements/study.txt")
     if not study.borrowed:
@@ -148,8 +141,8 @@ def examine(study: Study) -> Iterator[Finding]:
     yield free_space(Path.cwd() if study.borrowed else study.results)
     yield from confined()
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    yield Finding("cores", GOOD, f"{count}")
-    yield Finding("processor", GOOD, processor.words())
+    yield "cores", GOOD, f"{count}"
+    yield "processor", GOOD, processor.words()
 
 
 def confined() -> Iterator[Finding]:
@@ -164,7 +157,7 @@ def confined() -> Iterator[Finding]:
                confine.MEMORY: "bounded by the size of the answer alone", confine.TIME: "ended by the clock"}
     for room, parts in (("reading room", [*lacking]), ("stages", [confine.FILES, confine.SOCKETS])):
         state = GOOD if held.keys() >= {*parts} else WARNING
-        yield Finding(room, state, "; ".join(f"{what}: {held.get(what, lacking[what])}" for what in parts))
+        yield room, state, "; ".join(f"{what}: {held.get(what, lacking[what])}" for what in parts)
 
 
 def exudyn() -> Finding:
@@ -174,15 +167,15 @@ def exudyn() -> Finding:
         (version,) = installed(["exudyn"])
     except Exception as error:
         hint = "; on Debian: apt-get install libgl1 libx11-6" if "lib" in str(error) else ""
-        return Finding("exudyn", BAD, f"does not load: {error}{hint}")
-    return Finding("exudyn", GOOD, f"{version}, its library loads")
+        return "exudyn", BAD, f"does not load: {error}{hint}"
+    return "exudyn", GOOD, f"{version}, its library loads"
 
 
 def versions(lock: Path) -> Finding:
     """Installed packages against the lock file."""
     python = f"Python {sys.version_info.major}.{sys.version_info.minor}"
     if not lock.is_file():
-        return Finding("versions", WARNING, f"{python}; there is no lock at {lock} to compare with")
+        return "versions", WARNING, f"{python}; there is no lock at {lock} to compare with"
     from packaging.requirements import Requirement  # comes with matplotlib
 
     wanted = [Requirement(line.rstrip("\\ ")) for line in lock.read_text(encoding="utf-8").splitlines()
@@ -194,20 +187,20 @@ def versions(lock: Path) -> Finding:
     other = [f"{name} {version} instead of {pinned[name]}" for name, version in found.items()
              if version != pinned[name]]  # fmt: skip
     if missing:
-        return Finding("versions", BAD, f"{python}; not installed: {', '.join(missing)}; make install")
+        return "versions", BAD, f"{python}; not installed: {', '.join(missing)}; make install"
     if other:
         more = f" and {len(other) - _SHOWN_DIFFERENCES} more" if len(other) > _SHOWN_DIFFERENCES else ""
-        return Finding("versions", WARNING, f"{python}; {', '.join(other[:_SHOWN_DIFFERENCES])}{more}")
-    return Finding("versions", GOOD, f"{python}; all as in {lock.name}")
+        return "versions", WARNING, f"{python}; {', '.join(other[:_SHOWN_DIFFERENCES])}{more}"
+    return "versions", GOOD, f"{python}; all as in {lock.name}"
 
 
 def writable(what: str, folder: Path) -> Finding:
     """Whether a file can be made in the folder, or, where it is not there yet, in what is above it."""
     try:
         with tempfile.TemporaryFile(dir=_there(folder)):
-            return Finding(what, GOOD, f"{shown(folder)} can be written")
+            return what, GOOD, f"{shown(folder)} can be written"
     except OSError as error:
-        return Finding(what, BAD, f"{shown(folder)} cannot be written: {error.strerror}")
+        return what, BAD, f"{shown(folder)} cannot be written: {error.strerror}"
 
 
 def compiled(study: Study) -> Iterator[Finding]:
@@ -216,18 +209,18 @@ def compiled(study: Study) -> Iterator[Finding]:
         code, stage = module.CODE, module.__name__.split(".")[1]
         if code.refusal:
             text = f"none: {code.refusal}, so every process compiles stage {stage} anew; NUMBA_CACHE_DIR names another"
-            yield Finding("compile cache", WARNING, text)
+            yield "compile cache", WARNING, text
         elif code.is_cold():
-            yield Finding("compile cache", WARNING, f"cold: the first use of stage {stage} compiles it")
+            yield "compile cache", WARNING, f"cold: the first use of stage {stage} compiles it"
         else:
-            yield Finding("compile cache", GOOD, f"warm: stage {stage} in {code.folder}")
+            yield "compile cache", GOOD, f"warm: stage {stage} in {code.folder}"
 
 
 def free_space(folder: Path) -> Finding:
     """Free disk space where the results go."""
     free = shutil.disk_usage(_there(folder)).free // 1_000_000
     state = BAD if free < _LEAST_FREE_MB else WARNING if free < _WISHED_FREE_MB else GOOD
-    return Finding("free disk", state, f"{free} MB")
+    return "free disk", state, f"{free} MB"
 
 
 def _there(folder: Path) -> Path:

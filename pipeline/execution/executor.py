@@ -137,14 +137,8 @@ def bring_up_to_date(
     return outcomes
 
 
-@dataclass(frozen=True)
-class _Running:
-    """A stage that is being computed: its worker, the folder it writes to, what it was started for, and when."""
-
-    worker: Worker
-    folder: Path
-    assessment: Assessment
-    began: float
+#: A stage that is being computed: its worker, the folder it writes to, what it was started for, and when.
+_Running = tuple[Worker, Path, Assessment, float]
 
 
 class _Run:
@@ -184,9 +178,9 @@ class _Run:
 
     def close(self) -> None:
         """End what still runs and forget its unfinished files."""
-        for running in self.running.values():
-            running.worker.end()
-            shutil.rmtree(running.folder, ignore_errors=True)
+        for worker, folder, *_ in self.running.values():
+            worker.end()
+            shutil.rmtree(folder, ignore_errors=True)
         self.study.sources.memo.save()
         self.display.close()
 
@@ -229,7 +223,7 @@ class _Run:
         reasons = ("asked for by --force",) if name in self.force else assessment.reasons
         self.display.started(name, reasons)
         worker = Worker(job, folder, lambda message: self.events.put((name, message)), folder / _LOG)
-        self.running[name] = _Running(worker, folder, assessment, time.monotonic())
+        self.running[name] = worker, folder, assessment, time.monotonic()
         worker.compute([task])
 
     def _take_event(self) -> None:
@@ -241,20 +235,20 @@ class _Run:
             self.display.progress(name, *message["progress"])
         if "began" in message or "progress" in message or name not in self.running:
             return
-        running = self.running.pop(name)
-        running.worker.end()
-        seconds = time.monotonic() - running.began
+        worker, folder, assessment, began = self.running.pop(name)
+        worker.end()
+        seconds = time.monotonic() - began
         failure = message.get("failed", {"kind": "none"})
         if failure["kind"] not in ("none", "answer", "lacking"):
-            self._explain(name, running.folder, failure, seconds)
+            self._explain(name, folder, failure, seconds)
         elif "failed" in message and self.broken.intersection(self.study.graph.upstream(name)):
             self.lacking.append(name)  # what follows from a failure may be another's next, and is not kept
             self._go_on_without(name, failure["text"])
         else:  # where a stage says no, that is kept in place of a result
             result = message.get("done") or {"outs": {}, "summary": failure["text"]}
             used = 0.0 if "failed" in message else message["processor_seconds"]
-            self._guarded(name, self._keep, running, result, seconds, used)
-        shutil.rmtree(running.folder, ignore_errors=True)
+            self._guarded(name, self._keep, folder, assessment, result, seconds, used)
+        shutil.rmtree(folder, ignore_errors=True)
 
     def _go_on_without(self, name: str, reason: str) -> None:
         """Let what can do without this stage's result be computed; nothing of this is kept."""
@@ -262,8 +256,9 @@ class _Run:
         self.entries[name] = Entry(name, {"stage": name, "parameters": {}}, {}, reason, 0.0)
         self.outcomes[name] = Outcome(name, FAILING, reason, 0.0, (), "")
 
-    def _keep(self, name: str, running: _Running, done: Message, seconds: float, used: float) -> None:
-        folder, assessment = running.folder, running.assessment
+    def _keep(
+        self, name: str, folder: Path, assessment: Assessment, done: Message, seconds: float, used: float
+    ) -> None:
         assert assessment.ingredients is not None
         outs = {path: Out(**out) for path, out in done["outs"].items()}
         entry = Entry(name, assessment.ingredients, outs, done["summary"], round(seconds, 3))

@@ -118,8 +118,8 @@ def test_a_library_that_does_not_load_is_bad_and_says_what_to_install(monkeypatc
         raise ImportError("libGL.so.1: cannot open shared object file: No such file or directory")
 
     monkeypatch.setattr(house.importlib, "import_module", broken)
-    found = house.exudyn()
-    assert found.state == "bad" and found.text.endswith("apt-get install libgl1 libx11-6")
+    _, state, text = house.exudyn()
+    assert state == "bad" and text.endswith("apt-get install libgl1 libx11-6")
 
 
 @pytest.mark.parametrize(
@@ -134,19 +134,19 @@ def test_versions_are_held_against_the_lock(tmp_path, line, state, text):
     import importlib.metadata
 
     (tmp_path / "lock.txt").write_text(f"{line}\n    --hash=sha256:00\n")
-    found = house.versions(tmp_path / "lock.txt")
-    assert found.state == state and text.format(importlib.metadata.version("click")) in found.text
+    _, found, said = house.versions(tmp_path / "lock.txt")
+    assert found == state and text.format(importlib.metadata.version("click")) in said
 
 
 def test_a_folder_that_cannot_be_written_is_bad(tmp_path):
     (tmp_path / "file").touch()
-    assert house.writable("results", tmp_path / "file/below").state == "bad"
-    assert house.writable("results", tmp_path / "new/below").state == "good"
+    assert house.writable("results", tmp_path / "file/below")[1] == "bad"
+    assert house.writable("results", tmp_path / "new/below")[1] == "good"
 
 
 def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
     monkeypatch.setattr(house.shutil, "disk_usage", lambda path: SimpleNamespace(free=5_000_000))
-    assert house.free_space(tmp_path) == house.Finding("free disk", "bad", "5 MB")
+    assert house.free_space(tmp_path) == ("free disk", "bad", "5 MB")
     for refusal, cold, state, text in (
         ("", True, "warning", "cold: the first use of stage fall compiles it"),
         ("", False, "good", "warm: stage fall in there"),
@@ -154,8 +154,8 @@ def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
     ):
         code = SimpleNamespace(refusal=refusal, folder="there", is_cold=lambda cold=cold: cold)
         stage = SimpleNamespace(__name__="stages.fall.compiled", CODE=code)
-        (found,) = house.compiled(SimpleNamespace(offered=lambda name, stage=stage: (stage,)))
-        assert found.state == state and found.text.startswith(text)
+        ((_, found, said),) = house.compiled(SimpleNamespace(offered=lambda name, stage=stage: (stage,)))
+        assert found == state and said.startswith(text)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -84,7 +84,7 @@ def test_the_process_is_confined(source, begun):
     """It tries a neighbour's file, a socket and more: none of it succeeds, or the room is none."""
     assert attempted(source) == set()
     assert source.read_text() == "said" and not (source.parent / "new").exists()
-    assert {found.state for found in confined()} == {"good"}
+    assert {state for _, state, _ in confined()} == {"good"}
 
 
 @linux
@@ -92,9 +92,9 @@ def test_without_landlock_the_rest_holds_and_it_is_said(source, monkeypatch):
     monkeypatch.setattr(confine, "landlock", lambda: 0)
     done = attempted(source)
     assert {"read", "list"} <= done and not {"write", "change", "tcp", "udp", "local", "url", "debug"} & done
-    room, stages = confined()
-    assert room.state == "warning" and "files: not confined; sockets: seccomp; memory: limit" in room.text
-    assert (stages.state, stages.text) == ("warning", "files: not confined; sockets: seccomp")
+    (_, state, text), stages = confined()
+    assert state == "warning" and "files: not confined; sockets: seccomp; memory: limit" in text
+    assert stages == ("stages", "warning", "files: not confined; sockets: seccomp")
 
 
 @linux
@@ -104,7 +104,7 @@ def test_without_seccomp_there_is_no_tcp_and_it_is_said(source, monkeypatch):
     monkeypatch.setattr(confine, "_without_sockets", lambda: False)
     done = attempted(source)
     assert {"udp", "local"} <= done and not {"tcp", "url", "read", "write", "passwords"} & done
-    assert all("sockets: not confined" in said.text and said.state == "warning" for said in confined())
+    assert all("sockets: not confined" in said and state == "warning" for _, state, said in confined())
 
 
 def spinning(source):
@@ -176,7 +176,7 @@ def test_where_the_system_has_no_limits_the_clock_ends_it(source, monkeypatch):
         with pytest.raises(StudyError, match=r"takes more than 1.5 s by the clock"):
             list(read(reader, source))
         assert time.monotonic() - began < 10
-    assert "memory: bounded by the size of the answer alone; time: ended by the clock" in next(confined()).text
+    assert "memory: bounded by the size of the answer alone; time: ended by the clock" in next(confined())[2]
 
 
 def rows(source):
