@@ -23,8 +23,7 @@ from stages.comparison.evidence import NAN, Evidence, Inputs, known, largest
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import DOES_NOT_APPLY, BipedSummary, Claim, Result, counted, tables_of
 from stages.comparison.tables import Table
-from stages.imu.judgement.verdict import FREQUENCY
-from stages.imu.result import trusted
+from stages.imu.result import stepping
 
 
 def summarise(e: Evidence) -> BipedSummary:
@@ -94,7 +93,7 @@ def determinants(e: Evidence) -> dict[str, Determinants]:
         "twin": of("twin", layer),
         f"runs ({measured.origin if measured else ''})":
             Determinants(step_frequency=measured.step_frequency)
-            if measured and trusted(e.results.imu.runs, FREQUENCY) else None,
+            if measured and stepping(e.results.imu.runs) else None,
     }
     return {name: one for name, one in found.items() if one is not None}
 

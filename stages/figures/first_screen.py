@@ -19,8 +19,9 @@ from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
 from stages.biped.quantity import count_of
 from stages.comparison.result import Result as Comparison
 from stages.figures.entry import Inputs
+from stages.imu.judgement.verdict import FREQUENCY
 from stages.imu.result import Result as Ingested
-from stages.imu.result import trusted
+from stages.imu.result import stepping
 from stages.model_error.measures import NAMES
 from stages.model_error.result import EVEN, SHARED, WIDTH
 from stages.model_error.result import Result as ModelError
@@ -146,10 +147,10 @@ def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer
     """What own recordings show beside what the model says; nothing for synthetic ones."""
     if imu is None or imu.origin == "synthetic":
         return
-    shown = []
+    shown, runs = [], stepping(imu.runs)
     for name, factor, unit in (("step_frequency", 1.0, "steps a second"), ("step_length", 1e3, "mm a step")):
         rows = np.array([[getattr(run.report, name), getattr(run.report, f"{name}_error")]
-                         for run in trusted(imu.runs, name.replace("_", " "))]).reshape(-1, 2)  # fmt: skip
+                         for run in runs]).reshape(-1, 2)  # fmt: skip
         values, errors = rows[np.isfinite(rows[:, 0])].T
         if len(values):  # several tell their scatter, one alone its own error
             error = WIDTH * max(np.std(values, ddof=len(values) > 1), errors.max()) / math.sqrt(len(values))
@@ -161,11 +162,13 @@ def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer
         return
     robot, model = shown[0][:2]
     alike = abs(robot.value - model.value) <= robot.error + model.error
-    off, runs = robot.value / model.value - 1.0, count_of(len(imu.runs), "run")
+    off = robot.value / model.value - 1.0
+    doubted = next((run.report for run in runs if FREQUENCY in run.report.not_trusted), None)
+    doubt = f" A remark speaks against them: {doubted.name}: {doubted.remarks[0]}." if doubted else ""
     yield Answer(
         "What was measured?",
         "; ".join(f"{one.text(by)} {unit} (model: {other.text(by)})" for one, other, by, unit in shown) + ".",
-        f"Errors of what was measured: from the scatter of {runs}.",
+        f"Errors of what was measured: from the scatter of {count_of(len(runs), 'run')}.{doubt}",
         f"The robot steps {100 * abs(off):.2g} % {'faster' if off > 0 else 'slower'} than the model, "
         + ("within their errors: nothing speaks against the design." if alike else
            "more than their errors: a calibration tells which parameter differs." if model.known else

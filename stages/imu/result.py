@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.quantity import count_of, quantity
-from stages.imu.judgement.verdict import FREQUENCY, REFUSED
+from stages.imu.judgement.verdict import REFUSED
 
 Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
 NOT_OBSERVABLE = -1
@@ -267,7 +267,7 @@ class Result:
     rejected: tuple[RunReport, ...] = quantity("-", "runs not used, each with its reason")
     ensemble: Ensemble = quantity("-", "all strides of all runs")
     step_frequency: float = quantity(
-        "Hz", "mean of the runs whose step frequency no remark is about; of all, if there is none such", symbol="f")
+        "Hz", "mean of the runs whose legs land in turn, step by step; of all, if there is none such", symbol="f")
     step_frequency_spread: float = quantity("Hz", "standard deviation between these; NaN of one")
 
     def summary(self) -> str:
@@ -276,7 +276,7 @@ class Result:
         turned_down = f", {len(self.rejected)} rejected" if self.rejected else ""
         apart = self.step_frequency_spread
         spread = f" +- {f'{apart:.3f}' if apart >= 5e-4 else 'less than 0.001'}" if math.isfinite(apart) else ""
-        doubt = "" if trusted(self.runs, FREQUENCY) else ", not to be trusted: see the remarks of bipedstudy show imu"
+        doubt = "" if stepping(self.runs) else ", not to be trusted: see the remarks of bipedstudy show imu"
         return (
             f"{count_of(len(self.runs), f'{self.origin} run')}{turned_down}, {strides} strides, "
             f"step frequency {self.step_frequency:.3f}{spread} Hz{doubt}"
@@ -287,9 +287,10 @@ class Result:
         return tables(self.reports, [*(run.report for run in self.runs), *self.rejected], self.origin)
 
 
-def trusted(runs: Iterable[Run], name: str) -> list[Run]:
-    """The runs of which no remark is about the quantity of this name, as `judgement/verdict.py` has it."""
-    return [run for run in runs if name not in run.report.not_trusted]
+def stepping(runs: Iterable[Run]) -> list[Run]:
+    """The runs whose legs land in turn, each step within half of the median: in others a leg may have landed twice."""
+    every = [(run, run.report.evidence) for run in runs]
+    return [run for run, one in every if not (one.alternating < 1.0 or one.spacing > 0.5)]
 
 
 def origin_of(runs: Iterable[RunReport]) -> str:

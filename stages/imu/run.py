@@ -15,9 +15,8 @@ import numpy as np
 
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.imu.judgement.verdict import FREQUENCY
 from stages.imu.parameters import Parameters, Reading
-from stages.imu.result import Result, Run, RunReport, SensorReport, SensorSignals, origin_of, trusted
+from stages.imu.result import Result, Run, RunReport, SensorReport, SensorSignals, origin_of, stepping
 from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import Experiment, Recording
@@ -83,8 +82,8 @@ def collect(found: Iterable[Trial]) -> Result:
 
 
 def frequency_of(runs: list[Run]) -> tuple[float, float]:
-    """Mean step frequency [Hz] of the runs of which no remark is about it, or of all, and their standard deviation."""
-    found = np.array([one.report.step_frequency for one in trusted(runs, FREQUENCY) or runs])
+    """Mean step frequency [Hz] of the runs whose legs land in turn, or of all if there are none, and their spread."""
+    found = np.array([one.report.step_frequency for one in stepping(runs) or runs])
     return float(np.mean(found)), float(np.std(found, ddof=1)) if len(found) > 1 else math.nan
 
 

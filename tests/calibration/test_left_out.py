@@ -117,6 +117,15 @@ def test_a_fit_that_its_cause_led_far_off_is_made_anew(monkeypatch):
     assert best.value == pytest.approx(campaign.design.value(RADIUS), abs=3 * best.sd)
 
 
+def test_of_two_fits_of_a_parameter_the_better_names_it(unlike, monkeypatch):
+    """Each is fitted from where the fit is and anew: one of other_damping; other_damping; frame_mass, said a lab's."""
+    model, fit = unlike
+    names = RADIUS, "biped.other_stiffness"
+    monkeypatch.setattr(left_out, "scores", lambda *given: [Cause(name, 9.0) for name in names])
+    monkeypatch.setattr(left_out, "_fitted", lambda score, *given: Cause(score.name, 9.0 + given[-1]))
+    assert [(one.name, one.sigmas) for one in causes(DESIGN, fit, model, KNOWN)] == [(name, 10.0) for name in names]
+
+
 def test_nothing_is_named_where_the_model_is_right():
     model, fit = made({}, 2)
     assert causes(DESIGN, fit, model, KNOWN) == []

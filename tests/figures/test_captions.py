@@ -282,7 +282,7 @@ def test_the_first_screen_answers_three_questions_and_a_fourth_of_own_recordings
     assert steady.answer.startswith("A step leaves 0.59 ± 0.05") and "above 0.999" in steady.answer
     assert "after 5 steps; of the starts tried, 14 %" in steady.means
     report = SimpleNamespace(step_frequency=2.0, step_frequency_error=0.01, step_length=0.16, step_length_error=1e-3,
-                             not_trusted=())
+                             not_trusted=(), evidence=SimpleNamespace(alternating=1.0, spacing=0.1))
     own = SimpleNamespace(origin="measured", runs=(SimpleNamespace(report=report),))
     said = answers(inputs(imu=own))[3]
     assert said.answer == "2.00 ± 0.02 steps a second (model: 1.98 ± 0.09); 160 ± 2 mm a step (model: 158 ± 7)."
@@ -297,17 +297,23 @@ def test_the_first_screen_answers_three_questions_and_a_fourth_of_own_recordings
     assert said.means.endswith("more than the errors that are known; what the model misses is not.")
 
 
-def test_a_run_that_its_remarks_speak_against_is_not_held_against_the_model():
+def test_a_run_in_which_a_leg_lands_twice_is_not_held_against_the_model():
     """A leg that lands twice is two steps: the first screen advised a calibration, by 30 %."""
     report = SimpleNamespace(
         step_frequency=3.7, step_frequency_error=0.1, step_length=0.1, step_length_error=0.01, name="run 1",
-        not_trusted=("step frequency", "step length"), remarks=("a leg lands twice",))  # fmt: skip
+        not_trusted=("heel strikes", "step frequency"), remarks=("a leg lands twice",),
+        evidence=SimpleNamespace(alternating=1.0, spacing=0.97))  # fmt: skip
     twice = SimpleNamespace(report=report)
     said = answers(inputs(imu=SimpleNamespace(origin="measured", runs=(twice,))))[3]
     assert (said.answer, said.means) == ("No step frequency that can be trusted.", "run 1: a leg lands twice.")
-    good = SimpleNamespace(report=SimpleNamespace(**{**vars(report), "step_frequency": 2.0, "not_trusted": ()}))
+    good = SimpleNamespace(report=SimpleNamespace(**{**vars(report), "step_frequency": 2.0, "not_trusted": (),
+                                                 "evidence": SimpleNamespace(alternating=1.0, spacing=0.1)}))
     said = answers(inputs(imu=SimpleNamespace(origin="measured", runs=(twice, good))))[3]
-    assert said.answer.startswith("2.0 ± 0.2 steps a second")
+    assert said.answer.startswith("2.0 ± 0.2 steps a second") and said.errors.endswith("from the scatter of 1 run.")
+    own = SimpleNamespace(report=SimpleNamespace(**{
+        **vars(good.report), "not_trusted": ("clock", "step frequency"), "remarks": ("a clock of its own",)}))
+    said = answers(inputs(imu=SimpleNamespace(origin="measured", runs=(own,))))[3]
+    assert said.errors.endswith("A remark speaks against them: run 1: a clock of its own.")
 
 
 def test_where_known_errors_leave_stability_open_no_sentence_says_it_is_stable():

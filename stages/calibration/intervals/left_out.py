@@ -137,7 +137,9 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
             break  # what explains all that was amiss leaves the others nothing
         tried.append(_fitted(each, design, fit, model, known, True))
     sure = [one for one in tried if one.sigmas > least]  # of these, those that explain the residuals if any do
-    there = sorted([one for one in sure if one.explains] or sure, key=attrgetter("sigmas"), reverse=True)
+    fits = sorted([one for one in sure if one.explains] or sure, key=attrgetter("sigmas"))
+    there = [*{one.name: one for one in fits}.values()]  # of two fits of one parameter the better
+    there.sort(key=attrgetter("sigmas"), reverse=True)
     return [one for one in there if one.drop > there[0].drop - 2.0 * math.log(WORSE)][:NAMED]
 
 
