@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.cache import disk
-from pipeline.errors import StageFailed, StudyError
+from pipeline.errors import StudyError
 from pipeline.execution import process
 from pipeline.execution.executor import RESTORABLE
 from tests.pipeline.processes import started, workers
@@ -34,11 +34,10 @@ unix = pytest.mark.skipif(os.name != "posix", reason="uses POSIX signals")
 def test_a_failing_stage_is_one_sentence_and_leaves_the_rest_valid(done, capsys, behaviour, sentence):
     before = done.results()
     done.edit("params/side.yaml", "seed: 3", "seed: 4")
-    with pytest.raises(StageFailed) as failure:
-        done.run(f"fall.behaviour={behaviour}")
-    (said,) = failure.value.sentences
+    failure = done.fails(f"fall.behaviour={behaviour}")
+    (said,) = failure.sentences
     assert sentence in said and "\n" not in said
-    assert failure.value.exit_code == (3 if behaviour == "answer" else 1)
+    assert failure.exit_code == (3 if behaviour == "answer" else 1)
     assert "not computed, as they stand on what failed: bounce, picture" in capsys.readouterr().err
     assert behaviour != "raise" or "ZeroDivisionError" in (done.root / "results/log/fall.log").read_text()
     after = done.results()
@@ -64,8 +63,7 @@ def before_a_worker(monkeypatch, stage, edit, *arguments):
 def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
     """The key is made from one text, the worker meets another."""
     before_a_worker(monkeypatch, "fall", done.edit, "PACKAGE/body/motion.py", "0.5 * gravity", "0.6 * gravity")
-    with pytest.raises(StageFailed, match=r"body/motion.py was edited while it ran, so its result was not kept"):
-        done.run("fall.height=3")
+    done.fails("fall.height=3", said=r"body/motion.py was edited while it ran, so its result was not kept")
     monkeypatch.undo()
     done.edit("PACKAGE/body/motion.py", "0.6 * gravity", "0.5 * gravity")
     assert done.run("fall.height=3")["fall"] == "computed"
@@ -73,8 +71,7 @@ def test_code_edited_while_it_runs_is_never_stored(done, monkeypatch):
 
 def test_an_input_edited_while_the_run_goes_on_is_not_used(done, monkeypatch):
     before_a_worker(monkeypatch, "bounce", (done.root / "results/fall.h5").write_bytes, b"someone else")
-    with pytest.raises(StageFailed, match=r"its input results/fall.h5 was changed by someone else meanwhile"):
-        done.run("ground.contact_stiffness=7")
+    done.fails("ground.contact_stiffness=7", said=r"its input results/fall.h5 was changed by someone else meanwhile")
 
 
 @pytest.fixture
@@ -96,8 +93,7 @@ def full(monkeypatch):
 def test_a_full_disk_in_the_pipeline_is_one_sentence(done, full, monkeypatch):
     before = done.results()
     full()
-    with pytest.raises(StageFailed, match=r"stage fall: its result could not be stored: No space left on device"):
-        done.run("fall.height=3", names=("fall",))
+    done.fails("fall.height=3", names=("fall",), said="fall: its result could not be stored: No space left on device")
     assert done.results() == before
     monkeypatch.undo()
     assert done.run("fall.height=3", names=("fall",)) == {"fall": "computed"}
@@ -107,8 +103,7 @@ def test_files_half_replaced_are_not_called_current(done, full, monkeypatch):
     """The disk is full when the last file of four is put in place: a figure lies there that no record knows yet."""
     before, last = done.results(), done.root / "results/picture.h5"
     full(last)
-    with pytest.raises(StageFailed, match=r"stage picture: its result could not be stored: No space left"):
-        done.run("picture.extra=true")
+    done.fails("picture.extra=true", said=r"stage picture: its result could not be stored: No space left")
     monkeypatch.undo()
     assert done.results().keys() - before.keys() == {"figures/two.svg"} and last.read_bytes() == before["picture.h5"]
     assert done.survey()["picture"].state == RESTORABLE
@@ -124,8 +119,7 @@ def test_a_full_disk_in_the_worker_is_one_sentence(done):
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, old[1]))
     try:
-        with pytest.raises(StageFailed, match=r"stage fall: it did not finish: File too large"):
-            done.run("fall.steps=5000", names=("fall",))
+        done.fails("fall.steps=5000", names=("fall",), said=r"stage fall: it did not finish: File too large")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, old)
     assert done.results() == before

@@ -12,7 +12,6 @@ import pytest
 
 from pipeline.cache.fingerprint import entry_modules
 from pipeline.cache.sources import beside
-from pipeline.errors import StageFailed
 from pipeline.execution import process
 from pipeline.execution.display import Display
 from pipeline.execution.fork_server import foreign
@@ -79,8 +78,7 @@ def test_a_package_that_starts_threads_is_loaded_by_each_worker(done, package):
 def test_a_package_that_fails_as_it_is_loaded_fails_its_stage_alone(done, package, code, said):
     package(code)
     done.edit(SIDE, "import loud\n", "")
-    with pytest.raises(StageFailed, match="^stage fall: " + re.escape(said)):
-        done.run("side.seed=5", jobs=1)
+    done.fails("side.seed=5", jobs=1, said="^stage fall: " + re.escape(said))
     assert done.run("side.seed=5", names=("side",)) == {"side": "current"}
 
 
@@ -110,8 +108,7 @@ def test_no_room_for_another_process_fails_its_stage_with_a_sentence(done, own_s
         "    os.fork = full\n"
     )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    with pytest.raises(StageFailed, match=r"^stage side: its process ended by itself with code 1; the full account is"):
-        done.run("side.seed=5", names=("side",))
+    done.fails("side.seed=5", names=("side",), said="^stage side: its process ended by itself with code 1; the full")
     assert os.strerror(errno.EAGAIN) in (done.root / "results/log/side.log").read_text()
     monkeypatch.undo()
     assert done.run("side.seed=5", names=("side",)) == {"side": "computed"}
@@ -128,8 +125,7 @@ def test_numbers_drawn_without_a_seed_differ_between_workers(done):
     in_side(done, "import sys, numpy as np\nprint('drawn', np.random.random(), file=sys.stderr)\nraise ValueError")
     drawn = set()
     for _ in range(2):
-        with pytest.raises(StageFailed):
-            done.run(names=("side",))
+        done.fails(names=("side",))
         drawn |= {*re.findall(r"drawn (\S+)", (done.root / "results/log/side.log").read_text())}
     assert len(drawn) == 2
 
@@ -142,8 +138,7 @@ def test_a_stage_that_dies_takes_what_it_started_with_it(done):
                   "print('child', child.pid, file=sys.stderr, flush=True)\n"
                   "os.kill(os.getpid(), 9)")  # fmt: skip
     began = time.monotonic()
-    with pytest.raises(StageFailed, match=r"stage side: its process was ended by the system \(SIGKILL\)"):
-        done.run(names=("side",))
+    done.fails(names=("side",), said=r"stage side: its process was ended by the system \(SIGKILL\)")
     child = int(re.findall(r"child (\d+)", (done.root / "results/log/side.log").read_text())[0])
     assert time.monotonic() - began < 60
     with pytest.raises(ProcessLookupError):

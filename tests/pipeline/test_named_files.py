@@ -34,8 +34,7 @@ def test_the_content_of_a_named_file_decides(toy):
 ])  # fmt: skip
 def test_what_is_no_file_is_refused_at_once_by_its_name(toy, name, said):
     os.mkfifo(toy.root / "pipe")
-    with pytest.raises(StudyError, match=said):
-        toy.run(f"side.table={name}", names=("side",))
+    toy.fails(f"side.table={name}", names=("side",), said=said)
 
 
 def test_a_large_file_changed_in_place_with_its_time_kept_is_seen(tmp_path):

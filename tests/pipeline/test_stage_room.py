@@ -11,7 +11,6 @@ import h5py
 import pytest
 
 from pipeline import trust
-from pipeline.errors import StageFailed, StudyError
 from pipeline.room import confine
 from stages.biped import machine_code
 from tests import commands
@@ -126,8 +125,7 @@ def test_a_stage_can_do_what_programs_do(toy):
 def test_a_stage_that_asks_the_network_is_told(toy, way):
     toy.edit("PACKAGE/side/run.py", "import random\n", "import contextlib\nimport random\nimport socket\n")
     toy.edit("PACKAGE/side/run.py", "    time.sleep(", f"    {way}\n    time.sleep(")
-    with pytest.raises(StageFailed, match=r"stage side: it asked the network, which no stage may"):
-        toy.run(names=("side",))
+    toy.fails(names=("side",), said=r"stage side: it asked the network, which no stage may")
 
 
 
@@ -209,8 +207,7 @@ def test_an_undeclared_file_is_named_with_its_stage(toy, way):
     file.touch()
     (toy.root / "link").symlink_to(file)
     reading(toy, WAYS[way], file)
-    with pytest.raises((StageFailed, StudyError), match=r"stage side.*it read lab\.txt, which dvc\.yaml does not list"):
-        toy.run(names=("side",))
+    toy.fails(names=("side",), said=r"stage side.*it read lab\.txt, which dvc\.yaml does not list")
     assert not (toy.root / "results/side.h5").exists()
 
 
@@ -219,5 +216,4 @@ def test_another_stages_result_and_parameters_are_undeclared_too(toy):
     way = ("for file in (FILE, 'params/fall.yaml'):\n        with contextlib.suppress(PermissionError):\n"
            "            open(file, 'rb').read()")  # fmt: skip
     reading(toy, way, toy.root / "results/fall.h5")
-    with pytest.raises((StageFailed, StudyError), match=r"it read results/fall\.h5, params/fall\.yaml, which"):
-        toy.run(names=("side",))
+    toy.fails(names=("side",), said=r"it read results/fall\.h5, params/fall\.yaml, which")

@@ -1,8 +1,5 @@
 """A stage that says no is a result: kept, told by every command, and what can do without it is computed."""
 
-import pytest
-
-from pipeline.errors import StageFailed
 from pipeline.execution import executor
 
 
@@ -19,10 +16,9 @@ def can_do_without(toy):
 
 def test_it_is_kept_its_files_go_and_what_needs_it_says_so(done, monkeypatch):
     toy = can_do_without(done)
-    with pytest.raises(StageFailed) as no:
-        toy.run("fall.behaviour=answer")
-    assert no.value.exit_code == 3 and no.value.sentences == ("stage fall: nothing falls upwards",)
-    told = {one.stage: (one.how, one.summary) for one in no.value.outcomes}
+    no = toy.fails("fall.behaviour=answer")
+    assert no.exit_code == 3 and no.sentences == ("stage fall: nothing falls upwards",)
+    told = {one.stage: (one.how, one.summary) for one in no.outcomes}
     assert told == {"fall": ("refused", "nothing falls upwards"),
                     "bounce": ("refused", "there is no fall: nothing falls upwards"),
                     "side": ("current", told["side"][1]), "picture": ("computed", "2 figures")}
@@ -31,9 +27,7 @@ def test_it_is_kept_its_files_go_and_what_needs_it_says_so(done, monkeypatch):
     kept = {name: found.entry.refused for name, found in toy.survey("fall.behaviour=answer").items()}
     assert kept == {"fall": True, "bounce": True, "side": False, "picture": False}
     monkeypatch.setattr(executor._Run, "_start", None)  # whatever is computed now fails
-    with pytest.raises(StageFailed) as again:
-        toy.run("fall.behaviour=answer")
-    assert again.value.sentences == no.value.sentences
+    assert toy.fails("fall.behaviour=answer").sentences == no.sentences
     monkeypatch.undo()
     assert toy.run() == {"fall": "restored", "bounce": "restored", "side": "current", "picture": "computed"}
 
@@ -41,9 +35,8 @@ def test_it_is_kept_its_files_go_and_what_needs_it_says_so(done, monkeypatch):
 def test_of_a_long_reason_the_first_clause_is_passed_on(done):
     long = f"nothing falls upwards: of {', '.join(map(str, range(60)))} tries none did"
     can_do_without(done).edit("PACKAGE/fall/run.py", "nothing falls upwards", long)
-    with pytest.raises(StageFailed) as no:
-        done.run("fall.behaviour=answer")
-    told = {one.stage: one.summary for one in no.value.outcomes}
+    no = done.fails("fall.behaviour=answer")
+    told = {one.stage: one.summary for one in no.outcomes}
     assert told["fall"] == long and told["bounce"] == "there is no fall: nothing falls upwards"
 
 
@@ -51,9 +44,8 @@ def test_another_reason_is_another_key(done):
     """What a stage does without something follows from the reason."""
     toy, keys = can_do_without(done), []
     for words in ("nothing falls upwards", "it is held"):
-        with pytest.raises(StageFailed) as no:
-            toy.run("fall.behaviour=answer")
-        keys.append({one.stage: one.key for one in no.value.outcomes}["picture"])
+        no = toy.fails("fall.behaviour=answer")
+        keys.append({one.stage: one.key for one in no.outcomes}["picture"])
         toy.edit("PACKAGE/fall/run.py", "nothing falls upwards", "it is held") if len(keys) == 1 else None
         assert words.encode() in toy.results()["claims.yaml"]
     assert keys[0] != keys[1]
@@ -61,10 +53,9 @@ def test_another_reason_is_another_key(done):
 
 def test_a_failure_is_not_kept_and_takes_no_earlier_result(done):
     toy, before = can_do_without(done), done.results()
-    with pytest.raises(StageFailed) as failure:
-        toy.run("fall.behaviour=raise")
-    assert failure.value.exit_code == 1
-    assert {one.stage: one.how for one in failure.value.outcomes} == {
+    failure = toy.fails("fall.behaviour=raise")
+    assert failure.exit_code == 1
+    assert {one.stage: one.how for one in failure.outcomes} == {
         "fall": "failed", "bounce": "failed", "side": "current", "picture": "computed"}
     after = toy.results()
     assert {name for name in before if after.get(name) != before[name]} == {"claims.yaml", "picture.h5"}
@@ -76,15 +67,12 @@ def test_a_stage_that_went_wrong_in_part_is_kept_with_its_account_and_ends_with_
     toy.edit("PACKAGE/picture/run.py", "    return Result(",
              "    files['figures/two.log'] = b'Traceback'\n    return Result(")
     for behaviour, more in (("well", ()), ("answer", ("stage fall: nothing falls upwards",))):
-        with pytest.raises(StageFailed) as failed:
-            toy.run(f"fall.behaviour={behaviour}")
-        said = "stage picture: 3 figures; the full account is in " + failed.value.sentences[-1].rpartition(" in ")[2]
-        assert failed.value.exit_code == 1 and failed.value.sentences == (*more, said) and said.endswith("two.log")
+        failed = toy.fails(f"fall.behaviour={behaviour}")
+        said = "stage picture: 3 figures; the full account is in " + failed.sentences[-1].rpartition(" in ")[2]
+        assert failed.exit_code == 1 and failed.sentences == (*more, said) and said.endswith("two.log")
         assert {"figures/one.svg", "figures/two.log"} <= toy.results().keys()
     monkeypatch.setattr(executor._Run, "_start", None)  # whatever is computed now fails
-    with pytest.raises(StageFailed) as again:
-        toy.run("fall.behaviour=answer")
-    assert again.value.sentences == failed.value.sentences
+    assert toy.fails("fall.behaviour=answer").sentences == failed.sentences
 
 
 def test_every_command_tells_the_reason_and_the_report_is_written(toy_with_commands):

@@ -17,9 +17,12 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 from pipeline import trust
 from pipeline.cache.fingerprint import WRITER
 from pipeline.cache.sources import SyntaxMemo, beside
+from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Assessment, Outcome, bring_up_to_date, survey
 from pipeline.study import Study
@@ -60,6 +63,13 @@ class Toy:
         """The sweep that a file with this text describes."""
         (self.root / "sweep.yaml").write_text(text)
         return Sweep(self.study(), specs.read(self.root / "sweep.yaml"), Display())
+
+    def fails(self, *settings: str, said: str = "", names: tuple[str, ...] = (), force: bool = False,
+              jobs: int = 2) -> StudyError:  # fmt: skip
+        """What a run ends with that says this, by a regular expression."""
+        with pytest.raises(StudyError, match=said) as failed:
+            self.outcomes(*settings, names=names, force=force, jobs=jobs)
+        return failed.value
 
     def survey(self, *settings: str) -> dict[str, Assessment]:
         """What `status` finds of each stage, by its name."""
