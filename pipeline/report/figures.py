@@ -9,7 +9,6 @@ import math
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +29,7 @@ TOLERANCE = 0.25
 #: Largest relative difference of two numbers of a figure called the same, and the part of a curve's largest number that
 #: counts as nothing.
 NUMBERS, _NOTHING = 1e-3, 1e-6
+Row = dict[str, Any]
 _NO_CAPTION = "No caption: what is drawn was not computed together, so it is no comparison."
 
 
@@ -117,7 +117,7 @@ def _are_current(study: Study) -> bool:
 
 def _drawn_anew(
     study: Study, expected: Path, present: Sequence[str], kept: Path, tolerance: float
-) -> list[Difference]:
+) -> list[Row]:
     """Draw all figures anew beside a display, and compare them with those in `expected`, whose names are `present`."""
     shows, count = display.for_terminal(False, False), len({Path(name).stem for name in present})
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as folder:
@@ -130,13 +130,13 @@ def _drawn_anew(
         return compare(expected, Path(folder), kept, tolerance)
 
 
-def _report(found: Sequence[Difference], count: int, how: str, exact: bool, form: options.Form) -> None:
+def _report(found: Sequence[Row], count: int, how: str, exact: bool, form: options.Form) -> None:
     """Tell what differs of `count` files, and end with 1 if some of it is beyond what is allowed."""
-    failed = [difference for difference in found if difference.fails or exact]
-    lines = [f"{one.name} {one.what}" + (f"; see {shown(one.picture)}" if one.picture else "") for one in found]
-    differ = [{"name": one.name, "what": one.what, "fails": one in failed,
-               "picture": shown(one.picture) if one.picture else None} for one in found]  # fmt: skip
-    form.give([*lines, f"{count} files, {len(found)} differ, {len(failed)} of them beyond what is allowed: {how}"],
+    differ = [{**one, "fails": one["fails"] or exact, "picture": one["picture"] and shown(one["picture"])}
+              for one in found]  # fmt: skip
+    lines = [f"{one['name']} {one['what']}" + (f"; see {one['picture']}" if one["picture"] else "") for one in differ]
+    failed = sum(one["fails"] for one in differ)
+    form.give([*lines, f"{count} files, {len(differ)} differ, {failed} of them beyond what is allowed: {how}"],
               {"files": count, "differ": differ, "compared": how})
     if failed:
         sys.exit(FAILED)
@@ -247,16 +247,6 @@ def _result(study: Study, path: str) -> Any:
     return study.result(Path(path).stem, "run-all") if path.endswith(".h5") else study.there(path, "run-all")
 
 
-@dataclass(frozen=True)
-class Difference:
-    """A file that differs: its name, what about it, whether that is a failure, and a picture of the difference."""
-
-    name: str
-    what: str
-    fails: bool
-    picture: Path | None = None
-
-
 def differing(one: Path, other: Path) -> Iterator[tuple[str, bytes | None, bytes | None]]:
     """Name, and content in either folder (None where there is none), of every file that is not the same in both."""
     for name in sorted({path.name for folder in (one, other) if folder.is_dir() for path in folder.iterdir()}):
@@ -265,13 +255,20 @@ def differing(one: Path, other: Path) -> Iterator[tuple[str, bytes | None, bytes
             yield name, *contents
 
 
-def compare(expected: Path, drawn: Path, kept: Path, tolerance: float = TOLERANCE) -> list[Difference]:
-    """How the files in `drawn` differ from those in `expected`; pictures of the differences go into `kept`."""
+def compare(expected: Path, drawn: Path, kept: Path, tolerance: float = TOLERANCE) -> list[Row]:
+    """How the files in `drawn` differ from those in `expected`; pictures of the differences go into `kept`.
+
+    Of each that differs its `name`, `what` about it, whether that `fails`, and a `picture` of the difference, or None.
+    """
     return [difference(expected / name, drawn / name, kept, tolerance)
-            if None not in (one, other) and name.endswith(".png") else Difference(
+            if None not in (one, other) and name.endswith(".png") else _row(
                 name, "is missing" if one is None else "is no longer drawn" if other is None else "has other bytes",
                 None in (one, other))
             for name, one, other in differing(expected, drawn)]  # fmt: skip
+
+
+def _row(name: str, what: str, fails: bool, picture: Path | None = None) -> Row:
+    return {"name": name, "what": what, "fails": fails, "picture": picture}
 
 
 def rms(expected: Path, drawn: Path) -> float:
@@ -289,7 +286,7 @@ def _pixels(picture: Path) -> Any:
     return np.asarray(imread(picture), dtype=float)[..., :3]
 
 
-def difference(expected: Path, drawn: Path, kept: Path, tolerance: float) -> Difference:
+def difference(expected: Path, drawn: Path, kept: Path, tolerance: float) -> Row:
     """How two PNG files differ: in their pixels or, where different programs drew them, in the numbers beside them."""
     name, size, programs = drawn.name, rms(expected, drawn), [_drawn_by(path) for path in (expected, drawn)]
     if all(programs) and programs[0] != programs[1]:
@@ -302,14 +299,14 @@ def difference(expected: Path, drawn: Path, kept: Path, tolerance: float) -> Dif
     else:
         what, fails = "has another size", True
     if not fails:
-        return Difference(name, what, False)
+        return _row(name, what, False)
     for path, suffix in ((expected, "expected"), (drawn, "drawn")):
         disk.write(kept / f"{drawn.stem}-{suffix}.png", path.read_bytes())
     if size == math.inf:
-        return Difference(name, what, True, kept / f"{drawn.stem}-drawn.png")
+        return _row(name, what, True, kept / f"{drawn.stem}-drawn.png")
     target = kept / f"{drawn.stem}-difference.png"
     _draw_difference(expected, drawn, target)
-    return Difference(name, what, True, target)
+    return _row(name, what, True, target)
 
 
 def _drawn_by(picture: Path) -> str:

@@ -66,7 +66,7 @@ def test_a_figure_is_the_golden_picture(name, tmp_path, request):
         golden.write_bytes(now.read_bytes())
     assert golden.is_file(), "it has no golden picture: --write-golden makes one"
     found = difference(golden, now, tmp_path / "differences", TOLERANCE)
-    assert not found.fails, f"{found.name} {found.what}; look at {found.picture}"
+    assert not found["fails"], found
 
 
 @same_version
