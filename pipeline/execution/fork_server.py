@@ -6,7 +6,7 @@ of its own above it, which waits for it; on the worker's output that one tells t
 code.
 
 It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
-Sources are only compiled here. It computes nothing and starts no thread, as a forked process has none of its parent's;
+It computes nothing and starts no thread, as a forked process has none of its parent's;
 if some package starts threads when it is loaded, workers are started afresh from then on.
 """
 
@@ -31,7 +31,6 @@ from pipeline.cache.sources import Imports, beside, with_parents
 from pipeline.errors import StudyError
 from pipeline.execution import worker
 from pipeline.execution.job import Job
-from pipeline.execution.worker import code_of
 from pipeline.home import home_of
 from pipeline.room.confine import when_parent_ends
 
@@ -76,19 +75,14 @@ def main() -> NoReturn:
 
 
 def load(job: Job) -> None:
-    """Compile the job's sources, and import what the import of its modules will from other packages; the worker says
-    what is wrong with them.
-    """
+    """Import what the import of the job's modules will from other packages; the worker says what is wrong with them."""
     with contextlib.suppress(StudyError):
         home = home_of(job.package, Path(job.code_root))
         memo = beside(home / job.package)  # with what whoever asked has just found in the sources
         heads: dict[str, Imports] = {}
         for file in job.code:
             if file.endswith(".py"):
-                source = disk.read(home / file) or b""
-                heads[file] = memo.meaning(source).heads
-                with contextlib.suppress(SyntaxError, ValueError):
-                    code_of(str(home / file), source)
+                heads[file] = memo.meaning(disk.read(home / file) or b"").heads
         for module, names in foreign(job.package, job.modules, heads):
             with contextlib.suppress(BaseException):
                 __import__(module, fromlist=names)

@@ -28,7 +28,6 @@ import threading
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, NoReturn
@@ -47,16 +46,6 @@ from pipeline.home import home_of, importable, named, stage_module
 from pipeline.parameters import loading
 from pipeline.room.confine import enter, of_code, when_parent_ends
 from pipeline.room.watch import watched
-
-
-@cache
-def code_of(path: str, source: bytes) -> CodeType:
-    """The code of the source at `path`, compiled once for this process and those it forks.
-
-    Raises SyntaxError or ValueError where it cannot be compiled.
-    """
-    code: CodeType = compile(source, path, "exec", dont_inherit=True)
-    return code
 
 
 class ObservedSources(importlib.abc.MetaPathFinder):
@@ -92,7 +81,8 @@ class _Loader(importlib.machinery.SourceFileLoader):
         source = self.get_data(path)
         name = Path(path).relative_to(self._observed.sources.code_root).as_posix()
         self._observed.loaded[name] = source
-        return code_of(path, source)
+        code: CodeType = compile(source, path, "exec", dont_inherit=True)
+        return code
 
 
 _REPORT_EVERY_S = 0.1

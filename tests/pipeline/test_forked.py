@@ -2,11 +2,9 @@
 
 import errno
 import os
-import py_compile
 import queue
 import re
 import time
-from pathlib import Path
 
 import pytest
 
@@ -17,7 +15,6 @@ from pipeline.execution.display import Display
 from pipeline.execution.fork_server import foreign
 from pipeline.execution.job import Job
 from pipeline.execution.process import FORKED, Worker
-from pipeline.execution.worker import code_of
 
 pytestmark = pytest.mark.skipif(not FORKED, reason="workers are started afresh on this system")
 FALL, SIDE = "PACKAGE/fall/run.py", "PACKAGE/side/run.py"
@@ -53,7 +50,7 @@ def test_what_stages_import_is_loaded_once(done, package):
 
 
 def test_a_worker_runs_the_code_that_is_there_when_it_starts(done, package):
-    """The server compiled the text before; an edit of the same length and time fools the interpreter's own check."""
+    """An edit of the same length and time fools the interpreter's own check of what it compiled before."""
     package("")
     done.run()
     path = done.path("PACKAGE/body/motion.py")
@@ -167,20 +164,6 @@ def test_what_is_imported_late_is_not_loaded_before(repository):
              for stage in ("analytic", "extremes", "figures")}  # fmt: skip
     assert {"numpy", "numba"} <= found["analytic"] and not found["analytic"] & {"sympy", "matplotlib", "exudyn"}
     assert "sympy" in found["extremes"] and "matplotlib" in found["figures"]
-
-
-def test_a_compilation_is_of_its_text_alone(done):
-    """Whatever lies beside it: the text has been edited, and its time and size were put back."""
-    path = done.path("PACKAGE/fall/run.py")
-    source, times = path.read_bytes(), path.stat()
-    kept = Path(py_compile.compile(str(path), invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH))
-    edited = source.replace(b"import time\n", b"import math\n")
-    path.write_bytes(edited)
-    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
-    for content in (kept.read_bytes(), b"", kept.read_bytes()[:40], b"\0" * 400):
-        kept.write_bytes(content)
-        code = code_of.__wrapped__(str(path), edited)
-        assert code == compile(edited, str(path), "exec", dont_inherit=True) and code.co_filename == str(path)
 
 
 def test_what_was_parsed_for_the_key_is_not_parsed_again(done, monkeypatch):
