@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -94,15 +93,10 @@ class Graph:
 
 def read(root: Path) -> Graph:
     """Read `root`/dvc.yaml; raises `StudyError` naming every line this pipeline does not understand."""
-    return _graph(yaml_text.text_of(root / FILE_NAME, FILE_NAME), root / FILE_NAME)
-
-
-@lru_cache(maxsize=4)
-def _graph(text: str, path: Path) -> Graph:
-    tree, problems = yaml_text.parse(text, FILE_NAME), list[str]()
+    tree, problems = yaml_text.read(root / FILE_NAME, FILE_NAME), list[str]()
     top = tree.value if isinstance(tree.value, dict) else {}
     if {*top} - {*_SHOWN} != {"stages"} or not isinstance(top["stages"].value, dict) or not top["stages"].value:
-        raise StudyError(f'{path}: expected the key "stages" with the stages under it, and beside it only '
+        raise StudyError(f'{root / FILE_NAME}: expected the key "stages" with the stages under it, and beside it only '
                          f"{' and '.join(_SHOWN)}")  # fmt: skip
     stages = [_stage(name, node, problems) for name, node in top["stages"].value.items()]
     if problems:

@@ -10,9 +10,9 @@ import contextlib
 import importlib.util
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -134,38 +134,11 @@ class Closure:
     foreign: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class _Module:
-    """A module's file, what it means, the modules of its package that it needs, and the foreign ones."""
-
-    file: str
-    tree: str
-    needs: frozenset[str]
-    foreign: frozenset[str]
-
-
-#: What gives a module by its name (None for a name that is no module), and a folder's other files with their digests.
-_Read = tuple[Callable[[str], "_Module | None"], Callable[[str], dict[str, str]]]
-
-
 class Sources:
-    """The package of stages under `code_root`; reads every file afresh each time a closure is asked for.
-
-    Within `one_moment` a file is read once: closures that are asked for at the same time share what they read.
-    """
+    """The package of stages under `code_root`; reads every file afresh each time a closure is asked for."""
 
     def __init__(self, code_root: Path, package: str, memo: SyntaxMemo) -> None:
         self.code_root, self.package, self.memo = code_root, package, memo
-        self._held: _Read | None = None
-
-    @contextlib.contextmanager
-    def one_moment(self) -> Iterator[None]:
-        """Read every file once until the end of this context."""
-        self._held = cache(self._module), cache(self._beside)
-        try:
-            yield
-        finally:
-            self._held = None
 
     def closure(self, modules: Iterable[str]) -> Closure:
         """Everything `modules` import, at any depth and also inside functions, with the packages around them.
@@ -173,7 +146,6 @@ class Sources:
         A package whose `__init__` reads its `__path__` is a register: it imports every module of its folder. Files
         beside modules that are not Python (style sheets, templates, tables) belong to the closure as well.
         """
-        module_of, beside = self._held or (cache(self._module), cache(self._beside))
         files: dict[str, str] = {}
         foreign: set[str] = set()
         seen: set[str] = set()
@@ -181,13 +153,19 @@ class Sources:
         while waiting:
             name = waiting.pop()
             seen.add(name)
-            module = module_of(name)
-            if module is not None:
-                files[module.file] = module.tree
-                foreign |= module.foreign
-                waiting |= module.needs - seen
+            file = self.file(name)
+            if file is None:
+                continue
+            meaning = self.memo.meaning(disk.read(self.code_root / file) or b"")
+            files[file] = meaning.tree
+            for target, names in meaning.imports:
+                first = (target or name).partition(".")[0]
+                if first == self.package:
+                    waiting |= self._needed(target or name, names) - seen
+                else:
+                    foreign.add(first)
         for folder in {os.path.dirname(file) for file in files}:  # noqa: PTH120 - a thousand times in every run
-            files.update(beside(folder))
+            files.update(self._beside(folder))
         return Closure(dict(sorted(files.items())), tuple(sorted(foreign)))
 
     def file(self, module: str) -> str | None:
@@ -198,26 +176,15 @@ class Sources:
                 return file
         return None
 
-    def _module(self, name: str) -> _Module | None:
-        file = self.file(name)
-        if file is None:
-            return None
-        meaning = self.memo.meaning(disk.read(self.code_root / file) or b"")
-        needs: set[str] = set()
-        foreign: set[str] = set()
-        for target, names in meaning.imports:
-            target = target or name
-            first = target.partition(".")[0]
-            if first != self.package:
-                foreign.add(first)
-                continue
-            needs.update(with_parents(target))
-            init = self.file(target) if names else None
-            if init is not None and init.endswith("/__init__.py"):  # in case the names are modules
-                beside = (self.code_root / init).parent.iterdir() if "*" in names else ()
-                inner = [path.stem for path in beside if path.name != "__init__.py"] or names
-                needs.update(f"{target}.{each}" for each in inner)
-        return _Module(file, meaning.tree, frozenset(needs), frozenset(foreign))
+    def _needed(self, target: str, names: list[str]) -> set[str]:
+        """Modules of the package that are needed to import these names from a target in it."""
+        needs = {*with_parents(target)}
+        init = self.file(target) if names else None
+        if init is not None and init.endswith("/__init__.py"):  # in case the names are modules
+            beside = (self.code_root / init).parent.iterdir() if "*" in names else ()
+            inner = [path.stem for path in beside if path.name != "__init__.py"] or names
+            needs.update(f"{target}.{each}" for each in inner)
+        return needs
 
     def _beside(self, folder: str) -> dict[str, str]:
         """Files of a folder that are not Python, with their digests."""

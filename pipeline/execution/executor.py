@@ -73,15 +73,14 @@ def survey(study: Study, values: Mapping[str, Any]) -> list[Assessment]:
     """State of all stages in `values` (parameters by name, in order, with everything upstream), which runs nothing."""
     entries: dict[str, Entry] = {}
     found = []
-    with study.sources.one_moment():
-        for name in values:
-            if waits_for := [above for above in study.graph.upstream(name) if above not in entries]:
-                reasons = tuple(f"input {above} will be computed first" for above in waits_for)
-                found.append(Assessment(name, WAITING, reasons, own=_own_changes(study, values, name)))
-                continue
-            found.append(assess(study, values, name, entries))
-            if (entry := found[-1].entry) is not None:
-                entries[name] = entry
+    for name in values:
+        if waits_for := [above for above in study.graph.upstream(name) if above not in entries]:
+            reasons = tuple(f"input {above} will be computed first" for above in waits_for)
+            found.append(Assessment(name, WAITING, reasons, own=_own_changes(study, values, name)))
+            continue
+        found.append(assess(study, values, name, entries))
+        if (entry := found[-1].entry) is not None:
+            entries[name] = entry
     return found
 
 
@@ -168,13 +167,12 @@ class _Run:
 
     def _begin_ready(self, pending: list[str]) -> None:
         """Begin with every stage that waits for nothing; what is current makes more of them ready."""
-        with self.study.sources.one_moment():  # ends here: code may be edited while stages run
-            while len(self.running) < self.jobs:
-                ready = [name for name in pending if self.entries.keys() >= {*self.study.graph.upstream(name)}]
-                if not ready:
-                    return
-                pending.remove(ready[0])
-                self._guarded(ready[0], self._begin)
+        while len(self.running) < self.jobs:
+            ready = [name for name in pending if self.entries.keys() >= {*self.study.graph.upstream(name)}]
+            if not ready:
+                return
+            pending.remove(ready[0])
+            self._guarded(ready[0], self._begin)
 
     def close(self) -> None:
         """End what still runs and forget its unfinished files."""

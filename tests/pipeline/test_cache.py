@@ -98,22 +98,6 @@ def sources(root, **texts):
     return Sources(root, "package", SyntaxMemo(root / "kept.json"))
 
 
-def test_sources_are_read_once_in_a_moment_and_afresh_in_the_next(tmp_path):
-    found, code = sources(tmp_path, one="x = 1"), tmp_path / "package/one.py"
-
-    def meaning():
-        return found.closure(["package.one"]).files["package/one.py"]
-
-    with found.one_moment():
-        before = meaning()
-        code.write_text("x = 2")
-        assert meaning() == before
-    with found.one_moment():
-        assert meaning() != before
-    code.write_text("x = 1")
-    assert meaning() == before
-
-
 def test_a_package_that_lists_its_folder_reaches_every_module_of_it(tmp_path):
     found = sources(tmp_path, **{
         "register.one": "import json", "other.one": "import json", "other.__init__": "",
