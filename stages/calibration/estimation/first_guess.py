@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -125,17 +124,10 @@ def _durations(walker: Walker, z: Vector, wanted: Vector, misfit: float) -> Vect
     """
     found = np.empty(len(wanted))
     for number in range(len(wanted)):
-        found[number], z = _step(walker, *z.tolist())
-        walker = walker.exchanged
+        step = poincare_map(walker, z, COARSE)
+        found[number], z, walker = step.period, step.z, walker.exchanged
         begun, measured = found[: number + 1], wanted[: number + 1]
         left = float(measured @ measured - (measured @ begun) ** 2 / (begun @ begun))
         if left > misfit * len(wanted) + ROUND_OFF:
             raise StepFailed("steps last otherwise")
     return found
-
-
-@lru_cache(maxsize=20_000)
-def _step(walker: Walker, *z: float) -> tuple[float, Vector]:
-    """How long the step from `z` lasts, dimensionless, and where it leads: runs of one robot are begun alike."""
-    step = poincare_map(walker, np.array(z), COARSE)
-    return step.period, step.z
