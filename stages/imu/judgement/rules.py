@@ -46,14 +46,13 @@ from stages.imu.judgement.verdict import (
 from stages.imu.parameters import Limits, Reading, Settings
 from stages.imu.result import Evidence, SensorReport
 from stages.imu.sources.units import declared_acceleration_unit
-from stages.imu.trial.body import BodySensor, is_mounting_declared
+from stages.imu.trial.body import PLACES, BodySensor, is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace
 from stages.imu.trial.two_clocks import have_own_clocks
 
 if TYPE_CHECKING:
     from stages.imu.trial.trial import Trial
 
-BOTH = ("hip", "foot")
 IN_RADIANS = math.radians(10.0)  # no ramp is so gentle that is not level, and none so steep is walked down
 
 
@@ -204,7 +203,7 @@ def _on_two_places(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
         abs(evidence.rate_lag) > parameters.settings.clock_tolerance_s,
         f"the gyroscopes show the leg's motion {1e3 * evidence.rate_lag:+.0f} ms after the accelerometers: one of "
         "columns that lag, a filter on the rates, or a zero that firmware follows",
-        *_of(BOTH, RATE, FRAME), LEVER,
+        *_of(PLACES, RATE, FRAME), LEVER,
     )  # fmt: skip
     return (
         remark(
@@ -237,35 +236,35 @@ def _on_one_leg(evidence: Evidence, slope: float | None, limits: Limits) -> tupl
             evidence.agreement < limits.usual_agreement,
             f"hip and foot turn less alike than on one leg (R2 {evidence.agreement:.4f}): logs of different runs, a "
             "sensor that is loose or smoothed, or a clock that was set",
-            LAG, LEVER, STRIKES, FREQUENCY, *_of(BOTH, RATE, FORCE, FRAME),
+            LAG, LEVER, STRIKES, FREQUENCY, *_of(PLACES, RATE, FORCE, FRAME),
         ),
         refusal(
             _beyond(abs(ratio), limits.rate_scale_tolerance),
             f"the foot turns {ratio:.2f} times as fast as the hip: look at gyroscope_range_deg_s and gyroscope_unit",
         ) or remark(
             abs(ratio - 1) > limits.rate_tolerance_of_places,
-            f"the foot turns {ratio:.2f} times as fast as the hip", *_of(BOTH, RATE),
+            f"the foot turns {ratio:.2f} times as fast as the hip", *_of(PLACES, RATE),
         ),
         remark(
             abs(evidence.lever_arm / limits.lever_arm - 1) > limits.lever_arm_tolerance,
             f"by the signals the sensors are {evidence.lever_arm:.3f} m apart, nominally {limits.lever_arm:.3f} m",
-            LEVER, *_of(BOTH, RATE, FORCE),
+            LEVER, *_of(PLACES, RATE, FORCE),
         ),
         remark(
             _beyond(evidence.forward_gain, limits.forward_gain_tolerance),
             f"beside the leg's turning the foot measures {evidence.forward_gain:.2f} times the hip's forward part: "
             "one of an accelerometer's axis or gain, or a sensor that turned on its leg",
-            *_of(BOTH, FRAME, FORCE), LEVER,
+            *_of(PLACES, FRAME, FORCE), LEVER,
         ),
         remark(
             0 < slope_deg < IN_RADIANS and abs(evidence.lever_direction_deg + degrees - slope_deg) < off,
             f"slope_deg of {slope_deg:.3g} seems to be in radians: {degrees:.2f} degrees agree better with gravity",
-            *_of(BOTH, FRAME, FORCE),
+            *_of(PLACES, FRAME, FORCE),
         ) or remark(
             off > limits.lever_direction_deg,
             f"the line from hip to foot lies {evidence.lever_direction_deg:+.1f} degrees off the leg: look at "
             "slope_deg, rest_leg_angle_deg and the accelerometers' axes",
-            *_of(BOTH, FRAME, FORCE), LEVER,
+            *_of(PLACES, FRAME, FORCE), LEVER,
         ),
     )  # fmt: skip
 
@@ -308,7 +307,7 @@ def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
             abs(evidence.strike_symmetry_deg) > limits.strike_symmetry_deg,
             f"the leg lands unevenly about the slope's normal, by {evidence.strike_symmetry_deg:+.1f} degrees: look at "
             "rest_leg_angle_deg, and whether it stood still as is said",
-            *_of(BOTH, FRAME, FORCE),
+            *_of(PLACES, FRAME, FORCE),
         ),
     )  # fmt: skip
 
@@ -331,7 +330,7 @@ def _on_gains(evidence: Evidence, parameters: Reading) -> Rule:
             *_of((place,), FORCE, FRAME), LEVER,
         )
         or refusal(_beyond(gain, limits.rate_scale_tolerance), read)
-        or remark(abs(gain - 1) > max(limits.rate_gain_tolerance, 3 * error), read, *_of(BOTH, RATE))
+        or remark(abs(gain - 1) > max(limits.rate_gain_tolerance, 3 * error), read, *_of(PLACES, RATE))
     )  # fmt: skip
 
 

@@ -251,19 +251,13 @@ def _holds_times(head: Head, column: int) -> bool:
 
 
 def _value_named(head: Head, column: int, alone: str, is_time: bool) -> str:
-    """Which value of table `sample` a column's name tells; empty for none."""
+    """Which value of table `sample` a column's name tells, such as "ax"; empty for none."""
     name = head.name(column)
     if is_time:
         return "phone_stamp" if _ARRIVED.search(name) else "device_stamp"
-    return _axis_named(head, column, alone) or ("packet" if _PACKET.search(name) else "")
-
-
-def _axis_named(head: Head, column: int, alone: str) -> str:
-    """Which axis of which sensor a column's name tells, such as "ax"; empty for none."""
-    name = head.name(column)
     axis = _AXIS.search(name)
     if not axis or _OTHER.search(name):
-        return ""
+        return "packet" if _PACKET.search(name) else ""
     kind = "a" if _FORCE.search(name) else "g" if _RATE.search(name) else ""
     kind = kind or ("a" if head.stated_unit(column, tuple(GRAVITY)) else "g" if head.stated_unit(column, TURNS) else "")
     kind = kind or ("g" if re.match(r"[gw][xyz]", name, re.I) else alone)

@@ -138,12 +138,11 @@ class Recording(Rows):
 
 def create_statements(keys: bool = True) -> tuple[str, ...]:
     """SQL that creates the tables and the index the ingest reads by; `keys`: no identity may be missing or twice."""
+    without = "" if keys else " PRIMARY KEY"
     tables = [
-        f"CREATE TABLE {table} ({', '.join(f'{name} {kind}' for name, kind, _ in columns)})"
+        f"CREATE TABLE {table} ({', '.join(f'{name} {kind.removesuffix(without)}' for name, kind, _ in columns)})"
         for table, columns in TABLES.items()
     ]
-    if not keys:
-        tables = [table.replace(" PRIMARY KEY", "") for table in tables]
     return (*tables, "CREATE INDEX sample_of_run ON sample (experiment_id, device_id)")
 
 
