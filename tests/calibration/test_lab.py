@@ -293,7 +293,7 @@ def fitted(runs, known, before=None, fits=None, parameters=SHORT):
     had = [one.run for one in before.learned] if before else []
     if before:
         there, told = before.uncorrected, (*known, *earlier_runs(before))
-        fits = fits or [fit_near(there, begun(there, run, model), run, model, told) for run in runs]
+        fits = fits or [fit_near(there, begun(there, run, model).unknowns, run, model, told) for run in runs]
         fits = [*earlier_fits(before, model), *fits]
     fit = fit_campaign(design, [*had, *runs], model, known, fits and enumerate(fits))
     assert fit.converged and not fit.left_out, (fit.why, fit.left_out)

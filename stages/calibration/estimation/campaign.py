@@ -285,7 +285,7 @@ def fitted_alone(
     model = first_model(design, names, parameters)
     try:
         run, priors = from_plain(plain), [Known(*one) for one in known]
-        fit = fit_near(design, begun(design, run, model), run, model, priors) if near else fit_run(
+        fit = fit_near(design, begun(design, run, model).unknowns, run, model, priors) if near else fit_run(
             design, run, model, priors)
     except StepFailed as reason:
         return {"why_none": str(reason)}

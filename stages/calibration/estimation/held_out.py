@@ -11,7 +11,6 @@ import numpy as np
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Equations, Model, RunFit, fit_near, fit_run, one_step, run_equations
 from stages.calibration.information.identifiability import SLOPE
@@ -57,13 +56,12 @@ def explained(
     Raises StepFailed where it does not walk the run at all.
     """
     alone = replace(model, shared=(), own=(SLOPE,))
-    begin = near[-1] if near else first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
-    whole = one_step(design, near, run, alone, ()) if near else fit_run(design, run, alone, (), begin)
+    whole = one_step(design, near, run, alone, ()) if near else fit_run(design, run, alone, ())
     shown, forecast = whole.equations, (np.nan, np.nan)
     since = min(float(run.sampling.of(side)[0]) for side in SIDES) + begun
     with contextlib.suppress(StepFailed):
         first = run.upto(since)
-        start = fit_near(design, begin, first, alone, ()) if near else fit_run(design, first, alone, (), begin)
+        start = fit_near(design, near[-1], first, alone, ()) if near else fit_run(design, first, alone, ())
         shown = run_equations(design, start.own, start.unknowns, run, alone)
         forecast = rms_of(shown.residuals, run, model, since)
     hip, foot = (trace(run, shown, model, side) for side in SIDES)

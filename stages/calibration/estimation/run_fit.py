@@ -277,43 +277,39 @@ def one_step(
     return replace(fit, converged=True, why="")
 
 
-def begun(design: DesignPoint, run: MeasuredRun, model: Model) -> Vector:
-    """The unknowns (k,) of a run of a robot that is known, from its first two steps. Raises StepFailed."""
+def begun(design: DesignPoint, run: MeasuredRun, model: Model) -> RunFit:
+    """The fit of a run's first two steps, of a robot that is known but for its ramp. Raises StepFailed."""
     first = replace(run.upto(float(run.strikes[2])), strikes=run.strikes[:3])
-    return fit_run(design, first, replace(model, shared=(), own=("ground.slope_deg",)), ()).unknowns
+    return fit_run(design, first, replace(model, shared=(), own=("ground.slope_deg",)), ())
 
 
-def fit_run(
-    design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known], begin: Vector | None = None
-) -> RunFit:
+def fit_run(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known]) -> RunFit:
     """Fit a run from a first guess of the design, its start from its heel strikes, the rest from what is believed.
 
-    `begin` (k,) is that start, where `first_guess` has found it. Where that leads nowhere it is tried again with other
-    noises and horizons on the way, and where the guess does not walk through the first horizon with one parameter
-    changed so that steps last as long as measured. Raises StepFailed where none of that does.
+    Where that leads nowhere it is tried again with other noises and horizons on the way, and where the guess does not
+    walk through the first horizon with one parameter changed so that steps last as long as measured. Raises StepFailed
+    where none of that does.
     """
     try:
-        return _from_guess(design, run, model, known, begin)
+        return _from_guess(design, run, model, known)
     except StepFailed as reason:
         failure = reason
     spent = 0
     for there in other_guesses(design, model.shared, run.strikes)[:OTHERS]:
         with contextlib.suppress(StepFailed):
-            fit = _from_guess(there, run, model, known, None)
+            fit = _from_guess(there, run, model, known)
             spent += fit.evaluations
             if fit.converged and fit.equations.chi2 < GOOD * fit.equations.count:
                 return replace(fit, evaluations=spent)
     raise failure
 
 
-def _from_guess(
-    design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known], begin: Vector | None
-) -> RunFit:
+def _from_guess(design: DesignPoint, run: MeasuredRun, model: Model, known: Sequence[Known]) -> RunFit:
     """The best of the attempts of `fit_run` from one design."""
     found: RunFit | None = None
     quick = quickness(design.biped, design.slope.gravity)
     spent, failure = 0, StepFailed("no fit was tried")
-    begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout) if begin is None else begin
+    begin = first_guess(design, run.strikes, run.sampling.first_leg, model.layout)
     for start, louder, least in (*((begin, one, 0.0) for one in ATTEMPTS), (begin, 1.0, LEAST),
                                  (model.layout.middle, 1.0, LEAST)):
         try:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -15,7 +14,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
-from stages.calibration.following.robot_file import OF_MOUNTING
+from stages.calibration.following.robot_file import OF_MOUNTING, mounted
 from stages.calibration.following.track import follow, forecasts, lateness
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Settings
@@ -32,15 +31,10 @@ def followed(
     design: DesignPoint, run: MeasuredRun, fit: FittedRun, model: Model, settings: Settings, truth: RunTruth | None
 ) -> Followed | None:
     """What was known after each sample of the hip; None where the robot cannot be followed."""
-    layout = model.layout
-    prior, middle = layout.prior.copy(), layout.middle.copy()
-    for name, sd in zip(OF_MOUNTING, MOUNTED, strict=True):
-        place = layout.place(name)
-        prior[place], middle[place] = sd, fit.unknowns[place]
-    forward, up, rate = (fit.wider * noise for noise in model.noise)
+    mounting = np.array([(fit.unknowns[model.layout.place(name)], sd)
+                         for name, sd in zip(OF_MOUNTING, MOUNTED, strict=True)])  # fmt: skip
     follower = Follower.of(
-        model.robot(design, fit.design, fit.own),
-        replace(model, layout=replace(layout, prior=prior, middle=middle), noise=(forward, up, rate)),
+        model.robot(design, fit.design, fit.own), mounted(model, mounting, fit.wider),
         block_diag(fit.covariance, np.diag(np.square(OWN * fit.own))), fit.wider, settings)
     instants = list[Instant]()
     with contextlib.suppress(StepFailed):  # as far as it goes

@@ -105,7 +105,7 @@ class Comparison:
         """
         design, model, run = self.robot.design, self.model, self._read(run)
         try:  # it need not come to rest, as scores count from anywhere
-            fit = fit_from(design, begun(design, run, model), run, model, self._known, WHOLE)
+            fit = fit_from(design, begun(design, run, model).unknowns, run, model, self._known, WHOLE)
         except StepFailed:
             fit = fit_run(design, run, model, self.robot.known)
         found = self._at_best(run, fit)

@@ -21,7 +21,7 @@ from scipy.linalg import block_diag
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.estimation.run_fit import Model, fit_run
+from stages.calibration.estimation.run_fit import Model, begun
 from stages.calibration.following.step import Belief, Step
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import MeasuredRun, Sampling
@@ -114,9 +114,7 @@ class Follower:
         Raises StepFailed where none are found.
         """
         model, layout = self.model, self.anywhere.layout
-        alone = replace(model, shared=(), own=(SLOPE,))
-        first = run.upto(float(run.strikes[2]))
-        fit = fit_run(self.design, replace(first, strikes=run.strikes[:3]), alone, ())
+        fit = begun(self.design, run, model)
         prior = np.where(np.isfinite(layout.prior), layout.prior, OPEN * layout.sizes)
         unknowns = np.append(0.0, fit.unknowns)
         middle = np.where(np.isfinite(layout.prior), layout.middle, unknowns)

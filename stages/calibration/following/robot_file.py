@@ -77,12 +77,7 @@ class FittedRobot:
 
     def model(self, model: Model) -> Model:
         """A model that looks for this robot's parameters, with sensors that are mounted as they were."""
-        prior, middle = model.layout.prior.copy(), model.layout.middle.copy()
-        for name, (mean, sd) in zip(OF_MOUNTING, self.mounting, strict=True):
-            middle[model.layout.place(name)], prior[model.layout.place(name)] = mean, sd
-        layout: Layout = dataclasses.replace(model.layout, prior=prior, middle=middle)
-        forward, up, rate = (self.wider * noise for noise in model.noise)
-        return dataclasses.replace(model, shared=self.names, own=self.own, layout=layout, noise=(forward, up, rate))
+        return dataclasses.replace(mounted(model, self.mounting, self.wider), shared=self.names, own=self.own)
 
     @property
     def uncorrected(self) -> DesignPoint:
@@ -96,6 +91,17 @@ class FittedRobot:
         whole[:d, :d] = self.covariance
         whole[range(d, len(whole)), range(d, len(whole))] = self.own_sd**2
         return whole
+
+
+def mounted(model: Model, mounting: np.ndarray, wider: float) -> Model:
+    """A model whose sensors sit where they sat, (m, 2) means and standard errors of `OF_MOUNTING`, with noise that is
+    so many times `wider`."""
+    prior, middle = model.layout.prior.copy(), model.layout.middle.copy()
+    for name, (mean, sd) in zip(OF_MOUNTING, mounting, strict=True):
+        middle[model.layout.place(name)], prior[model.layout.place(name)] = mean, sd
+    layout: Layout = dataclasses.replace(model.layout, prior=prior, middle=middle)
+    forward, up, rate = (wider * noise for noise in model.noise)
+    return dataclasses.replace(model, layout=layout, noise=(forward, up, rate))
 
 
 def signed_content(kind: str, robot: Any) -> bytes:
