@@ -128,15 +128,10 @@ def result_class(package: str, stage: str) -> Any:
 
 def study_attributes(package: str, home: Path) -> dict[str, str]:
     """What every file of a study says of itself: the `ATTRIBUTES` of the package's module `about`, and this program."""
-    own = getattr(_about(package, home), "ATTRIBUTES", {})
-    return {**own, "source": program(home / package, " ".join([DISTRIBUTION, *installed([DISTRIBUTION])]))}
-
-
-def _about(package: str, home: Path) -> ModuleType | None:
-    """What the package says of itself, if it does."""
     importable(package, home)
     full = f"{package}.about"
-    return importlib.import_module(full) if importlib.util.find_spec(full) else None
+    own = getattr(importlib.import_module(full), "ATTRIBUTES", {}) if importlib.util.find_spec(full) else {}
+    return {**own, "source": program(home / package, " ".join([DISTRIBUTION, *installed([DISTRIBUTION])]))}
 
 
 def home_of(package: str, code_root: Path | None) -> Path:
