@@ -75,14 +75,6 @@ class Graph:
                 wanted.update(self.upstream(name))
         return tuple(name for name in self.stages if name in wanted)
 
-    def chains(self) -> dict[str, int]:
-        """Of each stage how many must run one after another once it has: the longest chain that follows on it."""
-        found = dict.fromkeys(self.stages, 0)
-        for name in reversed(list(self.stages)):
-            for above in self.upstream(name):
-                found[above] = max(found[above], 1 + found[name])
-        return found
-
     def stage(self, name: str) -> Stage:
         """The stage called `name`; raises `StudyError` with the nearest name if there is none."""
         if name not in self.stages:

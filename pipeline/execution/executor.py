@@ -124,8 +124,7 @@ def bring_up_to_date(
     """
     run = _Run(study, values, display, frozenset(force), max(1, jobs))
     try:
-        chains = study.graph.chains()  # what most stages wait for begins first
-        run.all(sorted(values, key=chains.__getitem__, reverse=True))
+        run.all([*values])
     finally:
         run.close()
     outcomes = [run.outcomes[name] for name in values]

@@ -1,6 +1,5 @@
 """dvc.yaml is the graph, and what the pipeline does not understand in it is refused."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -22,22 +21,10 @@ def test_order_and_dependencies(toy):
     assert list(found.stages) == ["fall", "bounce", "side", "picture"]
     assert found.upstream("picture") == ("bounce", "side")
     assert found.needed_for(("bounce",)) == ("fall", "bounce")
-    assert found.chains() == {"fall": 2, "bounce": 1, "side": 1, "picture": 0}
     assert found.stages["bounce"].parameters["ground"][0] == "gravity"
     assert found.stages["side"].parameters == {"side": None}
     with pytest.raises(StudyError, match=r'there is no stage "bonce" \(stages: .*\); did you mean "bounce"\?'):
         found.stage("bonce")
-
-
-def test_those_that_most_stages_wait_for_begin_first(toy):
-    text = toy.path("dvc.yaml").read_text()
-    head, side, rest = text.partition("  side:\n")
-    own, picture, last = rest.partition("  picture:\n")
-    toy.path("dvc.yaml").write_text(head.replace("stages:\n", f"stages:\n{side}{own}", 1) + picture + last)
-    assert [*toy.study().graph.stages] == ["side", "fall", "bounce", "picture"]
-    toy.run(jobs=1)
-    done = [json.loads(line)["stage"] for line in toy.path("results/log.jsonl").read_text().splitlines()]
-    assert done == ["fall", "side", "bounce", "picture"]
 
 
 @pytest.mark.parametrize(
