@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.cache import disk, fingerprint, untouched
+from pipeline.cache import artefact, differences, disk, fingerprint, hdf5, untouched
 from pipeline.parameters import loading
 
 
@@ -18,7 +18,8 @@ def key(toy):
     return fingerprint.key(parts)
 
 
-@pytest.mark.parametrize("file", fingerprint.WRITER, ids=lambda path: path.name)
+@pytest.mark.parametrize("file", [Path(each.__file__) for each in (artefact, differences, hdf5)],
+                         ids=lambda path: path.name)  # fmt: skip
 def test_an_edit_of_any_file_that_writes_artefacts_is_in_the_key(done, monkeypatch, file):
     before, edited = key(done), file.read_bytes()
     meaning = type(done.study().sources.memo).meaning
