@@ -12,7 +12,7 @@ from stages.calibration.estimation import run_fit as fitting
 from stages.calibration.estimation.held_out import corrected, explained, rms_of
 from stages.calibration.estimation.least_squares import Rule, information_of, least_squares
 from stages.calibration.estimation.run_fit import Equations, fit_near, fit_run, run_equations
-from stages.calibration.information.identifiability import planned_equations
+from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.intervals.model_error import (
     PARTS,
     Discrepancy,
@@ -22,12 +22,12 @@ from stages.calibration.intervals.model_error import (
     whiteness,
     widening,
 )
-from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, usable
+from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.observation.prediction import predict
 from stages.calibration.recordings import first_steps, measured
 from stages.calibration.result import HALF_WIDTH
 from tests.calibration import runs
-from tests.calibration.runs import PARAMETERS, SETTINGS, fitted, gait
+from tests.calibration.runs import PARAMETERS, SETTINGS, fitted
 
 STEPS = 7
 
@@ -39,23 +39,9 @@ def half_widths(term, scales, pull):
 
 @pytest.fixture(scope="module")
 def planned():
-    """Model, design and a run on the gait whose samples are the prediction and noise."""
-    settings = dataclasses.replace(PARAMETERS.settings, planned_steps=STEPS)
-    design, equations, model = planned_equations(dataclasses.replace(PARAMETERS, settings=settings))
-    (walker, point), shown = gait(), equations.predicted
-    strikes = np.concatenate([[0.0], shown.strikes[:, 0]])
-    sides = {side: shown.samples[side][:, :, 0] for side in SIDES}
-    first = model.layout.middle[model.layout.place("mid_stance")] + SETTINGS.settling_s
-    times = np.arange(0.0, point.steps[0].period * walker.time * STEPS, 1.0 / PARAMETERS.sensor.rate_hz)
-    times = times[times >= first]
-    late = np.sqrt(2.0) / (2.0 * np.pi * PARAMETERS.sensor.bandwidth_hz)
-    mask = usable(times, strikes, first, SETTINGS.before_strike_s, SETTINGS.after_strike_s)
-    used = dict.fromkeys(SIDES, mask)
-    rng = np.random.default_rng(3)
-    samples = {side: value + np.asarray(model.noise) * rng.normal(size=value.shape) for side, value in sides.items()}
-    run = MeasuredRun("planned", Sampling(times, times, late, PARAMETERS.sensor.bandwidth_hz, 1), samples, used,
-                      strikes, {})
-    return design, model, run
+    """A robot on its ramp, the model, and a run of it whose samples are the prediction and noise."""
+    campaign = runs.drawn(1001)
+    return campaign.design.with_value(SLOPE, float(campaign.slopes[0])), fitted()[1], campaign.runs[0]
 
 
 def test_a_run_counts_from_its_first_heel_strike_wherever_its_clock_stands(planned):
@@ -82,7 +68,7 @@ def test_a_run_counts_from_its_first_heel_strike_wherever_its_clock_stands(plann
 
 def equations_of(planned):
     design, model, run = planned
-    return run_equations(design, np.array([design.value("ground.slope_deg")]), model.layout.middle, run, model)
+    return run_equations(design, np.array([design.value(SLOPE)]), runs.drawn(1001).unknowns[0], run, model)
 
 
 def test_noise_is_told_for_noise_and_a_lack_at_one_phase_for_what_it_is(planned):
