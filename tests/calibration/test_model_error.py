@@ -81,7 +81,9 @@ def test_noise_is_told_for_noise_and_a_lack_at_one_phase_for_what_it_is(planned)
     changed = dataclasses.replace(run, samples={**run.samples, "foot": foot})
     equations = equations_of((design, model, changed))
     (wrong,) = (one for one in structure(changed, equations) if not one.is_noise)
-    assert (wrong.side, wrong.axis, wrong.means.argmax()) == ("foot", "up", 2)
+    assert (wrong.side, wrong.axis, wrong.means.argmax()) == ("foot", "up", 2) and wrong.by_phase < 1e-6
+    alone = {"white": 1.0}, {"by_phase": 1.0, "white": 0.0}
+    assert not any(dataclasses.replace(wrong, **one).is_noise for one in alone)
     (told,) = structure_in_words([changed], [equations])
     assert f"part 3 of {PARTS}" in told
 
