@@ -13,11 +13,10 @@ from stages.imu.judgement.evidence import confirmed, swept
 from stages.imu.result import Evidence
 from stages.imu.strikes.impact_onset import STRIKE, Samples, at_onsets, lift_after, responses
 from stages.imu.strikes.step_times import UNKNOWN, HeelStrikes, step_times
-from stages.imu.trial.body import leg_angle
 from stages.imu.trial.trial import Trial, read_trial
 from stages.imu.trial.walk import hip_at, in_time, leg_motion, stance_angle
 from tests.imu.conftest import RUNS
-from tests.imu.made_logs import REST_S, Log, made_log, with_errors
+from tests.imu.made_logs import Log, made_log, with_errors
 from tests.imu.stand_in import BIPED, DRAWING, PARAMETERS, STUDY
 
 AMPLITUDE = 0.24  # of the stand-in's leg
@@ -31,15 +30,12 @@ def trials(parameters: Parameters, walks: list[TwinRun]) -> list[tuple[Log, Tria
 
 def angle_errors(log: Log, trial: Trial) -> tuple[np.ndarray, np.ndarray]:
     """Error of the angle through the walk, and what is said of it, (m,) [rad]."""
-    motion = log.motions["hip"]
-    rate = motion.angular_velocity[:, 2]
-    true = leg_angle(motion.time, rate, motion.time < motion.time[0] + REST_S, 0.0)
     recording = trial.sensors["hip"].trace.indexed.recording
     low_pass = np.sqrt(2) / (2 * np.pi * log.parameters.sensor.bandwidth_hz)
     late = np.median(trial.sensors["hip"].time - recording.true_time) + low_pass  # type: ignore[attr-defined]
     at = trial.leg.time - late
-    walking = (at > 0.1) & (at < motion.time[-1] - 0.1)
-    return (trial.leg.angle - np.interp(at, motion.time, true))[walking], trial.leg.angle_error[walking]
+    walking = (at > 0.1) & (at < log.leg.time[-1] - 0.1)
+    return (trial.leg.angle - np.interp(at, log.leg.time, log.leg.angle))[walking], trial.leg.angle_error[walking]
 
 
 def test_the_angle_is_a_tenth_of_a_degree_off_and_its_error_is_what_is_said(trials: list[tuple[Log, Trial]]) -> None:
