@@ -245,7 +245,7 @@ def test_what_other_runs_miss_is_taken_off_and_widens_the_interval():
 @pytest.mark.parametrize(("change", "said"), [
     ({"told": (None, "results/calibration.h5 is not there")}, "is not there"),
     ({"told": (study(0), "it")}, "no fits of other robots"),
-    ({"told": (study(3), "it")}, "3 fits of other robots' runs, which is too few"),
+    ({"told": (study(3), "it")}, "3 fits of other robots' runs, too few"),
     ({"told": (study(), "it"), "names": NAMES[1:]}, "design: parts"),
     ({"told": (study(), "it"), "known": ()}, "the mass is known and nothing else"),
     ({"told": (study(), "it"), "known": (*WEIGHED, Known("biped.leg_length", 0.333, 1e-4))}, "nothing else"),

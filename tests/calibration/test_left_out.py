@@ -177,6 +177,7 @@ def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(u
     assert bool(answer.tables) is bool(answer.parameters) is converged
     assert all((row["sd"] is not None) is converged for row in answer.plain["parameters"].values())
     assert ("not at rest" in answer.lines[0]) is not converged
+    assert answer.lines[0].startswith("1 run fitted,") and not any(" apart" in line for line in answer.lines)
 
 
 def test_a_change_from_nothing_has_no_share(unlike):

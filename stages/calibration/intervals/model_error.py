@@ -23,6 +23,7 @@ from scipy.special import chdtrc, chdtri
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
+from stages.biped.quantity import count_of
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.estimation.run_fit import Equations
 from stages.calibration.information.identifiability import listed, short
@@ -266,8 +267,9 @@ def unfit(
 ) -> str:
     """Why a study's fits do not tell what these miss; nothing where they do."""
     if Discrepancy.from_misses(study.misses) is None:
-        return (f"{source} has {len(study.misses.runs) or 'no'} fits of other robots' runs, which is too few "
-                "(calibration.discrepancy_runs)")
+        few = len(study.misses.runs)
+        return (f"{source} has {count_of(few, 'fit') if few else 'no fits'} of other robots' runs"
+                f"{', too few' * (few > 0)} (calibration.discrepancy_runs)")
     if set(names) != set(study.names):
         return (f"{source} tells it of fits that look for {listed([short(name) for name in study.names])}; the bill of "
                 "parts begins such a fit (design: parts)")

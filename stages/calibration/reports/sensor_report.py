@@ -15,6 +15,7 @@ import numpy as np
 from stages.analytic.derivatives.numbers import changes_of
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
+from stages.biped.quantity import count_of
 from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.estimation.campaign import CampaignFit, as_plain, fit_campaign, fit_of, fitted_alone
 from stages.calibration.estimation.held_out import explained, trace
@@ -208,7 +209,7 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
     """What is to be said beside the tables."""
     fit, estimate, design, model = result.fit, result.estimate, result.design, result.model
     before = f", after {result.before.runs} before" if result.before else ""
-    lines = [f"{len(fit.runs)} runs fitted{before}, residuals {result.sigmas:.2f} times the sensors' noise"
+    lines = [f"{count_of(len(fit.runs), 'run')} fitted{before}, residuals {result.sigmas:.2f} times the sensors' noise"
              + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
     lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(result.refused)
     blind = np.isinf(estimate.sd).astype(float)
@@ -229,13 +230,15 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
         lines.append("no run held out could be walked")
     elif known:
         fell = len(result.held_out) - len(known)
-        lines.append(f"{len(result.held_out)} runs held out: residuals {np.median(known):.2f} times the noise "
-                     "(median), their own start and sensors fitted" + (f"; {fell} could not be walked" if fell else ""))
-    slopes = fit.own[:, 0]
-    lines.append(f"ramp: {slopes.mean():.3f} deg on average, {slopes.std():.3f} deg apart")
+        lines.append(f"{count_of(len(result.held_out), 'run')} held out: residuals {np.median(known):.2f} times the "
+                     "noise (median), their own start and sensors fitted"
+                     + (f"; {fell} could not be walked" if fell else ""))
+    slopes, several = fit.own[:, 0], len(fit.runs) > 1
+    lines.append(f"ramp: {slopes.mean():.3f} deg" + f" on average, {slopes.std():.3f} deg apart" * several)
     return lines + [
-        f"{short(name)}, for each run: {fit.own[:, place].mean():.6g} on average, "
-        f"{fit.own[:, place].std():.2g} {design.unit(name)} apart" for place, name in enumerate(model.own[1:], 1)]
+        f"{short(name)}, for each run: {fit.own[:, place].mean():.6g} {design.unit(name)}"
+        + f" on average, {fit.own[:, place].std():.2g} {design.unit(name)} apart" * several
+        for place, name in enumerate(model.own[1:], 1)]
 
 
 def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
