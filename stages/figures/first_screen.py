@@ -138,6 +138,10 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     means = (f"A small disturbance has faded to a tenth after {count_of(faded, 'step')}" if value < 1.0 else
              "A small disturbance grows from step to step") if likely > SURE else UNSURE  # fmt: skip
     means += f"; of the starts tried, {100 * basin.share:.0f} % end in this gait." if basin else "."
+    rung = inputs.twin_ladder and inputs.twin_ladder.twin
+    twins = float(np.hypot(*rung.plane_multipliers[0])) if rung else math.nan
+    if (twins < 1.0) != (value < 1.0) and math.isfinite(twins):
+        means += f" The twin's gait is {'stable' if twins < 1.0 else 'unstable'}: it leaves {twins:.3g} in the plane."
     sure = f"with a probability {chance}" + ("" if multiplier.known else " by the errors that are known")
     how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, {sure}."
     return Answer("How stable?", how, f"Errors of this multiplier: {multiplier.parts(share=False)}.", means)

@@ -323,6 +323,14 @@ def test_where_known_errors_leave_stability_open_no_sentence_says_it_is_stable()
     assert said.means.startswith("Its errors leave open whether it is stable")
 
 
+@pytest.mark.parametrize(("twins", "words"), [
+    (1.09, " The twin's gait is unstable: it leaves 1.09 in the plane."), (0.5, ""), (np.nan, "")])
+def test_the_first_screen_says_where_the_twin_is_not_stable(twins, words):
+    ladder = SimpleNamespace(twin=SimpleNamespace(plane_multipliers=np.array([[twins, 0.0], [0.1, 0.0]])))
+    said = stable(inputs(twin_ladder=ladder), Measure(0.97, 0.0, 0.0, 0.0)).means
+    assert said.endswith(f"end in this gait.{words}")
+
+
 @pytest.mark.parametrize(("found", "answer", "means"), [
     (gaits(validity=dataclasses.replace(GOOD, deepest_scuff=0.0)), "Yes, on a plain ramp.", "neither"),
     (gaits(1.3), "Not on a plain ramp.", "a step enlarges what disturbs it"),

@@ -15,11 +15,11 @@ from pipeline.cache import artefact
 from pipeline.errors import StudyError
 from pipeline.questions.asking import Asked
 from stages.biped.question import WrongOption
-from stages.model_error.choice import Ladder, below_one
+from stages.model_error.choice import Ladder, Stability, below_one
 from stages.model_error.measures import NAMES, Allowed, errors
 from stages.model_error.miss import Learnt, Miss, covering
 from stages.model_error.questions import map
-from stages.model_error.questions.ask import Options, ask
+from stages.model_error.questions.ask import Options, ask, stability_in_words
 from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result
 from stages.model_error.run import design_of, further, further_draws, walked
 from stages.model_error.rungs import RUNGS
@@ -122,6 +122,12 @@ def test_stable_is_a_probability_that_falls_where_the_gait_loses_stability(param
     assert told[0].probability > 0.99 and all(0.0 <= one.probability <= 1.0 for one in told)
     assert [one.multiplier for one in told] == sorted(one.multiplier for one in told)
     assert told[-1].probability < told[0].probability
+
+
+@pytest.mark.parametrize(("probability", "words"), [(8.6e-23, "below 0.001"), (1.0, "above 0.999"), (0.98, "of 0.98")])
+def test_a_probability_is_no_more_certain_than_its_errors(probability, words):
+    found = Stability(probability, 1.09, 1e-3, 1e-3, 0.018, "twin")
+    assert stability_in_words(found)[0] == f"stable: with a probability {words}"
 
 
 def test_a_robot_unlike_the_drawn_ones_is_said_to_be_and_its_error_widened(parameters, small, ladder):

@@ -123,8 +123,10 @@ def in_words(one: Answered) -> list[str]:
 
 def stability_in_words(found: Stability) -> list[str]:
     """The answer to whether a gait is stable, in words."""
+    likely = found.probability
+    chance = "above 0.999" if likely > 0.999 else "below 0.001" if likely < 0.001 else f"of {likely:.3g}"
     return [
-        f"stable: with a probability of {found.probability:.3g}",
+        f"stable: with a probability {chance}",
         f"  largest multiplier {found.multiplier:.4g} +- {found.solver + found.model:.2g}, by the {found.rung}; the "
         f"digits of the parameters leave "
         + (f"{found.inputs:.2g} open" if math.isfinite(found.inputs) else "an unknown part open"),
