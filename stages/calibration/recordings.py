@@ -160,7 +160,7 @@ def named_runs(
     """The runs of these names, or all, by name, and why others cannot be used. Raises WrongOption."""
     found = list(read_runs(source, design, model, parameters, asking.progress, asking.reading))
     by_name = {run.name: run for run in found if isinstance(run, MeasuredRun)}
-    refuse(*((name not in by_name, f"run: no run {name} can be used; there are {', '.join(by_name) or 'none'}")
+    refuse(*((name not in by_name, f"--run: no run {name} can be used; there are {', '.join(by_name) or 'none'}")
              for name in names))  # fmt: skip
     return ({name: run for name, run in by_name.items() if name in names or not names},
             [run for run in found if isinstance(run, str)])

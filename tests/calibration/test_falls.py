@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,13 +11,16 @@ import pytest
 from stages.analytic.errors import StepFailed
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.least_squares import NotIdentified
+from stages.calibration.estimation.request import Request
 from stages.calibration.following.follower import Follower
+from stages.calibration.following.robot_file import read
 from stages.calibration.following.step import Belief, Step
 from stages.calibration.following.stream import STAMP, Stream, rows_of
 from stages.calibration.following.track import Track, follow
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.observation.prediction import predict, taken, walk
+from stages.calibration.reports.sensor_report import _split
 from tests.calibration.runs import DESIGN, PARAMETERS, disturbed
 from tests.calibration.test_following import follower, made, model, true_times
 
@@ -239,5 +243,14 @@ def test_rows_need_their_columns_and_a_clock_that_goes_on():
     (row,) = rows_of([rows[0], "0,HIP,0,9,,0,0,1"], print, PERIODS)
     assert row.place == "hip" and np.isnan(row.readings[2])
     for wrong in ({"devices": [{"place": "hip", "forward_axis": "w"}]}, {"mounting": {"hip": {"rotation": [1]}}}):
-        with pytest.raises(WrongOption, match="with: "):
+        with pytest.raises(WrongOption, match=r"^--with: "):
             Stream(follower(), wrong, PARAMETERS)
+
+
+def test_what_is_said_of_an_option_names_it_as_it_is_typed(tmp_path):
+    """as: nothing has no robot.json, it said; and a run that is not there was said without the key that names it."""
+    with pytest.raises(WrongOption, match=r"^--as: .* has no robot\.json"):
+        read(tmp_path)
+    for key in ("held_out", "fitted"):
+        with pytest.raises(WrongOption, match=f"^--with: {key}: no run walk 9 can be used; there are walk 1$"):
+            _split([SimpleNamespace(name="walk 1")], Request(**{key: ("walk 9",)}), 3)

@@ -92,7 +92,7 @@ def of_angles(source: Path, folder: Path, names: Sequence[str], asking: Asking) 
     setup = robot.setup
     found = read_steps(source, setup.columns, setup.left_out, setup.markers, asking.reading)
     steps = {f"step {one.number}": one for one in found}
-    refuse(*((name not in steps, f"run: there is no {name}; there are {', '.join(steps)}") for name in names))
+    refuse(*((name not in steps, f"--run: there is no {name}; there are {', '.join(steps)}") for name in names))
     rows, plain, table = list[dict[str, Any]](), dict[str, Any](), list[list[Any]]()
     for number, (name, step) in enumerate(steps.items()):
         asking.progress(number / len(steps), name)

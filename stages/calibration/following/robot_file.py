@@ -120,13 +120,14 @@ def signed(folder: Path, option: str, kind: str) -> dict[str, Any]:
         said, found = plain.pop("sha256") == _digest(plain), plain.pop("kind", None)
     except FileNotFoundError:
         raise WrongOption(
-            f"{option}: {folder} has no {NAME}, which calibrate --into leaves; fit the robot again") from None
+            f"--{option}: {folder} has no {NAME}, which calibrate --into leaves; fit the robot again") from None
     except (OSError, ValueError, KeyError, AttributeError, TypeError):
-        raise WrongOption(f"{option}: {path} is no fitted robot that calibrate --into left") from None
+        raise WrongOption(f"--{option}: {path} is no fitted robot that calibrate --into left") from None
     refuse((said and found in (KIND, OF_ANGLES) and found != kind,
-            f"{option}: the robot in {folder} was fitted to recordings of the other kind: angles go with a robot of "
+            f"--{option}: the robot in {folder} was fitted to recordings of the other kind: angles go with a robot of "
             "angles, sensors at hip and foot with one of those"),
-           (not said or found != kind, f"{option}: {path} was changed, or is of another version; fit the robot again"))
+           (not said or found != kind,
+            f"--{option}: {path} was changed, or is of another version; fit the robot again"))
     return plain
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import Vector
+from stages.biped.quantity import count_of
 from stages.biped.question import WrongOption, refuse
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following.follower import Follower
@@ -144,7 +145,7 @@ class Stream:
                                           float(one["long"]))
                             for side, one in (about.get("mounting") or {}).items() if side in SIDES}  # fmt: skip
         except (SourceRefused, KeyError, TypeError, ValueError, AttributeError) as wrong:
-            raise WrongOption(f"with: {wrong}") from None
+            raise WrongOption(f"--with: {wrong}") from None
         self._rows: list[Row] = []
         self._tried, self._why = -math.inf, "there are no rows"
         self._track: Track | None = None
@@ -211,7 +212,7 @@ class Stream:
     def _recording(self, side: str) -> Recording:
         rows = [one for one in self._rows if one.place == side]
         if len(rows) < 10:
-            raise StepFailed(f"there are {len(rows)} rows of the {side}")
+            raise StepFailed(f"of the {side} there {'is' if len(rows) == 1 else 'are'} {count_of(len(rows), 'row')}")
         table = np.full((len(rows), len(SAMPLE_VALUES)), np.nan)
         table[:, SAMPLE_VALUES.index(STAMP)] = [one.stamp for one in rows]
         table[:, -6:] = [one.readings for one in rows]

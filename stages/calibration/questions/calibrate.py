@@ -42,7 +42,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
     recorded = "" if options.identifiability else options.source or ""
     refuse((options.robot is not None and (has_angles(recorded) or not recorded),
-            "continue: goes on with recordings of sensors at hip and foot alone, in a database"))
+            "--continue: goes on with recordings of sensors at hip and foot alone, in a database"))
     if has_angles(recorded):
         from stages.calibration.reports.angle_report import answered, calibrated
 
@@ -57,9 +57,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
         request, before = request_of(options.about), None
         if options.robot is not None:
-            refuse(*((bool(getattr(request, key)), f"with: {key} is that of the robot in {options.robot}; leave it out")
+            of_robot = f"is that of the robot in {options.robot}; leave it out"
+            refuse(*((bool(getattr(request, key)), f"--with: {key} {of_robot}")
                      for key in ("known", "free", "fixed", "also")),
-                   (request.design == PARTS, "with: design is that of the robot; leave it out"))  # fmt: skip
+                   (request.design == PARTS, "--with: design is that of the robot; leave it out"))  # fmt: skip
             before = robot_file.read(Path(options.robot), "continue")
         return from_sensors(parameters, request, Path(recorded), asking, before)
     request = request_of(options.about)

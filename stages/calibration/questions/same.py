@@ -27,7 +27,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     if has_angles(options.source):
         from stages.calibration.angles import same
 
-        refuse((bool(options.runs), "run: a recording of encoders has none"))
+        refuse((bool(options.runs), "--run: a recording of encoders has none"))
         return same.answer(Path(options.source), Path(options.robot), asking)
     from stages.calibration.reports.change_report import compared
 

@@ -151,9 +151,9 @@ def _split(
     """Runs that are fitted, and those held out: every other one of more than a `few` where the file does not say.
     Raises WrongOption, NotIdentified."""
     names, both = [run.name for run in runs], set(request.held_out) & set(request.fitted)
-    refuse(*((name not in names, f"{name}: no run of that name can be used; there are {', '.join(names)}")
-             for name in (*request.held_out, *request.fitted)),
-           *((True, f"{one}: cannot be both fitted and held out") for one in both))  # fmt: skip
+    refuse(*((name not in names, f"--with: {key}: no run {name} can be used; there are {', '.join(names)}")
+             for key in ("held_out", "fitted") for name in getattr(request, key)),
+           *((True, f"--with: {one}: cannot be both fitted and held out") for one in both))  # fmt: skip
     out = [run for run in runs if run.name in request.held_out]
     fitted = [run for run in runs if run not in out and (not request.fitted or run.name in request.fitted)]
     if not out and not request.fitted and len(fitted) > few:
