@@ -308,18 +308,18 @@ def tables(sensors: Iterable[SensorReport], runs: Iterable[RunReport], origin: s
             "can't be observed" if r.lost_packets == NOT_OBSERVABLE else r.lost_packets, r.gaps, r.batch_size,
             r.smallest_batch, r.largest_batch))) for r in reports]  # fmt: skip
     clocks = [
-        (r.run, r.place, r.stamp, str(r.resets), f"{r.rate_hz:.3f}", f"{r.rate_ppm:.0f}", f"{r.robust_ppm:.0f}",
-         f"{r.jitter_before_s * 1e3:.2f}", f"{r.clock_error_s * 1e3:.2f}") for r in reports]  # fmt: skip
+        (r.run, r.place, r.stamp, str(r.resets), *_numbers(1, 3, r.rate_hz), *_numbers(1, 0, r.rate_ppm, r.robust_ppm),
+         *_numbers(1e3, 2, r.jitter_before_s, r.clock_error_s)) for r in reports]  # fmt: skip
     signals = [
         (r.run, r.place, str(r.missing_values), " ".join(r.dead_axes) or "none", str(r.clipped_acceleration),
-         str(r.clipped_angular_rate), f"{r.acceleration_step:.2g}", f"{r.angular_rate_step:.2g}", f"{r.rest_s:.2f}",
-         f"{r.static_reading:.5g}", f"{r.static_gain:.4f}", r.acceleration_unit, r.angular_rate_unit,
-         f"{r.swing_residual_deg:.2f}", f"{r.mounting_deg:.2f}",
+         str(r.clipped_angular_rate), _known(r.acceleration_step, ".2g"), _known(r.angular_rate_step, ".2g"),
+         *_numbers(1, 2, r.rest_s), _known(r.static_reading, ".5g"), *_numbers(1, 4, r.static_gain),
+         r.acceleration_unit, r.angular_rate_unit, *_numbers(1, 2, r.swing_residual_deg, r.mounting_deg),
          _verdict("accepted" if r.accepted else REFUSED, r.reasons)) for r in reports]  # fmt: skip
     walks = [
         (r.name, "can't be observed" if math.isnan(r.overlap) else f"{r.overlap:.3f}",
-         *_numbers(1e3, 2, r.foot_lag, r.foot_lag_error), f"{r.evidence.lever_arm:.3f}", str(r.heel_strikes),
-         str(r.strides), f"{r.step_frequency:.4f}", f"{r.step_frequency_error:.4f}", f"{r.evidence.agreement:.4f}",
+         *_numbers(1e3, 2, r.foot_lag, r.foot_lag_error), *_numbers(1, 3, r.evidence.lever_arm), str(r.heel_strikes),
+         str(r.strides), *_numbers(1, 4, r.step_frequency, r.step_frequency_error, r.evidence.agreement),
          _verdict(r.verdict, (r.reason,) if r.reason else r.remarks)) for r in judged]  # fmt: skip
     legs = [
         (r.name, *_numbers(1e3, 1, r.step_length, r.step_length_error, r.step_length_drawing_error),
@@ -351,4 +351,8 @@ def _verdict(word: str, sentences: Iterable[str]) -> str:
 
 def _numbers(scale: float, digits: int, *values: float) -> tuple[str, ...]:
     """Values in other units with so many digits; a dash for what is not known."""
-    return tuple("-" if math.isnan(value) else f"{scale * value:.{digits}f}" for value in values)
+    return tuple(_known(scale * value, f".{digits}f") for value in values)
+
+
+def _known(value: float, form: str) -> str:
+    return "-" if math.isnan(value) else format(value, form)

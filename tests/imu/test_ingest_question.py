@@ -70,6 +70,8 @@ def test_files_with_a_column_map_as_json(repository: Path, tmp_path: Path) -> No
     assert not sensor["accepted"] and sensor["reasons"][0].startswith("dead axes")
     assert (sensor["acceleration_unit"], sensor["acceleration_step"]) == ("m/s^2", pytest.approx(0.01))
     assert (whole["name"], whole["accepted"], whole["overlap"]) == ("still", False, None)
+    _, out, _ = ingest(repository, tmp_path, "--map", tmp_path / "map.yaml")
+    assert "nan" not in out.split(), "what is not known is a dash"
 
 
 @pytest.mark.parametrize(("line", "wrong", "said"), [
