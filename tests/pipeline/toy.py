@@ -64,7 +64,7 @@ class Toy:
         (self.root / "sweep.yaml").write_text(text)
         return Sweep(self.study(), specs.read(self.root / "sweep.yaml"), Display())
 
-    def fails(self, *settings: str, said: str = "", names: tuple[str, ...] = (), force: bool = False,
+    def fails(self, *settings: str, said: str | None = None, names: tuple[str, ...] = (), force: bool = False,
               jobs: int = 2) -> StudyError:  # fmt: skip
         """What a run ends with that says this, by a regular expression."""
         with pytest.raises(StudyError, match=said) as failed:
