@@ -139,14 +139,11 @@ class Sweep:
         shared = disk.digest(json.dumps(self.chain.ground, sort_keys=True).encode())[:32]
         with contextlib.closing(Journal(self.folder / ".cache" / f"{shared}.jsonl")) as journal:
             keys = [self._key(index, journal) for index in range(self.spec.size)]
-            first: dict[str, int] = {}
-            for index, key in enumerate(keys):
-                if key not in journal:
-                    first.setdefault(key, index)
+            first = {key: index for index, key in reversed([*enumerate(keys)]) if key not in journal}
             known = sum(key in journal and key != str(index) for index, key in enumerate(keys))
             if known:
                 self.display.note(f"{known} of {len(keys)} points are known already")
-            missing, began, done, failed, inside = [*first.values()], time.monotonic(), 0, 0, 0.0
+            missing, began, done, failed, inside = sorted(first.values()), time.monotonic(), 0, 0, 0.0
             with contextlib.closing(self.display):
                 for index, row in pool.rows(job, missing, self._task, workers, client) if missing else ():
                     if keys[index] not in journal:  # a chunk that was given to another worker may come back twice
