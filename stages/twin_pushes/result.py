@@ -58,7 +58,8 @@ class Result:
              if survived else f"{kind} {fatal:g} {unit} not survived")
             for kind, unit, survived, fatal in self.limits()
         ]
-        return f"{len(self.walks)} pushes: " + "; ".join(words)
+        most = max((walk.steps for walk in self.walks if walk.survived), default=0)  # an unpushed twin may fall later
+        return f"{len(self.walks)} pushes" + f", walked off for {most} steps" * (most > 0) + f": {'; '.join(words)}"
 
     def tables(self) -> list[Table]:
         """Every push and how it ended, as (title, columns, rows of text)."""

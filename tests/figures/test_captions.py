@@ -144,6 +144,8 @@ def test_a_small_robot_has_its_peak_force_in_digits():
 def test_a_push_that_topples_at_its_smallest_is_not_said_to_be_survived_at_nought():
     said = given("twin_pushes").twin_pushes.summary()
     assert "side 0.1 m/s survived, 0.2 not" in said and "spin 1 m/s not survived" in said
+    most = max(walk.steps for walk in given("twin_pushes").twin_pushes.walks if walk.survived)
+    assert f"pushes, walked off for {most} steps: " in said, "a twin that falls by itself may fall after these"
 
 
 def test_a_run_that_cannot_be_foretold_is_shown_as_it_is_fitted():
