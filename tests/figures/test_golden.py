@@ -233,6 +233,16 @@ def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do()
     assert values == pytest.approx([0.5, 1.0, 2.0]) and speed == pytest.approx([2.0, 4.0, 8.0])
 
 
+def test_no_multiplier_of_a_rung_lies_beyond_the_axis():
+    """Past a period doubling one of -1.47 was cut off, without a mark."""
+    usual = given("twin_ladder").twin_ladder
+    beyond = np.array([[-1.47, 0.0], [0.2, 0.0]])
+    far = tuple(dataclasses.replace(rung, plane_multipliers=beyond) for rung in usual.rungs)
+    axes = drawn("twin_ladder", twin_ladder=dataclasses.replace(usual, rungs=far)).get_axes()[2]
+    assert axes.get_xlim() == pytest.approx((-1.617, 1.617))
+    assert shown("twin_ladder").get_axes()[2].get_xlim() == (-1.2, 1.2)
+
+
 def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():
     bars = shown("twin_ladder").get_axes()[0].patches
     ends = [end for bar in bars for end in (bar.get_x(), bar.get_x() + bar.get_width())]

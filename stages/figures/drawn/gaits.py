@@ -260,7 +260,8 @@ def rung_multipliers(axes: Axes, rungs: list[RungGait]) -> None:
                 if len(rung.side_multipliers)]  # fmt: skip
     if sideways:
         axes.plot(*zip(*sideways, strict=True), "D", color=style.SECOND, markersize=3.5, label="largest out of it: yaw")
-    axes.set_xlim(-1.2, 1.2)
+    far = max(1.2, *(1.1 * abs(x) for line in axes.lines for x in np.ravel(line.get_xdata()) if np.isfinite(x)))
+    axes.set_xlim(-far, far)
 
 
 def caption_ladder(given: Given) -> str:
