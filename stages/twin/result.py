@@ -61,10 +61,13 @@ class EnergyBalance:
 
 
 def with_doubt(value: float, left: float) -> str:
-    """A mean with what a transient leaves in it, rounded up to one digit; with three decimals if that is unknown."""
+    """A value with what is left open, rounded up to one digit, or two where the first is 1; that of a transient is
+    unknown where it is not positive, and three decimals are given.
+    """
     if not left > 0.0:
         return f"{value:.3f} (what is left of the transient is unknown)"
-    places = max(0, -math.floor(math.log10(left)))
+    first = -math.floor(math.log10(left))
+    places = max(0, first + (left * 10.0**first < 1.95))
     return f"{value:.{places}f} ± {math.ceil(left * 10.0**places) / 10.0**places:.{places}f}"
 
 

@@ -280,7 +280,7 @@ def test_what_was_learnt_of_stable_gaits_corrects_no_other():
 def test_the_first_screen_answers_three_questions_and_a_fourth_of_own_recordings():
     walks, fast, steady = answers(inputs())
     assert walks.answer == "Yes, on conditions." and "2 mm below ground" in walks.means and "8 steps" in walks.errors
-    assert fast.answer.startswith("0.32 ± 0.02 m/s: 1.98 ± 0.09 steps a second") and "fewer than 1.9 " in fast.means
+    assert fast.answer.startswith("0.317 ± 0.014 m/s: 1.98 ± 0.09 steps a second") and "fewer than 1.9 " in fast.means
     assert steady.answer.startswith("A step leaves 0.59 ± 0.05") and "above 0.999" in steady.answer
     assert "after 5 steps; of the starts tried, 14 %" in steady.means
     report = SimpleNamespace(step_frequency=2.0, step_frequency_error=0.01, step_length=0.16, step_length_error=1e-3,

@@ -212,7 +212,7 @@ def test_one_that_does_not_fade_and_a_short_walk_are_unknown():
 
 
 @pytest.mark.parametrize(("value", "left", "text"), [
-    (2.04205, 6.2e-4, "2.0421 ± 0.0007"), (160.31, 0.11, "160.3 ± 0.2"), (750.2, 3.0, "750 ± 3"),
+    (2.04205, 6.2e-4, "2.0421 ± 0.0007"), (160.31, 0.11, "160.31 ± 0.11"), (750.2, 3.0, "750 ± 3"),
     (2.04205, float("nan"), "2.042 (what is left of the transient is unknown)"),
 ])
 def test_a_mean_is_told_with_the_digits_that_the_transient_leaves(value, left, text):
@@ -222,4 +222,4 @@ def test_a_mean_is_told_with_the_digits_that_the_transient_leaves(value, left, t
 def test_a_frequency_is_as_unsure_as_its_period():
     nothing = np.zeros(0)
     gait = Settling(nothing, nothing, 1, 0.5, 2.0, 0.16, period_transient_s=2.4e-4, step_length_transient_m=1e-4)
-    assert gait.frequency_text() == "2.0000 ± 0.0010 Hz" and gait.length_text() == "160.0 ± 0.1 mm"
+    assert gait.frequency_text() == "2.0000 ± 0.0010 Hz" and gait.length_text() == "160.00 ± 0.10 mm"
