@@ -116,6 +116,15 @@ def test_a_step_comes_to_rest_after_a_linearisation_or_two(monkeypatch):
     assert 5 <= len(again) <= 12
 
 
+@pytest.mark.parametrize("period", [0.3, 0.9])
+def test_a_step_is_walked_to_the_first_event_after_a_fifth_more_than_its_period(period):
+    run, _, _ = made(7, 8)
+    _, at = follower().begin(run)
+    walked = follower().walked(at, run.sampling, period)
+    *_, before, last = (float(one.start[0] + one.duration[0]) * walked.walker.time for one in walked.stretches)
+    assert before <= 1.2 * period < last
+
+
 class Bent:
     """A step with one unknown, which is known by its arctangent: whole steps of Gauss and Newton lead away from 1.4 on.
     """

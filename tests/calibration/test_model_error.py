@@ -278,6 +278,9 @@ def test_a_run_of_the_model_is_explained_to_its_noise_and_predicted(given, drawn
     force, rate = model.noise[0], model.noise[2]
     assert tell.fit_force < 1.2 * force and tell.fit_rate < 1.2 * rate and tell.sigmas < 1.2
     assert force < tell.foretold_force < 1.0 and rate < tell.foretold_rate < 0.5
+    for one in (tell.hip, tell.foot):
+        counts = np.isfinite(one.residual)
+        assert np.allclose((one.measured - one.fitted)[counts], one.residual[counts], rtol=1e-9, atol=1e-9)
 
 
 def test_errors_count_what_counts_after_a_time(given):

@@ -125,6 +125,16 @@ def test_a_steps_error_is_that_of_two_strikes(drawn: tuple[np.ndarray, list]) ->
     assert drawn[1][0].asymmetry_error == pytest.approx(np.sqrt(np.mean(asymmetry**2)), rel=0.08)
 
 
+@pytest.mark.parametrize("count", [5, 21])
+def test_what_strikes_scatter_is_less_in_the_mean_of_more_steps(count: int) -> None:
+    rng, leg = np.random.default_rng(7), (np.arange(count) + 1) % 2
+    drawing = dataclasses.replace(DRAWING, onset_error_s=0.0, strike_scatter_s=ONSET, toe_off_error_s=0.0)
+    found = [step_times(HeelStrikes(STEP * np.arange(count) + ONSET * rng.normal(size=count), leg), 1e-6, drawing)
+             for _ in range(400)]
+    off = np.array([(one.inner_step - STEP, one.outer_step - STEP) for one in found])
+    assert found[0].step_error == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.1)
+
+
 def test_the_error_of_stances_that_differ_holds_that_of_the_steps(drawn: tuple[np.ndarray, list]) -> None:
     """The stances differ as the steps do; of the double stance, which is not seen twice, an error is added."""
     asymmetry = np.array([one.stance_asymmetry for one in drawn[1]])

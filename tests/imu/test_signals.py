@@ -140,6 +140,13 @@ def test_step_frequency_of_a_limping_walk(period: float, limp: float, count: int
     assert found[0] == pytest.approx(1 / period, rel=1e-9)
 
 
+def test_the_error_of_a_frequency_is_how_frequencies_scatter() -> None:
+    rng, number = np.random.default_rng(8), np.arange(15)
+    found = np.array([step_frequency(HeelStrikes(0.48 * number + 2e-3 * rng.normal(size=15), (number + 1) % 2))
+                      for _ in range(400)])
+    assert np.sqrt(np.mean(found[:, 1] ** 2)) == pytest.approx(found[:, 0].std(), rel=0.1)
+
+
 def test_a_missed_strike_is_no_long_step_and_pulses_of_one_time_have_no_frequency() -> None:
     """A gyroscope that wraps turns round many times at one pulse."""
     number = np.delete(np.arange(12), 5)
