@@ -87,6 +87,18 @@ def test_a_figure_that_is_no_longer_made_disappears_and_a_users_own_stays_whatev
     assert done.results() == {**before, "figures/mine.svg": b"mine"}
 
 
+def test_a_figure_left_by_a_run_that_was_killed_while_it_put_files_in_place_goes(done):
+    done.run("picture.extra=true")
+    two = done.results()["figures/two.svg"]
+    done.run()
+    before, store = done.results(), done.study().store
+    entry = store.current("picture")
+    (done.root / "results/figures/two.svg").write_bytes(two)
+    store._set_record(entry, False, sorted([*entry.outs, "results/figures/two.svg"]))
+    assert done.run()["picture"] == "restored"
+    assert done.results() == before
+
+
 def test_the_clock_set_back_changes_nothing(done):
     for path in [*(done.root / "results").rglob("*"), *done.path("PACKAGE").rglob("*.py")]:
         os.utime(path, (0, 0))
