@@ -62,6 +62,16 @@ def test_a_forged_number_is_found_and_named_and_nothing_of_either_folder_changes
     assert all(path.read_bytes() == content for path, content in before.items())
 
 
+def test_a_field_that_only_one_has_is_a_difference_and_named_as_what_it_is(ran, theirs):
+    content, name = (theirs / "fall.h5").read_bytes(), numbers(theirs / "fall.h5")[0]
+    with h5py.File(theirs / "fall.h5", "r+") as file:
+        del file[name]
+    without = (theirs / "fall.h5").read_bytes()
+    for pair, kinds in (((content, without), ("a dataset", "nothing")), ((without, content), ("nothing", "a dataset"))):
+        rows = [row for row in apart(*pair, "fall", exactly=True) if row["path"] == name]
+        assert [(row["theirs"], row["recomputed"]) for row in rows] == [kinds]
+
+
 def test_null_in_one_artefact_is_what_follows_in_another(toy, tmp_path):
     """A stage that needs it fills it in, one that only reads the file leaves it; any other value is a difference."""
     pace = '\n    pace: float | None = parameter("s", "null: half the wait", default=None)'
