@@ -22,7 +22,7 @@ from stages.figures.entry import Inputs
 from stages.imu.judgement.verdict import FREQUENCY
 from stages.imu.result import Result as Ingested
 from stages.imu.result import stepping
-from stages.model_error.measures import NAMES
+from stages.model_error.measures import NAMES, in_digits
 from stages.model_error.result import EVEN, SHARED, WIDTH
 from stages.model_error.result import Result as ModelError
 from stages.twin.result import with_doubt
@@ -133,7 +133,6 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     value, basin = multiplier.value, inputs.stability and inputs.stability.basin
     likely = NormalDist(value, max(multiplier.error / WIDTH, 1e-12)).cdf(1.0)
     likely, word = (likely, "stable") if value < 1.0 else (1.0 - likely, "unstable")
-    chance = "above 0.999" if likely > 0.999 else f"of {likely:.2g}"
     faded = math.ceil(math.log(FADED) / math.log(value)) if 0.0 < value < 1.0 else 1
     means = (f"A small disturbance has faded to a tenth after {count_of(faded, 'step')}" if value < 1.0 else
              "A small disturbance grows from step to step") if likely > SURE else UNSURE  # fmt: skip
@@ -142,7 +141,7 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     twins = float(np.hypot(*rung.plane_multipliers[0])) if rung else math.nan
     if (twins < 1.0) != (value < 1.0) and math.isfinite(twins):
         means += f" The twin's gait is {'stable' if twins < 1.0 else 'unstable'}: it leaves {twins:.3g} in the plane."
-    sure = f"with a probability {chance}" + ("" if multiplier.known else " by the errors that are known")
+    sure = f"with a probability {in_digits(likely, 2)}" + ("" if multiplier.known else " by the errors that are known")
     how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, {sure}."
     return Answer("How stable?", how, f"Errors of this multiplier: {multiplier.parts(share=False)}.", means)
 

@@ -61,3 +61,9 @@ def learnt_by(asking: Asking) -> Result:
         raise WrongOption(NOT_KNOWN.format(where))
     found: Result = result
     return found
+
+
+def in_digits(probability: float, digits: int) -> str:
+    """A probability in words, as they follow on "a probability": no closer to zero or one than it can be known."""
+    return ("above 0.999" if probability > 0.999 else "below 0.001" if probability < 0.001 else
+            f"of {probability:.{digits}g}")  # fmt: skip

@@ -210,15 +210,15 @@ class Inputs:
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
     """The result at closer settings: of the rungs the first two and the last, of the others their constraint models."""
-    first, *others = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
-    fewer = ladder(parameters, inputs, [first, *others[-1:]])
+    first, *between, last = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
+    fewer = ladder(parameters, inputs, [first, last])
     gaits, pairs = {row.name: row for row in fewer.rungs}, {row.name: row for row in fewer.same_machine}
-    own = constraint_gaits(parameters, (project(rung.machine) for rung in others[:-1]))
-    between = {rung.name: one.numbers() for rung, one in zip(others, own, strict=False)}
+    own = constraint_gaits(parameters, (project(rung.machine) for rung in between))
+    alone = {rung.name: one.numbers() for rung, one in zip(between, own, strict=True)}
     return dataclasses.replace(
         fewer, rungs=tuple(gaits.get(row.name, row) for row in result.rungs),
-        same_machine=tuple(dataclasses.replace(row, **between[row.name]) if row.name in between else
-                           pairs.get(row.name, row) for row in result.same_machine))  # fmt: skip
+        same_machine=tuple(pairs[row.name] if row.name in pairs else dataclasses.replace(row, **alone[row.name])
+                           for row in result.same_machine))  # fmt: skip
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, option
-from stages.model_error.measures import NAMES, UNITS, Allowed, errors, learnt_by
+from stages.model_error.measures import NAMES, UNITS, Allowed, errors, in_digits, learnt_by
 
 if TYPE_CHECKING:
     from stages.model_error.choice import Answered, Stability
@@ -123,10 +123,8 @@ def in_words(one: Answered) -> list[str]:
 
 def stability_in_words(found: Stability) -> list[str]:
     """The answer to whether a gait is stable, in words."""
-    likely = found.probability
-    chance = "above 0.999" if likely > 0.999 else "below 0.001" if likely < 0.001 else f"of {likely:.3g}"
     return [
-        f"stable: with a probability {chance}",
+        f"stable: with a probability {in_digits(found.probability, 3)}",
         f"  largest multiplier {found.multiplier:.4g} +- {found.solver + found.model:.2g}, by the {found.rung}; the "
         f"digits of the parameters leave "
         + (f"{found.inputs:.2g} open" if math.isfinite(found.inputs) else "an unknown part open"),
