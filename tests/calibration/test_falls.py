@@ -14,7 +14,7 @@ from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.estimation.request import Request
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.robot_file import read
-from stages.calibration.following.step import Belief, Step
+from stages.calibration.following.step import Estimate, Step
 from stages.calibration.following.stream import STAMP, Stream, rows_of
 from stages.calibration.following.track import Track, follow
 from stages.calibration.information.identifiability import SLOPE
@@ -142,7 +142,7 @@ def test_a_robot_that_walks_on_where_the_likeliest_would_fall_is_followed():
     mean, covariance = step.known.mean.copy(), step.known.covariance.copy()
     covariance[rate, rate] += (3.0 * mean[rate]) ** 2
     mean[rate] *= 6.0
-    brink = Belief(mean, covariance, step.sampling)
+    brink = Estimate(mean, covariance, step.sampling)
     with pytest.raises(StepFailed):
         robot.walked(mean, step.sampling, period)
     reached = robot.mid_stance(mean) + 0.2 * period

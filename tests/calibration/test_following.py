@@ -104,7 +104,8 @@ def errors(seed, steps):
     for strike in run.strikes:
         before = [one for one in instants if strike - 0.2 < one.time < strike - 0.1]
         inside += [abs(before[-1].strike - strike) < 1.96 * before[-1].strike_sd] if before else []
-    return np.mean(alone, axis=0), float(np.mean(joint)), inside, float(np.nanmean([one.surprise for one in instants]))
+    size = float(np.nanmean([one.innovation for one in instants]))
+    return np.mean(alone, axis=0), float(np.mean(joint)), inside, size
 
 
 def test_a_step_comes_to_rest_after_a_linearisation_or_two(monkeypatch):
@@ -142,7 +143,7 @@ def test_a_move_that_fits_worse_is_shortened():
         onwards=lambda step, share=1.0: SimpleNamespace(mean=step.at + share * (step.known.mean - step.at)),
         mid_stance=lambda at: 0.0)  # fmt: skip
     track._step, track._period, track._usual, track._until = Bent(2.0), 0.5, 0.5, 1.0
-    track._begun, track._enter = lambda belief, at: at, entered.append
+    track._begun, track._enter = lambda estimate, at: at, entered.append
     list(track._settle())
     assert abs(entered[0][0]) < 1e-3
 

@@ -22,7 +22,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.run_fit import Model, begun
-from stages.calibration.following.step import Belief, Step
+from stages.calibration.following.step import Estimate, Step
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import MeasuredRun, Sampling
 from stages.calibration.observation.prediction import Walked, walk
@@ -51,7 +51,7 @@ OPEN = 10.0
 
 @dataclass(frozen=True)
 class Follower:
-    """Follows runs of the robot `design`; what the model looks for has the errors of a `Belief`.
+    """Follows runs of the robot `design`; what the model looks for has the errors of an `Estimate`.
 
     `covariance` (o, o) is that of the design's parameters `model.of_design`. By the `settings` samples count from some
     time after a mid-stance on, when the low pass has forgotten that its walk began there. What the model itself puts
@@ -92,7 +92,7 @@ class Follower:
         return replace(self.model, layout=replace(layout, names=("start_theta", *layout.names), free=layout.free + 1,
                                                   **arrays))  # fmt: skip
 
-    def pushed(self, step: Step, time: float) -> Belief:
+    def pushed(self, step: Step, time: float) -> Estimate:
         """What a step tells of its state at a time [s], from when on rates may be any near by, and a new step begins.
 
         The push was a sampling period later at most: places are as far off as rates move them until then.
@@ -108,7 +108,7 @@ class Follower:
         wrong[self.start[:-1]] = off
         return self._carried(step, rows, wrong, leg)
 
-    def begin(self, run: MeasuredRun) -> tuple[Belief, Vector]:
+    def begin(self, run: MeasuredRun) -> tuple[Estimate, Vector]:
         """What is known at the first mid-stance before its samples are seen, and unknowns (n,) near those of its walk.
 
         Raises StepFailed where none are found.
@@ -126,7 +126,7 @@ class Follower:
         at = np.concatenate([mean, unknowns])
         at[model.of_design.index(SLOPE)] = fit.own[0]
         whole = block_diag(covariance, np.diag(prior**2))
-        return Belief(np.concatenate([mean, middle]), whole, run.sampling), at
+        return Estimate(np.concatenate([mean, middle]), whole, run.sampling), at
 
     def walked(
         self, at: Vector, sampling: Sampling, period: float, reached: float = -math.inf
@@ -153,20 +153,20 @@ class Follower:
                                         reached))  # fmt: skip
 
     def walking(
-        self, among: Iterable[Vector], belief: Belief, period: float, otherwise: str, reached: float = -math.inf
+        self, among: Iterable[Vector], estimate: Estimate, period: float, otherwise: str, reached: float = -math.inf
     ) -> tuple[Vector, Walked]:
-        """The first of some unknowns (n,), and then of drawn ones of a belief, with which the robot walks as `walked`
-        has it, and that walk. Raises StepFailed, which says what is `otherwise`."""
-        for there in chain(among, drawn(belief)):
+        """The first of some unknowns (n,), and then of ones drawn by an estimate, with which the robot walks as
+        `walked` has it, and that walk. Raises StepFailed, which says what is `otherwise`."""
+        for there in chain(among, drawn(estimate)):
             with contextlib.suppress(StepFailed):
-                return there, self.walked(there, belief.sampling, period, reached)
+                return there, self.walked(there, estimate.sampling, period, reached)
         raise StepFailed(otherwise)
 
     def mid_stance(self, at: Vector) -> float:
         """The time of mid-stance, or of a step's other start [s], in unknowns (n,)."""
         return float(at[self.start[-1]])
 
-    def onwards(self, step: Step, share: float = 1.0) -> Belief:
+    def onwards(self, step: Step, share: float = 1.0) -> Estimate:
         """What a step tells of the next mid-stance, a `share` of the way from where it was linearised to its mean.
 
         The model's discrepancy is in its start. Raises StepFailed where it does not get there.
@@ -175,7 +175,7 @@ class Follower:
         wrong[later] = self.discrepancy * self.anywhere.layout.sizes[np.array(later) - len(self.model.of_design)]
         return self._carried(step, step.walked.next_start(), wrong, 1 - step.sampling.first_leg, share)
 
-    def _carried(self, step: Step, rows: np.ndarray, wrong: Vector, leg: int, share: float = 1.0) -> Belief:
+    def _carried(self, step: Step, rows: np.ndarray, wrong: Vector, leg: int, share: float = 1.0) -> Estimate:
         """What a step tells of a later start on a `leg`, given as `rows` of it and its derivatives; errors (n,) that
         are not the step's come on top.
 
@@ -188,11 +188,11 @@ class Follower:
         apart[[self.start[-1], lag], hip], apart[lag, foot] = step.sampling.since - since, since - step.sampling.since
         mean, grown = apart @ mean, apart @ grown
         covariance = grown @ known.covariance @ grown.T + np.diag(wrong**2)
-        return Belief(mean + grown @ (share * (known.mean - step.at)), 0.5 * (covariance + covariance.T),
+        return Estimate(mean + grown @ (share * (known.mean - step.at)), 0.5 * (covariance + covariance.T),
                       replace(step.sampling, first_leg=leg, since=since))
 
 
-def drawn(belief: Belief) -> Iterator[Vector]:
+def drawn(estimate: Estimate) -> Iterator[Vector]:
     """Some unknowns (n,) as likely as they are known."""
     yield from np.random.default_rng(0).multivariate_normal(
-        belief.mean, belief.covariance, DRAWN, "ignore", method="eigh")
+        estimate.mean, estimate.covariance, DRAWN, "ignore", method="eigh")

@@ -54,7 +54,7 @@ class Instant:
     """What is known right after a sample of the hip, at `time` [s] on the run's clock, from samples up to that time.
 
     The state (size,) in SI units with its `covariance`, the leg that stands, whether both bear, and when the next heel
-    strike comes with its standard error [s]. `surprise` is the mean square of the readings' innovations, in their own
+    strike comes with its standard error [s]. `innovation` is the mean square of the readings' innovations, in their own
     standard deviations; NaN without a reading. `energy` [J] counts from the standing foot; `step` [m] is how long the
     step is that the strike ends: each with its standard error by the state alone. Shortly before a heel strike `falls`
     are the probabilities to fall in the first, the first two and so on of the steps after it.
@@ -67,7 +67,7 @@ class Instant:
     double: bool
     strike: float
     strike_sd: float
-    surprise: float
+    innovation: float
     energy: tuple[float, float]
     step: tuple[float, float]
     falls: Sequence[float] = ()
@@ -93,7 +93,7 @@ class Present:
         self._strikes[:, 1 + place] -= apart
         self.ends = float(self._begins[-1] + walked.stretches[-1].duration[0]) * self._unit
 
-    def at(self, time: float, moved: Vector, covariance: np.ndarray, surprise: float) -> Instant:
+    def at(self, time: float, moved: Vector, covariance: np.ndarray, innovation: float) -> Instant:
         """What is known at a time [s] of a walk whose unknowns are `moved` (n,) from its own, with a covariance."""
         place, rate, since = self._clock
         now = (time + (rate + moved[place]) * (time - since)) / self._unit
@@ -133,7 +133,7 @@ class Present:
         stretch = self._walked.stretches[number]
         strike, strike_sd = self.strike(time, moved, covariance)
         return Instant(time, mean * self._scales, covered * self._scales * self._scales[:, None], stretch.stance_leg,
-                       stretch.double, strike, strike_sd, surprise,
+                       stretch.double, strike, strike_sd, innovation,
                        _with_error(partial(_energy, self._walked.walker.on(stretch.stance_leg)), mean, covered),
                        self._step(strike, moved, covariance))  # fmt: skip
 

@@ -145,7 +145,7 @@ def _plain(instants: Sequence[Instant], run: MeasuredRun) -> Mapping[str, Any]:
     """How well a run was followed: its readings, and the heel strikes that were forecast."""
     errors, sd = forecasts(instants, run.strikes).T
     widths = HALF_WIDTH * sd
-    size = np.sqrt(np.nanmean([one.surprise for one in instants]))
+    size = np.sqrt(np.nanmean([one.innovation for one in instants]))
     return {"steps": int(sum(one.leg != other.leg for one, other in pairwise(instants))),
             "samples": len(instants), "innovation_in_sigmas": float(size), "strikes_forecast": len(errors),
             "strikes_inside": int((np.abs(errors) <= widths).sum()),

@@ -25,7 +25,7 @@ CERTAIN = 1e-12
 
 
 @dataclass(frozen=True)
-class Belief:
+class Estimate:
     """What is known of the unknowns (n,) of `Model.names` at a step's mid-stance: `mean` (n,) and `covariance` (n, n)
     in SI units; the leg that stands, and since when clocks run apart, are those of its `sampling`."""
 
@@ -45,15 +45,15 @@ class Sample:
 
 
 class Step:
-    """A step from a mid-stance on, `walked` with the unknowns `at` (n,), of which a belief from `before` it and the
+    """A step from a mid-stance on, `walked` with the unknowns `at` (n,), of which an estimate from `before` it and the
     samples that it has `taken` tell. Its states are `wrong` by so much, dimensionless."""
 
     def __init__(
-        self, model: Model, wrong: float, before: Belief, at: Vector, walked: Walked, taken: Sequence[Sample] = ()
+        self, model: Model, wrong: float, before: Estimate, at: Vector, walked: Walked, taken: Sequence[Sample] = ()
     ) -> None:
         self._model, self._wrong, self.sampling = model, wrong, before.sampling
         self._before, self.at, self.walked, self._taken = before, at, walked, list(taken)
-        self._surprise, self._count, self._loss = 0.0, 0, 0.0
+        self._innovations, self._count, self._loss = 0.0, 0, 0.0
 
     @cached_property
     def _shown(self) -> dict[str, Shown]:
@@ -70,17 +70,17 @@ class Step:
         return self._present.ends
 
     @property
-    def known(self) -> Belief:
+    def known(self) -> Estimate:
         """What all samples so far tell of the unknowns."""
         moved, covariance = self._solved
-        return Belief(np.asarray(self.at + moved), covariance, self.sampling)
+        return Estimate(np.asarray(self.at + moved), covariance, self.sampling)
 
     def take(self, sample: Sample, kept: bool = True) -> float:
         """Take a sample that is not earlier than its side's last one; one that is not `kept` is not taken again.
 
         Returns the mean square of its innovations, in their standard deviations; NaN where nothing is used.
         """
-        surprise = math.nan
+        innovation = math.nan
         if sample.used.any():
             moved, covariance = self._solved
             expected = self._shown[sample.side].read(np.array([sample.time]))[0]
@@ -88,11 +88,11 @@ class Step:
             self._loss += self._lost(left, sample.used)[1] if kept else 0.0
             off = take_readings(moved, covariance, left, expected[:, 1:], np.where(sample.used, variances, np.inf),
                                 self._model.robust)[sample.used]  # fmt: skip
-            self._surprise, self._count = self._surprise + float(off @ off), self._count + len(off)
-            surprise = float(off @ off) / len(off)
+            self._innovations, self._count = self._innovations + float(off @ off), self._count + len(off)
+            innovation = float(off @ off) / len(off)
         if kept:
             self._taken.append(sample)
-        return surprise
+        return innovation
 
     def is_near_a_strike(self, time: float, before: float, after: float) -> bool:
         """Whether a time is from `before` to `after` a heel strike [s], or may be."""
@@ -100,9 +100,9 @@ class Step:
 
     def instant(self, time: float) -> Instant:
         """What is known at a time not before the last sample's [s]."""
-        surprise = self._surprise / self._count if self._count else np.nan
-        self._surprise, self._count = 0.0, 0
-        return self._present.at(time, *self._solved, surprise)
+        innovation = self._innovations / self._count if self._count else np.nan
+        self._innovations, self._count = 0.0, 0
+        return self._present.at(time, *self._solved, innovation)
 
     def falls(self) -> Vector:
         """Probabilities to fall within so many steps after the next heel strike, by what is known now."""

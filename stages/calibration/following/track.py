@@ -19,7 +19,7 @@ from stages.calibration.estimation.run_fit import Model
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.robot_file import FittedRobot
-from stages.calibration.following.step import Belief, Sample, Step
+from stages.calibration.following.step import Estimate, Sample, Step
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Settings
 
@@ -104,9 +104,9 @@ class Track:
         self._waiting = list[Sample]()
         self._work: Iterator[None] | None = None
         self._period = self._usual = float(np.diff(run.strikes[:3]).mean())
-        belief, at = follower.begin(run)
-        self._first = self._until = follower.mid_stance(belief.mean) + follower.settings.settling_s
-        self._enter(self._begun(belief, at))
+        estimate, at = follower.begin(run)
+        self._first = self._until = follower.mid_stance(estimate.mean) + follower.settings.settling_s
+        self._enter(self._begun(estimate, at))
         self._shown_from = self._until
 
     def take(self, sample: Sample) -> Iterator[Instant]:
@@ -157,9 +157,9 @@ class Track:
         settings = self._follower.settings
         near = self._step.is_near_a_strike(sample.time, settings.before_strike_s, settings.after_strike_s)
         settled = sample.time > self._pushed + settings.settling_s
-        surprise = self._step.take(replace(sample, used=sample.used & (not near) & settled), kept)
-        if math.isfinite(surprise):
-            self._lately = [*self._lately[1 - LATELY:], (surprise, sample.time)]
+        innovation = self._step.take(replace(sample, used=sample.used & (not near) & settled), kept)
+        if math.isfinite(innovation):
+            self._lately = [*self._lately[1 - LATELY:], (innovation, sample.time)]
         if self._pushed > -math.inf:
             if settled and sample.side == SIDES[0] and kept:
                 with contextlib.suppress(StepFailed):  # where no step is near, more samples may tell
@@ -170,9 +170,9 @@ class Track:
 
     def _push(self, time: float) -> None:
         """Begin a step where it is: at a time [s] something moved the robot that is not in its model."""
-        belief = self._follower.pushed(self._step.until(time), time)
+        estimate = self._follower.pushed(self._step.until(time), time)
         self._until, self._waiting, self._work, self._falls = time, [], None, ()
-        self._enter(self._begun(belief, belief.mean))
+        self._enter(self._begun(estimate, estimate.mean))
         self._pushed = time
 
     def _end(self) -> None:
@@ -200,18 +200,18 @@ class Track:
             errors = np.sqrt(np.abs(np.diag(known.covariance)))
             if np.all(np.abs(known.mean - step.at) <= np.maximum(MOVED * errors, ROUNDED)):
                 break
-        belief = follower.onwards(step, share)
-        late = follower.mid_stance(belief.mean) - follower.mid_stance(step.at)
+        estimate = follower.onwards(step, share)
+        late = follower.mid_stance(estimate.mean) - follower.mid_stance(step.at)
         self._period = max(self._usual, late)  # a short one comes alone
-        entered = self._begun(belief, belief.mean)
+        entered = self._begun(estimate, estimate.mean)
         yield
         self._enter(entered)
 
-    def _begun(self, belief: Belief, at: Vector) -> Step:
+    def _begun(self, estimate: Estimate, at: Vector) -> Step:
         """A step with the unknowns `at` (n,), or with drawn ones where it falls with those."""
         follower = self._follower
-        found = follower.walking((at,), belief, self._period, "the robot falls before its next heel strike")
-        return Step(follower.anywhere, follower.wrong, belief, *found)
+        found = follower.walking((at,), estimate, self._period, "the robot falls before its next heel strike")
+        return Step(follower.anywhere, follower.wrong, estimate, *found)
 
     def _enter(self, step: Step) -> None:
         """Go on to a step."""
