@@ -12,7 +12,6 @@ import sys
 
 import numpy as np
 
-from benchmarks.accuracy_requests import VARIED
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.analytic.gait.poincare import FixedPoint, fixed_point
@@ -27,6 +26,8 @@ TOLERANCES = tuple(10.0**-power for power in range(5, 11))
 EXACT, STEPS, RATE = 1e-13, 10, 2000.0
 #: Round-off in what is compared, in metres and seconds.
 ROUND_OFF = 2e-14
+VARIED = {"hip_mass": 0.316, "foot_mass": 0.335, "leg_length": 0.333, "foot_radius": 0.083, "foot_com": 0.1,
+          "stiffness": 2800.0, "damping": 58.35}  # fmt: skip
 MEASURES = ("period", "step_length", "hip_position", "step_duration")
 
 
