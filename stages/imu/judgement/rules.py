@@ -407,7 +407,8 @@ def _on_readings(
         ),
         remark(
             count > 0,
-            f"{count} samples of the {place} end at {at * size:.3g} {unit}: its full scale is there, not "
-            "where its range says", f"{place} {what}",
+            f"{count} samples of the {place} end at {at * size:.3g} {unit}: its full scale is there, "
+            + ("not where its range says" if np.isfinite(full_scale) else "and no range is declared"),
+            f"{place} {what}",
         ),
     )  # fmt: skip

@@ -19,7 +19,7 @@ WINDOW_S = (-0.04, 0.04)  # around a strike
 ONSETS_S = np.arange(-0.02, 0.0121, 0.0005)
 LIFTS_S = np.arange(-0.02, 0.0251, 0.0005)
 CORNERS = np.arange(0.15, 0.5, 0.05)  # of the low pass, in sampling rates
-FEWEST_SAMPLES = 20  # of a leg, together
+FEWEST_SAMPLES = 12  # of a leg, together: twice what is fitted to a force, a line, three responses and an onset
 LEAST_GAIN = 0.5  # of the scatter about a straight line, that what is fitted must explain
 STRIKE, LIFT = (0, 1, 2), (1, 2)  # columns of `responses`: a strike is a blow as well
 
@@ -49,8 +49,9 @@ class Samples:
 def at_onsets(strikes: HeelStrikes, seen: Samples, transient: int) -> tuple[HeelStrikes, float]:
     """The strikes, all of a leg moved alike to where its impacts begin, and the corner of the low pass [Hz].
 
-    The first `transient` strikes differ from the others: they are moved with them, and not looked at. A leg whose
-    impacts are not seen well enough stays where it is; the corner is NaN if both do.
+    The first `transient` strikes differ from the others: they are moved with them, and not looked at. Strikes found by
+    their pulse are late by much of a slow sensor's period, so a leg whose impacts are not seen well enough moves with
+    the other. The corner is NaN if neither is seen.
     """
     time, leg_of = strikes.time[transient:], strikes.leg[transient:]
     clouds = {leg: seen.around(time[leg_of == leg]) for leg in (INNER, OUTER)}
@@ -60,10 +61,14 @@ def at_onsets(strikes: HeelStrikes, seen: Samples, transient: int) -> tuple[Heel
     if not costs:
         return strikes, float("nan")
     corner = int(np.argmin(sum(cost.min(axis=1) for cost in costs.values())))
-    moved = strikes.time.copy()
-    for leg, cost in costs.items():
-        onset = lowest(cost[corner], ONSETS_S)
-        moved[strikes.leg == leg] += onset + seen.taken_delay if np.isfinite(onset) else 0.0
+    found = {leg: lowest(cost[corner], ONSETS_S) for leg, cost in costs.items()}
+    onsets = {leg: onset for leg, onset in found.items() if np.isfinite(onset)}
+    if not onsets:
+        return strikes, float("nan")
+    usual = float(np.mean(list(onsets.values())))
+    moved = strikes.time + seen.taken_delay
+    for leg in (INNER, OUTER):
+        moved[strikes.leg == leg] += onsets.get(leg, usual)
     order = np.argsort(moved, kind="stable")
     return HeelStrikes(moved[order], strikes.leg[order]), float(CORNERS[corner] * seen.rate_hz)
 

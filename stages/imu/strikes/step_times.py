@@ -93,10 +93,12 @@ def _mean_step(strikes: HeelStrikes, leg: int) -> tuple[float, int]:
     return (float(mine.mean()) if len(mine) else NAN), len(mine)
 
 
-def step_frequency(strikes: HeelStrikes) -> tuple[float, float]:
+def step_frequency(strikes: HeelStrikes, scatter_s: float = 0.0, clock_rate_error: float = 0.0) -> tuple[float, float]:
     """Steps per second and its standard error [Hz], from a straight line through the strike times.
 
-    Each leg has an offset of its own. Strikes are numbered by whole steps, so a missed one is no long step.
+    Each leg has an offset of its own. Strikes are numbered by whole steps, so a missed one is no long step. A strike is
+    off by `scatter_s` at least, even where a line fits better: after the push its error changes along the walk. All are
+    dated by a clock whose rate has this relative error.
     """
     step = np.diff(strikes.time)
     if len(step) < 3 or not np.median(step) > 0:  # pulses of one and the same time are no walk
@@ -107,6 +109,6 @@ def step_frequency(strikes: HeelStrikes) -> tuple[float, float]:
         columns = columns[:, :2]
     solution, _, _, _ = np.linalg.lstsq(columns, strikes.time, rcond=None)
     residual = strikes.time - columns @ solution
-    variance = residual @ residual / max(1, len(number) - columns.shape[1])
+    variance = max(residual @ residual / max(1, len(number) - columns.shape[1]), scatter_s**2)
     period_error = np.sqrt(variance * np.linalg.pinv(columns.T @ columns)[1, 1])
-    return 1 / solution[1], float(period_error / solution[1] ** 2)
+    return 1 / solution[1], math.hypot(period_error / solution[1], clock_rate_error) / solution[1]

@@ -39,6 +39,12 @@ class SensorTrace:
         """Sampling rate as fitted [Hz]."""
         return self.clock.rate_hz
 
+    @property
+    def rate_error(self) -> float:
+        """Relative error of the clock's rate: its error over the recording; 0 where, as remarked, nothing shows it."""
+        span = float(np.ptp(self.time)) if len(self.time) else 0.0
+        return self.clock.clock_error_s / span if span > 0 and math.isfinite(self.clock.clock_error_s) else 0.0
+
     def bias(self) -> np.ndarray:
         """Angular rate at rest (3,) [rad/s]; zero where there is no rest."""
         known = self.rest & np.isfinite(self.angular_rate).all(axis=1)

@@ -27,7 +27,7 @@ from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bo
 from stages.imu.trial.body import PLACES, BodySensor, frame_of, grid_signals
 from stages.imu.trial.sensor import trace_sensor
 from stages.imu.trial.two_clocks import Together, brought_together, overlap_of
-from stages.imu.trial.walk import leg_of, registered, strikes_of
+from stages.imu.trial.walk import at_slowest, leg_of, registered, strikes_of
 
 
 def read_sensor(
@@ -156,6 +156,7 @@ def read_trial(
     strikes, corner = strikes_of(sensors, settings, parameters.quick)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])
     bounds, common = stride_bounds(used), grid_signals(sensors, settings)
+    clocks = [sensors[place].trace.rate_error for place in PLACES if place in sensors]  # the first one's dates strikes
     evidence = evidence_of(sensors, common, strikes, bounds, experiment.slope_deg, parameters)
     trial = Trial(
         experiment=experiment,
@@ -164,7 +165,7 @@ def read_trial(
         together=together,
         overlap=overlap_of(sensors["hip"], sensors["foot"]) if timed else math.nan,
         strikes=strikes,
-        frequency=step_frequency(used),
+        frequency=step_frequency(used, at_slowest(sensors, parameters).strike_scatter_s, *clocks[:1]),
         strides=registered(sensors, bounds, settings),
         leg=leg_of(sensors, common, used, corner, confirmed(evidence, parameters), parameters),
         evidence=evidence,
