@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ class EnergyAudit:
     """Energies of one step of a periodic gait [J]; `residual` is what does not close, relative to gravity's work."""
 
     gravity_work: float = quantity("J", "work of gravity over one step", symbol="W_g")
-    damper_loss: float = quantity("J", "energy taken by the leg dampers over one step")
+    damper_loss: float = quantity("J", "energy taken by dampers, and by friction at the hip, over one step")
     impact_loss: float = quantity("J", "kinetic energy lost in impacts")
     friction_loss: float = quantity("J", "energy taken by sliding of the trailing foot over one step")
     residual: float = quantity("1", "(work - losses) / work; zero if the audit closes")
@@ -56,6 +57,14 @@ class Uncertainty:
     decisive_part: float = quantity("-", "by how much that one may move it")
     slope_least: float = quantity("-", "its least on slopes within the slope's half-width; NaN: no gait on some")
     slope_most: float = quantity("-", "its most there")
+
+    def of_a_step(self, steps: int) -> Uncertainty:
+        """What this, of a multiplier's magnitude over so many steps, is of one step's, to first order."""
+        change = self.value ** (1.0 / steps - 1.0) / steps
+        return dataclasses.replace(
+            self, value=self.value ** (1.0 / steps), worst=change * self.worst, independent=change * self.independent,
+            decisive_part=change * self.decisive_part, slope_least=self.slope_least ** (1.0 / steps),
+            slope_most=self.slope_most ** (1.0 / steps))
 
 
 @dataclass(frozen=True)
@@ -182,9 +191,8 @@ class Result:
 
     def summary(self) -> str:
         """What was found, in one line."""
-        largest = float(np.hypot(*self.gait.floquet_multipliers[0]))
         kind = "stable" if self.gait.stable else "unstable"
-        return f"{kind} gait: {self.gait.step_frequency_hz:.3f} Hz, |multiplier| {largest:.3f}"
+        return f"{kind} gait: {self.gait.step_frequency_hz:.3f} Hz, |multiplier| {self.gait.largest_multiplier:.3f}"
 
 
 #: Multipliers as near to the unit circle as this are on it.

@@ -19,8 +19,8 @@ from stages.analytic.derivatives.uncertainty import elasticities_of, uncertainti
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import GaitReport, report_gait
-from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.poincare import FixedPoint, by_stability, fixed_point
+from stages.analytic.gait.gait_search import describe, find_gait
+from stages.analytic.gait.poincare import FixedPoint, fixed_point
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.model.kinds import Rigid
 from stages.analytic.model.stiffness import attainable_tolerance
@@ -184,7 +184,7 @@ def differences(one: Solved, other: Solved) -> dict[str, float]:
     """Errors of `other`, by the names of `Accuracy`: what it differs by from `one`, which is coarser, or, where it has
     error estimates, these and a margin.
     """
-    leading = [float(np.hypot(*solved.report.gait.floquet_multipliers[0])) for solved in (one, other)]
+    leading = [solved.report.gait.largest_multiplier for solved in (one, other)]
     found = walk_differences(one.walk, other.walk)
     period = abs(one.report.gait.period_s - other.report.gait.period_s)
     found |= {"period_s": max(period, found.get("period_s", 0.0)), "multiplier": abs(leading[0] - leading[1])}
@@ -204,7 +204,10 @@ def neighbour(design: DesignPoint, z: Vector, tolerance: float, biped: Biped) ->
     section coordinates `z`; NaN if there is none."""
     walker = replace(design, biped=biped).walker()
     point = fixed_point(walker, z, tolerance)
-    return (np.nan, np.nan) if point is None else (by_stability(point), 1 / (point.period * walker.time))
+    if point is None:
+        return np.nan, np.nan
+    gait = describe(walker, point)
+    return gait.largest_multiplier, gait.step_frequency_hz
 
 
 #: Largest multiplier and step frequency [Hz] of a biped near the design.

@@ -146,5 +146,16 @@ class Gait:
         "1", "multipliers of the step map, largest first, rows of real and imaginary part, shape (j, 2)",
         dimensions=("multiplier", "part")
     )
+    steps: int = quantity("1", "steps that these multipliers are of: two where the legs differ")
     stable: bool = quantity("1", "whether every multiplier lies inside the unit circle")
     fixed_point: StanceState = quantity("1", "state just after heel strike, legs already renamed")
+
+    @property
+    def largest_multiplier(self) -> float:
+        """Magnitude of the largest multiplier, of one step."""
+        return largest_of_a_step(self.floquet_multipliers, self.steps)
+
+
+def largest_of_a_step(multipliers: np.ndarray, steps: int) -> float:
+    """Magnitude of the largest of multipliers (j, 2) of so many steps, largest first, of one step; NaN without any."""
+    return float(np.hypot(*multipliers[0]) ** (1.0 / steps)) if len(multipliers) else float("nan")

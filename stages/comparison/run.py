@@ -42,7 +42,7 @@ def summarise(e: Evidence) -> BipedSummary:
         float(limit.hard.hip_position.max()) if limit is not None else NAN,
         float(models.same_start.position.max()) if models is not None else NAN,
         twin.step_frequency if twin is not None else NAN,
-        largest(analytic.gait.floquet_multipliers),
+        analytic.gait.largest_multiplier,
         largest(rung.plane_multipliers) if rung is not None else NAN,
         validity.friction_single_stance,
         max(validity.impulse_friction_landing, validity.impulse_friction_trailing),

@@ -84,8 +84,9 @@ class Measure:
 def measure(analytic: Analytic, learnt: ModelError | None, name: str) -> Measure:
     """A measure of the gait with its errors. What a model misses was learnt of stable gaits alone."""
     place, gait = NAMES.index(name), analytic.gait
-    found = float(np.hypot(*gait.floquet_multipliers[0])) if name == "multiplier" else getattr(gait, FIELDS[name])
+    found = gait.largest_multiplier if name == "multiplier" else getattr(gait, FIELDS[name])
     own = next((one for one in analytic.uncertainties if one.name == FIELDS[name]), None)
+    own = own.of_a_step(gait.steps) if own and name == "multiplier" else own
     slopes = float(np.nan_to_num(own.slope_most - own.slope_least)) if own else 0.0  # NaN: the slope is exact
     inputs = EVEN * WIDTH * math.hypot(own.independent, 0.5 * slopes) if own else 0.0
     errors = np.full(3, math.nan) if learnt is None else np.array(learnt.at_the_design[0, place])

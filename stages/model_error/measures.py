@@ -66,4 +66,4 @@ def learnt_by(asking: Asking) -> Result:
 def in_digits(probability: float, digits: int) -> str:
     """A probability in words, as they follow on "a probability": no closer to zero or one than it can be known."""
     return ("above 0.999" if probability > 0.999 else "below 0.001" if probability < 0.001 else
-            f"of {probability:.{digits}g}")  # fmt: skip
+            f"of {probability:.{digits if probability < 0.99 else 3}g}")  # fmt: skip

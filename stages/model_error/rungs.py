@@ -25,6 +25,7 @@ from stages.analytic.maps.answers import exact
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.design import Biped
+from stages.biped.walk import largest_of_a_step
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Friction, Slope
 from stages.model_error.measures import NAMES
@@ -69,12 +70,6 @@ def measures(period: float, length: float, multiplier: float, peak: float = math
     """A gait's measures (k,), from duration [s] and length [m] of a step, its largest multiplier's magnitude, and the
     largest normal force [N]."""
     return np.array([period, 1.0 / period, length, length / period, peak, multiplier])
-
-
-def steps_multiplier(multipliers: np.ndarray, steps: int) -> float:
-    """Magnitude of the largest of multipliers (n, 2) of a cycle of so many steps, of one step."""
-    largest: float = np.hypot(*multipliers[0]) ** (1.0 / steps)
-    return largest
 
 
 def gait_of(design: DesignPoint, near: Vector | None) -> tuple[Walker, FixedPoint]:
@@ -167,7 +162,7 @@ def constrained(walker: Walker, point: FixedPoint, tolerance: float) -> Found:
     near = point.z + np.linalg.solve(np.eye(point.z.size) - point.monodromy_matrix, moved)
     gaits = [describe(walker, each) for each in (point, exact(walker, near, LOOSER * tolerance))]
     values, found = (
-        measures(gait.period_s, gait.step_length_m, steps_multiplier(gait.floquet_multipliers, len(point.steps)))
+        measures(gait.period_s, gait.step_length_m, gait.largest_multiplier)
         for gait in gaits)  # fmt: skip
     return Found(values, np.abs(found - values))
 
@@ -185,7 +180,7 @@ def by_penalty(design: Design, tolerance: float) -> Found:
         run = simulate(design.projected, design.slope, design.contact, start, walker.settings, steps=count,
                        signals=(GROUND_REACTION,))  # fmt: skip
         peak = peaks(run.trajectory, design.contact, design.projected.foot_radii, 0.0, step.duration)[0].max()
-        return measures(step.duration / count, step.length / count, steps_multiplier(multipliers, count), peak)
+        return measures(step.duration / count, step.length / count, largest_of_a_step(multipliers, count), peak)
 
     values = measured(stepper)
     return Found(values, np.abs(measured(other) - values))

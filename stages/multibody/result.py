@@ -8,7 +8,7 @@ import numpy as np
 
 from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.quantity import LEFT, count_of, quantity
-from stages.biped.walk import Walk
+from stages.biped.walk import Walk, largest_of_a_step
 from stages.multibody.assembly.inventory import Inventory
 from stages.planar.energy import EnergyBalance
 from stages.planar.run import LimitCycle
@@ -38,14 +38,15 @@ class Cycle:
         "1", "multipliers of the step map, largest first, rows of real and imaginary part, (10, 2), or (0, 2)",
         dimensions=("multiplier", "part")
     )
+    steps: int = quantity("1", "steps that these multipliers are of: two where the legs differ")
     residual: float = quantity(
         "1", "how far the fixed point moves in one step, in the scales of the section", without_error=LEFT)
     period_change: float = quantity("s", "largest difference between the periods of the walk's last four steps")
 
     @property
     def largest_multiplier(self) -> float:
-        """Magnitude of the largest multiplier; NaN without a fixed point."""
-        return float(np.hypot(*self.floquet_multipliers[0])) if len(self.floquet_multipliers) else float("nan")
+        """Magnitude of the largest multiplier, of one step; NaN without a fixed point."""
+        return largest_of_a_step(self.floquet_multipliers, self.steps)
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ class EnergyBalance:
     """Work and losses over a span of the walk; the residual is what does not add up."""
 
     gravity_work: float = quantity("J", "work of gravity")
-    leg_damper_loss: float = quantity("J", "energy lost in the dampers of both legs")
+    leg_damper_loss: float = quantity("J", "energy lost in dampers, and in friction at the hip")
     contact_damping_loss: float = quantity("J", "energy lost in the damping of the contact")
     friction_loss: float = quantity("J", "energy lost to friction, creep included")
     stored: float = quantity("J", "increase of kinetic energy and of the energy in leg and contact springs")

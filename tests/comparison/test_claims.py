@@ -6,7 +6,6 @@ from math import inf, nan
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 import yaml
 
@@ -404,7 +403,7 @@ def test_a_headlines_per_cent_are_digits():
 def test_a_multibody_model_without_a_cycle_leaves_stability_open():
     multibody = SimpleNamespace(cycle=SimpleNamespace(largest_multiplier=nan))
     leading = CASES[3][0].numbers["constraint"]
-    analytic = SimpleNamespace(gait=SimpleNamespace(floquet_multipliers=leading * np.eye(1, 2)))
+    analytic = SimpleNamespace(gait=SimpleNamespace(largest_multiplier=leading))
     evidence = SimpleNamespace(results=SimpleNamespace(multibody=multibody, analytic=analytic))
     claim = judged(PARAMETERS, judge.STATEMENTS["stable_gait"].measured(evidence))
     assert claim.verdict == OPEN and "no multibody gait" in claim.measured

@@ -38,7 +38,8 @@ from tests.comparison.made_up import DEFAULTS, make_agreement, make_budget, make
 def analytic(frequency=2.0718):
     """A walk, and a gait that is not that of the walk."""
     gait = SimpleNamespace(period_s=0.5, step_frequency_hz=frequency, step_length_m=0.16, double_stance_s=4e-3,
-                           floquet_multipliers=np.array([[0.6, 0.0], [-0.3, 0.4]]))  # fmt: skip
+                           floquet_multipliers=np.array([[0.6, 0.0], [-0.3, 0.4]]),
+                           largest_multiplier=0.6, steps=1)  # fmt: skip
     answers = tuple(
         SimpleNamespace(parameter=name, value=1.0, period=-share, step_length=0.5 * share, speed=1.5 * share)
         for name, share in (("biped.hip_mass", 0.1), ("ground.slope_deg", -0.4))

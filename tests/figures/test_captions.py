@@ -25,8 +25,18 @@ from stages.model_error.result import EVEN, WIDTH
 from stages.multibody.result import in_newtons
 from stages.rough_ground.result import written_out
 from tests.comparison.made_up import make_agreement, make_study, make_walk
-from tests.figures.made_up_results import analytic, comparison, given, misses, parameters, results
+from tests.figures.made_up_results import analytic, comparison, given, misses, parameters, results, stability
 from tests.figures.made_up_results import drawn as made_up_figure
+
+
+def folded():
+    """A family that turns back at 1 degree and has double stance but for its unstable gaits beyond 3 degrees."""
+    family = stability().families[0]
+    slope = np.array([4.0, 3.2, 2.0, 1.0, 1.6, 2.6, 3.6])
+    double = np.where(np.arange(7) < 2, 0.0, 1e-3)[:, None]
+    return SimpleNamespace(slope_deg=2.0, basin=None, families=(dataclasses.replace(
+        family, value=slope, step_duration=0.5 + double, stance_angle=0.3 + double, double_stance=double,
+        floquet_multipliers=family.floquet_multipliers[:7], turns=()),))  # fmt: skip
 
 
 def text(name, **other):
@@ -49,6 +59,7 @@ def test_every_figure_has_a_title_and_a_caption_from_the_results_that_it_names(n
         "known from 1° to 4°; stable ones lie between 1° and 3.333°.",
         "At 3.3333° the cycle of 1 doubles (multiplier -1.000000). At 1.0000° the cycle of 1 turns back",
         "loses its double stance: the cycle of 2 at 3.4°."]),
+    ("bifurcation", {"stability": folded()}, ["loses its double stance: the cycle of 1 at 2.6°."]),
     ("basin", {}, ["from 42 starts", "14.3 % come within 0.001", "after 1 to 5 steps", "falls forward: 14.3 %",
                    "In 14.3 % the trailing leg"]),
     ("rough_ground", {}, ["of 0.5 mm, where the design makes 60 steps", "Within 25 % it makes more than 300;",
@@ -240,7 +251,7 @@ GOOD = Validity(5.0, 1.0, 0.2, 0.4, 1.1, 0.0, 0.0, 0.3, 0.5, 0.01, 2e-3, 0.0, Tr
 
 def gaits(multiplier=0.6, validity=GOOD):
     gait = SimpleNamespace(period_s=0.5, step_frequency_hz=2.0, step_length_m=0.16, speed_m_s=0.32,
-                           stable=multiplier < 1.0, floquet_multipliers=np.array([[multiplier, 0.0]]))
+                           stable=multiplier < 1.0, largest_multiplier=multiplier, steps=1)
     nothing = float("nan")
     digits = tuple(Uncertainty(name, unit, 1.0, 0.03, width, "biped.hip_mass", 0.01, nothing, nothing)
                    for name, unit, width in (("step_frequency_hz", "Hz", 0.02), ("speed_m_s", "m/s", 0.003)))
@@ -269,6 +280,15 @@ def test_the_digits_of_the_slope_are_inputs_too():
     digits = dataclasses.replace(found.uncertainties[0], slope_least=1.9, slope_most=2.1)
     found.uncertainties = (digits,)
     assert measure(found, misses(), "step_frequency").inputs == pytest.approx(EVEN * WIDTH * np.hypot(0.02, 0.1))
+
+
+def test_a_multipliers_digits_are_those_of_one_step():
+    """Of legs that differ it is known over two steps: the root of .36 moves by half of what that does, over .6."""
+    found = gaits()
+    found.gait.steps = 2
+    found.uncertainties = (Uncertainty("multiplier_1", "1", 0.36, 0.03, 0.012, "biped.hip_mass", 0.01, 0.25, 0.49),)
+    of_a_step = np.hypot(0.5 * 0.012 / 0.6, 0.5 * (0.7 - 0.5))
+    assert measure(found, misses(), "multiplier").inputs == pytest.approx(EVEN * WIDTH * of_a_step)
 
 
 def test_what_was_learnt_of_stable_gaits_corrects_no_other():
@@ -323,6 +343,7 @@ def test_where_known_errors_leave_stability_open_no_sentence_says_it_is_stable()
     said = stable(inputs(), Measure(0.99, 0.0, np.nan, 0.02))
     assert said.answer.endswith("stable, with a probability of 0.84 by the errors that are known.")
     assert said.means.startswith("Its errors leave open whether it is stable")
+    assert "with a probability of 0.997" in stable(inputs(), Measure(0.5, 0.0, 0.36, 0.0)).answer, "it was: of 1"
 
 
 @pytest.mark.parametrize(("twins", "words"), [

@@ -264,6 +264,7 @@ def describe(walker: Walker, point: FixedPoint) -> Gait:
         speed_m_s=length / period,
         double_stance_s=double * walker.time,
         floquet_multipliers=np.column_stack([multipliers.real, multipliers.imag]),
+        steps=len(point.steps),
         stable=bool(np.abs(multipliers).max() < 1),
         fixed_point=walker.stance_state(point.steps[-1].state),
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from stages.comparison.claims.paper import FREQUENCY_HZ, LAST_DIGIT_HZ
 from stages.comparison.claims.statement import Statement
-from stages.comparison.evidence import NAN, Evidence, largest
+from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
 from stages.comparison.result import FAILS, HOLDS, OPEN, Judgement, percent, yes_or_no
 
@@ -65,8 +65,7 @@ def judge_step_frequency(
 
 
 def stable_gait(e: Evidence) -> tuple[float, float]:
-    planar = e.results.multibody.cycle.largest_multiplier
-    return largest(e.results.analytic.gait.floquet_multipliers), planar
+    return e.results.analytic.gait.largest_multiplier, e.results.multibody.cycle.largest_multiplier
 
 
 def judge_stable_gait(limits: Settings, constraint: float, multibody: float) -> Judgement:
@@ -94,7 +93,7 @@ def multipliers_minimised(e: Evidence) -> tuple[float, float, str]:
         for value, sign in ((variation.multiplier_below, "-"), (variation.multiplier_above, "+"))
         if math.isfinite(value)
     ]
-    return largest(analytic.gait.floquet_multipliers), *min(options, default=(NAN, ""))
+    return analytic.gait.largest_multiplier, *min(options, default=(NAN, ""))
 
 
 def judge_multipliers_minimised(limits: Settings, now: float, best: float, change: str) -> Judgement:
@@ -123,9 +122,10 @@ def judge_multipliers_minimised(limits: Settings, now: float, best: float, chang
 
 def chaos_amplifies(e: Evidence) -> tuple[float, float, float, int]:
     analytic = e.results.analytic
-    steps, matrix = len(analytic.walk.heel_strike_time), analytic.monodromy_matrix
-    sizes = [float(np.linalg.norm(np.linalg.matrix_power(matrix, n), 2)) for n in range(1, max(steps, 1) + 1)]
-    return largest(analytic.gait.floquet_multipliers), max(sizes), sizes[-1], len(sizes)
+    matrix, of = analytic.monodromy_matrix, analytic.gait.steps
+    cycles = max(len(analytic.walk.heel_strike_time) // of, 1)
+    sizes = [float(np.linalg.norm(np.linalg.matrix_power(matrix, n), 2)) for n in range(1, cycles + 1)]
+    return analytic.gait.largest_multiplier, max(sizes), sizes[-1], of * cycles
 
 
 def judge_chaos_amplifies(limits: Settings, multiplier: float, most: float, left: float, steps: int) -> Judgement:

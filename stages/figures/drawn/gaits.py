@@ -20,6 +20,8 @@ from stages.twin_ladder.result import Result, RungGait
 
 #: Multipliers smaller than this are taken for zero.
 NONE = 1e-6
+#: After what a gait repeats: two steps where the legs differ.
+STEPS = {1: "one step", 2: "two steps"}
 MEASURES = (("period", style.MULTIBODY), ("step_length", style.SECOND), ("speed", style.ANALYTIC))
 
 
@@ -38,7 +40,7 @@ def multipliers(given: Given) -> list[tuple[str, np.ndarray, str, str]]:
 
 
 def draw_multipliers(given: Given) -> Figure:
-    """The unit circle with the multipliers of a step, and bars for the elasticities."""
+    """The unit circle with the multipliers of a gait, and bars for the elasticities."""
     figure, (circle, bars) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.0), width_ratios=(1.15, 1.0))
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     circle.plot(np.cos(turn), np.sin(turn), color="black", linewidth=0.8, label="limit of stability")
@@ -76,7 +78,8 @@ def caption_multipliers(given: Given) -> str:
     largest = [(name, float(np.hypot(*values.T).max())) for name, values, *_ in multipliers(given)
                if len(values) and not name.endswith("across it")]  # fmt: skip
     listed = ", ".join(f"{value:.3f} ({name})" for name, value in largest)
-    text = f"Floquet multipliers of a step; the largest: {listed}. Inside the circle a disturbance dies out."
+    of = STEPS[given.analytic.gait.steps]
+    text = f"Floquet multipliers of {of}; the largest: {listed}. Inside the circle a disturbance dies out."
     rows = [row for row in given.analytic.elasticities if row.value]
     if not rows:
         return text
@@ -123,9 +126,6 @@ def caption_basin(given: Given) -> str:
 
 # The gait over the slope: where its period doubles, and what its multipliers do there.
 
-#: How a gait is called that begins a family: of two steps where the legs differ.
-STEPS = {1: "one step", 2: "two steps"}
-
 
 def draw_bifurcation(given: Given) -> Figure:
     """The picture that `bipedstudy continue` draws."""
@@ -153,11 +153,11 @@ def caption_bifurcation(given: Given) -> str:
 
 
 def without_double_stance(family: RecordedFamily) -> list[float]:
-    """The slopes about which a step of the cycle begins to have no double stance, each between two gaits [deg]."""
-    order = np.argsort(family.value, kind="stable")
-    gone = family.double_stance[order].min(axis=1) == 0.0
+    """The slopes about which a step of the cycle begins to have no double stance, each between two gaits [deg], in the
+    order of the family: where it has turned back, others have the same slopes."""
+    gone = family.double_stance.min(axis=1) == 0.0
     changes = np.flatnonzero(gone[1:] != gone[:-1])
-    found: list[float] = (0.5 * (family.value[order][changes] + family.value[order][changes + 1])).tolist()
+    found: list[float] = (0.5 * (family.value[changes] + family.value[changes + 1])).tolist()
     return found
 
 

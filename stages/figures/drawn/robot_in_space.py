@@ -112,7 +112,7 @@ def numbers(given: Given) -> list[tuple[str, str, str]]:
     """The three numbers beside the robot: the claim that judges each, the number, and what it is."""
     model, twin = given.analytic.gait.step_frequency_hz, given.twin.settling.frequency_text()
     apart = 1e3 * float(np.max(there(given.comparison.models).same_start.position))
-    left = float(np.hypot(*given.analytic.gait.floquet_multipliers[0]))
+    left = given.analytic.gait.largest_multiplier
     walking = twin if given.twin.outcome == "completed" else given.twin.outcome
     return [
         ("step_frequency", f"{model:.3f} Hz", f"steps a second of the constraint model; the twin: {walking}"),

@@ -143,6 +143,7 @@ def solved_cycle(model: Parameters, state: PlanarState, found: LimitCycle, walk:
         peak_normal_force=float(force),
         largest_penetration=float(depth),
         floquet_multipliers=found.floquet_multipliers,
+        steps=steps,
         residual=point.residual,
         period_change=period_change(walk),
     )
@@ -154,7 +155,7 @@ def walked_cycle(walked: Run, walk: Walk, contact: ContactLaw, radii: tuple[floa
     count = min(LAST_STEPS, len(strikes) - 1)
     none = np.zeros((0, 2))
     if count < 1:
-        return Cycle(False, nan, nan, nan, nan, nan, nan, nan, none, nan, nan)
+        return Cycle(False, nan, nan, nan, nan, nan, nan, nan, none, 1, nan, nan)
     last = strikes[-1 - count :]
     hip = walked.trajectory.at(last)[0][:, 0]
     period, length = float(last[-1] - last[0]) / count, float(hip[-1] - hip[0]) / count
@@ -169,6 +170,7 @@ def walked_cycle(walked: Run, walk: Walk, contact: ContactLaw, radii: tuple[floa
         peak_normal_force=float(force),
         largest_penetration=float(depth),
         floquet_multipliers=none,
+        steps=1,
         residual=nan,
         period_change=period_change(walk),
     )
