@@ -105,8 +105,8 @@ def measured(
         smooth = low_pass(walked.felt[side], 1.0 / step, sensor.bandwidth_hz)
         shown = np.column_stack([np.interp(times, since, column) for column in smooth.T])
         samples[side] = shown + np.asarray(parameters.noise) * rng.normal(size=shown.shape)
-    sampling = Sampling(times, times, filter_delay(sensor.bandwidth_hz), sensor.bandwidth_hz, first_leg,
-                        below_hip=parameters.limits.lever_arm)
+    sampling = Sampling(times, times, dict.fromkeys(SIDES, filter_delay(sensor.bandwidth_hz)),
+                        dict.fromkeys(SIDES, sensor.bandwidth_hz), first_leg, below_hip=parameters.limits.lever_arm)
     used = dict.fromkeys(SIDES, mask)
     return MeasuredRun("MuJoCo's", sampling, samples, used, strikes,
                        {SLOPE: (parameters.slope.slope_deg, settings.slope_reading_sd_deg)})

@@ -68,7 +68,7 @@ class TwinRobot:
         for side in SIDES:
             force, rate = motion[side]
             smooth = low_pass(np.column_stack([force[:, FORWARD], force[:, UP], rate[:, LATERAL]]), self.rate_hz,
-                              like.sampling.bandwidth_hz * math.exp(value["bandwidth"]))
+                              like.sampling.bandwidth_hz[side] * math.exp(value["bandwidth"]))
             if taken[side][-1] > sensed.walk.time[-1]:
                 raise StepFailed("the twin does not get to the run's end")
             true = np.column_stack([np.interp(taken[side], sensed.walk.time, column) for column in smooth.T])

@@ -95,15 +95,15 @@ def _run(
     unknowns[: layout.free] = truth[: layout.free]
     unknowns[layout.place("mid_stance")] = truth[layout.place("mid_stance")] - late_by * rng.normal()
     period = point.steps[0].period * walker.time
-    late = filter_delay(sensor.bandwidth_hz)
+    low_pass = (dict.fromkeys(SIDES, filter_delay(sensor.bandwidth_hz)), dict.fromkeys(SIDES, sensor.bandwidth_hz))
     first_leg, shift = int(rng.integers(2)), rng.uniform(0, 0.5 / sensor.rate_hz)
     end = np.array([(settings.planned_steps - 0.2) * period])
-    walked = predict(there, (), unknowns, layout, Sampling(end, end, late, sensor.bandwidth_hz, first_leg), FINER)
+    walked = predict(there, (), unknowns, layout, Sampling(end, end, *low_pass, first_leg), FINER)
     later = walked.strikes[walked.strikes[:, 0] < end, 0]
     seen = np.concatenate([[0.0], later + late_by * rng.normal(size=len(later))])
     begun = mid_stance_of(drawing, layout, seen, first_leg) + settings.settling_s
     times = np.arange(begun, float(end[0]), 1.0 / sensor.rate_hz)
-    sampling = Sampling(times, times + shift, late, sensor.bandwidth_hz, first_leg)
+    sampling = Sampling(times, times + shift, *low_pass, first_leg)
     found = predict(there, (), unknowns, layout, sampling, FINER)
     noise = np.asarray(model.noise)
     shown = {side: found.samples[side][:, :, 0] for side in SIDES}

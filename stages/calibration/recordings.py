@@ -213,10 +213,10 @@ def measured(
         times[side], samples[side] = since[kept][order], np.nan_to_num(values)
         mask = usable(times[side], strikes - begin, first, settings.before_strike_s, settings.after_strike_s)
         used[side] = mask & np.isfinite(values)
-    trace = sensors["hip"].trace
-    bandwidth = trace.indexed.recording.device.bandwidth_hz
-    sampling = Sampling(times["hip"], times["foot"], filter_delay(bandwidth),
-                        bandwidth or USUAL_BANDWIDTH * trace.rate_hz, first_leg, below_hip=below_hip,
-                        declared=bandwidth is not None)  # fmt: skip
+    declared = {side: sensors[side].trace.indexed.recording.device.bandwidth_hz for side in SIDES}
+    sampling = Sampling(
+        times["hip"], times["foot"], {side: filter_delay(one) for side, one in declared.items()},
+        {side: one or USUAL_BANDWIDTH * sensors[side].trace.rate_hz for side, one in declared.items()}, first_leg,
+        below_hip=below_hip)  # fmt: skip
     own = {} if slope is None or math.isnan(slope) else {SLOPE: (slope, settings.slope_reading_sd_deg)}
     return MeasuredRun(name, sampling, samples, used, strikes - begin, own)

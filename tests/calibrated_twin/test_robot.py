@@ -13,7 +13,7 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Samp
 from stages.calibration.observation.prediction import predict
 from stages.calibration.recordings import drawn_design, looked_for
 from stages.twin.machine.machine import build
-from tests.calibration.runs import LATE, ROOT
+from tests.calibration.runs import BANDWIDTH_HZ, LATE, ROOT
 
 EVERY = Study(ROOT, ROOT / "params", ROOT / "results", ()).parameters(["calibrated_twin"])["calibrated_twin"]
 
@@ -27,7 +27,7 @@ def made():
     robot = TwinRobot(build(EVERY.biped, twin), EVERY.contact, twin, EVERY.settings, model.layout, 5000.0)
     begin = model.layout.middle[model.layout.place("mid_stance")]
     times = np.arange(begin + 0.05, 1.4, 0.01)
-    sampling = Sampling(times, times + 0.003, LATE, 40.0, 0, below_hip=0.233)
+    sampling = Sampling(times, times + 0.003, LATE, BANDWIDTH_HZ, 0, below_hip=0.233)
     shape = {side: np.zeros((len(times), 3)) for side in SIDES}
     like = MeasuredRun("like", sampling, shape, {side: one > 0 for side, one in shape.items()}, 0.5 * np.arange(4), {})
     return drawn, model, robot, like

@@ -12,7 +12,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
 from stages.calibration.blind_score import draw, model_of
-from stages.calibration.observation.measured_run import Sampling, layout_of
+from stages.calibration.observation.measured_run import SIDES, Sampling, layout_of
 
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 8.576e-4)
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,7 +23,8 @@ SENSOR, SETTINGS = PARAMETERS.sensor, PARAMETERS.settings
 #: Short runs, so that a fit takes half a second.
 SHORT = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(SETTINGS, planned_steps=7))
 DESIGN = DesignPoint(BIPED, PARAMETERS.slope)
-LATE = math.sqrt(2) / (2 * math.pi * SENSOR.bandwidth_hz)
+LATE = dict.fromkeys(SIDES, math.sqrt(2) / (2 * math.pi * SENSOR.bandwidth_hz))
+BANDWIDTH_HZ = dict.fromkeys(SIDES, SENSOR.bandwidth_hz)
 
 
 def gait():
@@ -53,4 +54,4 @@ def disturbed(seed, steps):
     unknowns[7:] += 0.3 * layout.sizes[7:] * rng.normal(size=len(unknowns) - 7)
     end = (steps - 0.3) * point.steps[0].period * walker.time
     times = np.arange(layout.middle[layout.place("mid_stance")] + SETTINGS.settling_s, end, 0.01)
-    return layout, unknowns, Sampling(times, times + 0.003, LATE, SENSOR.bandwidth_hz, 1)
+    return layout, unknowns, Sampling(times, times + 0.003, LATE, BANDWIDTH_HZ, 1)

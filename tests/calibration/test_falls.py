@@ -178,7 +178,7 @@ def lines_of(run, seed):
     rng, noise = np.random.default_rng(seed), np.array(model()[1].noise)
     rows = []
     for side in SIDES:
-        times = run.sampling.of(side) + run.sampling.late + AT
+        times = run.sampling.of(side) + run.sampling.late[side] + AT
         stand = times[0] - 0.01 * np.arange(STAND, 0, -1)
         still = np.array([-np.sin(np.radians(2.0)), np.cos(np.radians(2.0)), 0.0]) * PARAMETERS.slope.gravity
         values = np.vstack([still + rng.normal(size=(STAND, 3)) * noise, run.samples[side]])
@@ -199,7 +199,7 @@ def off(found, run, design, unknowns):
     layout = model()[1].layout
     clock = 1.0 + unknowns[layout.place("hip_clock")]
     times = np.array([one.time for one in found]) - AT
-    times = clock * (times - run.sampling.late) + run.sampling.late
+    times = clock * (times - run.sampling.late["hip"]) + run.sampling.late["hip"]
     truth, lie = walk(design, (), unknowns, layout, run.sampling, times[-1] + 0.1, 1e-9).states(times)
     return np.array([(one.state - state[:, 0]) / np.sqrt(np.diag(one.covariance))
                      for one, state, stretch in zip(found, truth, lie, strict=True) if stretch.stance_leg == one.leg])

@@ -191,11 +191,15 @@ def test_a_change_from_nothing_has_no_share(unlike):
 
 def test_what_the_runs_say_of_the_sensors_is_said(narrow):
     model, fit = narrow
-    silent = dataclasses.replace(fit.runs[0], sampling=dataclasses.replace(fit.runs[0].sampling, declared=False))
+    late = fit.runs[0].sampling.late | {"foot": 0.0}
+    silent = dataclasses.replace(fit.runs[0], sampling=dataclasses.replace(fit.runs[0].sampling, late=late))
+    wider = dataclasses.replace(
+        silent, sampling=dataclasses.replace(fit.runs[0].sampling, bandwidth_hz={"hip": 40.0, "foot": 60.0}))
     as_said, moved = np.zeros_like(fit.unknowns), np.zeros_like(fit.unknowns)
     moved[0, model.layout.place("foot_place")] = 0.02
     for changed, parts in (({}, ("bandwidth: the sensors' low pass cuts off at 20.", "40.0 Hz is declared")),
                            ({"runs": (silent,)}, ("bandwidth is not declared",)),
+                           ({"runs": (wider,)}, ("at the hip and 30.", "40.0 Hz at the hip and 60.0 Hz")),
                            ({"unknowns": moved}, ("lever arm", "+20.0 mm"))):  # fmt: skip
         (words,) = sensor_report._of_sensors(dataclasses.replace(fit, **changed), model)
         assert all(part in words for part in parts)

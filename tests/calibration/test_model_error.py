@@ -26,6 +26,7 @@ from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.observation.prediction import predict
 from stages.calibration.recordings import first_steps, measured
 from stages.calibration.result import HALF_WIDTH
+from stages.imu.parameters import filter_delay
 from tests.calibration import runs
 from tests.calibration.runs import PARAMETERS, SETTINGS, fitted
 
@@ -47,19 +48,25 @@ def planned():
 def test_a_run_counts_from_its_first_heel_strike_wherever_its_clock_stands(planned):
     """Of times that binary numbers hold exactly."""
     design, model, _ = planned
-    device = SimpleNamespace(bandwidth_hz=PARAMETERS.sensor.bandwidth_hz)
-    trace = SimpleNamespace(rate_hz=128.0, indexed=SimpleNamespace(recording=SimpleNamespace(device=device)))
     values = np.random.default_rng(4).normal(size=(2, 384, 3))
+
+    def sensor(time, cut_off):
+        device = SimpleNamespace(bandwidth_hz=cut_off)
+        trace = SimpleNamespace(rate_hz=128.0, indexed=SimpleNamespace(recording=SimpleNamespace(device=device)))
+        return SimpleNamespace(time=time, force=values[0], rate=values[1], trace=trace)
 
     def run(later):
         time = later + np.arange(384) / 128
-        sensors = dict.fromkeys(SIDES, SimpleNamespace(time=time, force=values[0], rate=values[1], trace=trace))
+        sensors = {side: sensor(time, cut_off) for side, cut_off in zip(SIDES, (PARAMETERS.sensor.bandwidth_hz, None))}
         strikes = later + 0.25 + 31 / 64 * np.arange(STEPS - 2)
         return measured("run", sensors, strikes, np.arange(STEPS - 2) % 2, 2.0, design, model.layout, SETTINGS, None)
 
     here, there = run(0.0), run(16.0)
     assert here.sampling.hip.size == there.sampling.hip.size > 150 and 0.0 < here.sampling.hip[0] < 31 / 64
     np.testing.assert_array_equal(here.strikes, there.strikes)
+    cut_off = PARAMETERS.sensor.bandwidth_hz
+    assert here.sampling.bandwidth_hz == {"hip": cut_off, "foot": 0.4 * 128.0} and not here.sampling.declared
+    assert here.sampling.late == {"hip": filter_delay(cut_off), "foot": 0.0}
     for side in SIDES:
         np.testing.assert_array_equal(here.sampling.of(side), there.sampling.of(side))
         np.testing.assert_array_equal(here.samples[side], there.samples[side])

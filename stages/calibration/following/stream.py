@@ -207,7 +207,7 @@ class Stream:
         self.mounted = self.mounted or {side: _mounted(known[side], self._stamps(side)) for side in SIDES}
         self._scales = {side: (one.trace.scale.acceleration, one.trace.scale.angular_rate)
                         for side, one in known.items()}  # fmt: skip
-        self._track = Track(self._follower, run, run.sampling.late)  # the low pass is behind by that
+        self._track = Track(self._follower, run, run.sampling.late[SIDES[0]])  # the low pass is behind by that
 
     def _recording(self, side: str) -> Recording:
         rows = [one for one in self._rows if one.place == side]

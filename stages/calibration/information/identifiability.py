@@ -59,7 +59,8 @@ def planned_equations(parameters: Parameters, place: float = 0.0) -> tuple[Desig
                   settings.tolerance)
     run = MeasuredRun(
         name="planned",
-        sampling=Sampling(times, times, filter_delay(sensor.bandwidth_hz), sensor.bandwidth_hz, 1, place),
+        sampling=Sampling(times, times, dict.fromkeys(SIDES, filter_delay(sensor.bandwidth_hz)),
+                          dict.fromkeys(SIDES, sensor.bandwidth_hz), 1, place),
         samples=dict.fromkeys(SIDES, np.zeros((len(times), 3))), used=dict.fromkeys(SIDES, mask), strikes=strikes,
         own={})  # fmt: skip
     return design, run_equations(design, np.array([design.value(SLOPE)]), layout.middle, run, model), model

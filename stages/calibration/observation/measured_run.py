@@ -32,26 +32,30 @@ ERRORS = {"clock": 1e-3, "tilt": 0.01, "forward_gain": 0.01, "up_gain": 0.01, "r
 class Sampling:
     """When and how a run was sampled: of each side the times (m,) [s] since its first heel strike, as its clock has it.
 
-    `late` [s] is what the samples were really taken after these times (the delay of the low pass that the ingest took
-    out); `bandwidth_hz` cuts the low pass off; leg `first_leg` (0 carries the sensors) lands at the first heel strike,
-    and no sample is earlier than the mid-stance after it. The foot sensor sits `below_hip` [m] on
-    unloaded springs; where that is not known, `place` [m] above the foot's mass. A bandwidth that is not `declared` is
-    a usual one. Clocks are right `since` a time [s], which is on the hip's, and run apart from there.
+    Of each side, `late` [s] is what the samples were really taken after these times (the delay of the low pass that the
+    ingest took out; 0 where its bandwidth is not declared, and then a usual one), and `bandwidth_hz` cuts the low pass
+    off. Leg `first_leg` (0 carries the sensors) lands at the first heel strike, and no sample is earlier than the
+    mid-stance after it. The foot sensor sits `below_hip` [m] on unloaded springs; where that is not known, `place` [m]
+    above the foot's mass. Clocks are right `since` a time [s], which is on the hip's, and run apart from there.
     """
 
     hip: Vector
     foot: Vector
-    late: float
-    bandwidth_hz: float
+    late: Mapping[str, float]
+    bandwidth_hz: Mapping[str, float]
     first_leg: int
     place: float = 0.0
     below_hip: float | None = None
-    declared: bool = True
     since: float = 0.0
 
     def of(self, side: str) -> Vector:
         """The times of one side."""
         return self.hip if side == "hip" else self.foot
+
+    @property
+    def declared(self) -> bool:
+        """Whether both sensors say where their low pass cuts off."""
+        return all(self.late[side] > 0 for side in SIDES)
 
 
 @dataclass(frozen=True)

@@ -187,7 +187,7 @@ class Shown:
 
     def __init__(self, walked: Walked, sampling: Sampling, side: str) -> None:
         self._walked, self._sampling, self._side = walked, sampling, side
-        bandwidth = sampling.bandwidth_hz * math.exp(walked.value["bandwidth"])
+        bandwidth = sampling.bandwidth_hz[side] * math.exp(walked.value["bandwidth"])
         self._low_pass, *self._beside = (
             LowPass(walked.pieces, PLACES[side], bandwidth * (1.0 + step), not step) for step in (0.0, STEP, -STEP))
 
@@ -258,7 +258,7 @@ def walk(
 def taken(value: Mapping[str, float], sampling: Sampling, side: str, clock: Vector) -> Vector:
     """When samples with times (m,) on the clock of a side's sensor really were taken [s] since mid-stance, by a run's
     unknowns by name."""
-    late = sampling.late - value["mid_stance"] + (value["foot_lag"] if side == "foot" else 0.0)
+    late = sampling.late[side] - value["mid_stance"] + (value["foot_lag"] if side == "foot" else 0.0)
     return np.asarray(clock + value[f"{side}_clock"] * (clock - sampling.since) + late)
 
 

@@ -241,18 +241,23 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
         for place, name in enumerate(model.own[1:], 1)]
 
 
+def _at_both(hip: float, foot: float) -> str:
+    """A frequency [Hz] of both sensors, or that of each."""
+    return f"{hip:.1f} Hz" if math.isclose(hip, foot) else f"{hip:.1f} Hz at the hip and {foot:.1f} Hz at the foot"
+
+
 def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
     """What the runs say of the sensors against what was stated of them."""
     said = []
     places = [model.layout.place(name) for name in ("bandwidth", "foot_place")]
     share, higher = fit.unknowns[:, places].mean(axis=0)
-    drawn = float(np.mean([run.sampling.bandwidth_hz for run in fit.runs]))
-    cut = f"{drawn * math.exp(share):.1f} Hz"
+    drawn = [float(np.mean([run.sampling.bandwidth_hz[side] for run in fit.runs])) for side in SIDES]
+    cut = _at_both(*(one * math.exp(share) for one in drawn))
     if not all(run.sampling.declared for run in fit.runs):
         said.append(f"the sensors' bandwidth is not declared: the fit takes a second-order low pass of {cut}, which "
                     "may be wrong where the model is. Give it (bandwidth_hz of the devices)")
     elif abs(share) > OTHER_CUT:
-        said.append(f"bandwidth: the sensors' low pass cuts off at {cut}, where {drawn:.1f} Hz is declared")
+        said.append(f"bandwidth: the sensors' low pass cuts off at {cut}, where {_at_both(*drawn)} is declared")
     if abs(higher) > FAR_OFF * model.layout.prior[places[1]]:
         said.append(f"lever arm: the foot sensor sits {1e3 * higher:+.1f} mm higher on the leg than imu.lever_arm "
                     "has it; measure it")
