@@ -228,8 +228,8 @@ def of_multipliers(
     for row, name in enumerate(names):
         of_row = partial(matrix_slope, (biped, slope, contact), standing, found, row)
         try:
-            moved, errors[row] = along_the_gait(of_row, left, right)
-            shares[row] = np.real(moved / values)
+            moved, left_open = along_the_gait(of_row, left, right)
+            shares[row], errors[row] = np.real(moved / values), left_open / np.abs(values).min()
         except NoLimitCycle as reason:
             refused.append(f"by {name} the multipliers have no derivative: beside the design {reason}")
     return OfMultipliers(shares, errors, tuple(refused))

@@ -17,6 +17,7 @@ from stages.biped.walk import StanceState
 from stages.ground.contact_law import family_member
 from stages.ground.friction import static_penetration
 from stages.ground.slope import Friction
+from stages.penalty import step_map
 from stages.penalty.model.changes import changes_of
 from stages.penalty.model.walker import build_penalty
 from stages.penalty.motion import feet
@@ -319,6 +320,15 @@ def test_dimensions_demand_sums(contact, biped, slope, start, gait, of_multiplie
         multipliers = of_multipliers(biped, slope, contact, start, answers)
         assert multipliers.errors.max() < SURE and not multipliers.refused
         assert (np.abs(total(multipliers.elasticities, [*powers], powers)) < LEFT_OF_MULTIPLIERS).all()
+
+
+def test_what_is_left_of_an_elasticity_is_a_share_of_the_multiplier(contact, biped, slope, start, gait, monkeypatch):
+    """It was that of the derivative: of a second multiplier of .05 elasticities were said to be 20 times too sure."""
+    answers = responses(biped, slope, contact, start, gait, ["biped.hip_mass"])
+    monkeypatch.setattr(step_map, "along_the_gait", lambda *_: (np.ones(2), 1e-7))
+    found = of_multipliers(biped, slope, contact, start, answers)
+    least = np.sort(np.abs(np.linalg.eigvals(answers.matrix)))[-2]
+    assert found.errors == pytest.approx([1e-7 / least]) and found.errors[0] > 1.1e-7
 
 
 def test_a_longer_rigid_leg_counts_once(biped, slope, contact, rough):
