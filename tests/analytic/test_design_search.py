@@ -13,7 +13,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps, report_gait
 from stages.analytic.gait.gait_search import describe
-from stages.analytic.gait.poincare import fixed_point
+from stages.analytic.gait.poincare import by_stability, fixed_point
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
 from stages.analytic.model.kinds import directions
 from stages.analytic.model.walker import build_walker
@@ -244,6 +244,15 @@ def test_more_starts_are_never_worse(start):
     assert len(values) == 3 and (np.diff(values) > -1e-12 * values[0]).all()  # of two alike the design's own is first
     assert values[-1] == pytest.approx(values[0], rel=1e-6)
     assert all(found.path.shape == (len(found.history), 2) for found in searches)
+
+
+def test_legs_that_hardly_differ_have_the_goal_of_legs_alike(start):
+    """Their multipliers are of two steps: a target of .5 was met by .71 a step."""
+    parts = []
+    for other in (None, TABLE_1.foot_mass * (1 + 1e-7)):
+        walker, point = gait_beside(dataclasses.replace(TABLE_1, other_foot_mass=other), start)
+        parts.append((GOALS["multiplier"].parts(walker, point, 1e-10).max(), by_stability(point)))
+    assert parts[1] == pytest.approx(parts[0], abs=1e-5) and parts[0][0] == parts[0][1]
 
 
 RUBBING = dataclasses.replace(TABLE_1, frame_mass=0.01, frame_com=0.02, hip_friction=2e-3)

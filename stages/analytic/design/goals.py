@@ -206,8 +206,9 @@ class Goal:
 
 
 def magnitudes(walker: Walker, point: FixedPoint, tolerance: float) -> Vector:
-    """Magnitudes of the multipliers in the order of their real parts, in which they stay as they pass each other's."""
-    return np.asarray(np.abs(np.sort_complex(point.floquet_multipliers)))
+    """Magnitudes of the multipliers, of one step, in the order of their real parts, in which they stay as they pass
+    each other's."""
+    return np.asarray(np.abs(np.sort_complex(point.floquet_multipliers)) ** (1.0 / len(point.steps)))
 
 
 def magnitude_slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
@@ -223,6 +224,8 @@ def magnitude_slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
         for index in np.flatnonzero(leading):
             met = leading & (np.abs(values - values[index]) < APART)
             slopes[index, row] = np.real(np.conj(values[index]) * moves[met].mean()) / np.abs(values[index])
+    steps = len(gait.point.steps)
+    slopes[leading] *= np.abs(values[leading, None]) ** (1.0 / steps - 1.0) / steps
     return slopes[np.lexsort((values.imag, values.real))]
 
 

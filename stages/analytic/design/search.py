@@ -79,8 +79,8 @@ class Candidate:
 
     @property
     def largest_multiplier(self) -> float:
-        """Largest multiplier in magnitude."""
-        return float(np.abs(self.point.floquet_multipliers).max())
+        """Magnitude of the largest multiplier, of one step."""
+        return self.gait.largest_multiplier
 
     @property
     def value(self) -> float:

@@ -261,8 +261,8 @@ def is_gait(point: FixedPoint | None, found: list[FixedPoint]) -> TypeGuard[Fixe
 
 
 def by_stability(point: FixedPoint) -> float:
-    """Largest multiplier in magnitude."""
-    return float(np.abs(point.floquet_multipliers).max())
+    """Magnitude of the largest multiplier, of one step."""
+    return float(np.abs(point.floquet_multipliers).max() ** (1.0 / len(point.steps)))
 
 
 def is_ahead(met: list[Vector], z: Vector, size: float) -> bool:

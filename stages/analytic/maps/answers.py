@@ -172,7 +172,7 @@ COLUMNS = (
     Column("speed_m_s", "m/s", "step length over duration"),
     *(Column(f"multiplier_{index}_{part}", "1", f"multiplier {index}, largest first, its {part} part")
       for index in range(1, MULTIPLIERS + 1) for part in ("real", "imag")),
-    Column("largest_multiplier", "1", "largest multiplier in magnitude"),
+    Column("largest_multiplier", "1", "magnitude of the largest multiplier, of one step"),
     Column("friction_single_stance", "1", "largest friction used in single stance"),
     Column("residual", "1", "by how much the gait fails to repeat, in leg lengths and pendulum times"),
 )  # fmt: skip

@@ -12,7 +12,7 @@ from stages.analytic.derivatives.gait import GaitTangents
 from stages.analytic.derivatives.multipliers import MultiplierDerivatives, shown
 from stages.analytic.design.goals import Goal
 from stages.analytic.design.search import DesignSearch
-from stages.analytic.gait.poincare import FixedPoint
+from stages.analytic.gait.poincare import FixedPoint, by_stability
 from stages.analytic.model.walker import Walker
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
@@ -29,7 +29,7 @@ def draw_gaits(walker: Walker, points: Sequence[FixedPoint], tolerance: float) -
     """
     figure, (portrait, force) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.2))
     for number, (point, colour) in enumerate(zip(points, COLOURS * len(points), strict=False), 1):
-        largest = float(np.abs(point.floquet_multipliers).max())
+        largest = by_stability(point)
         line = "-" if largest < 1 else (0, (3, 2))
         start = section_state(point.z, walker.p)
         walk = sample_walk(walker, record(walker, start, 2, tolerance), RATE_HZ)
