@@ -34,7 +34,7 @@ def sandwich_covariance(
     edges = np.sort(np.concatenate([run.strikes, 0.5 * (run.strikes[1:] + run.strikes[:-1])]))
     scores, told = np.zeros((len(edges) + 1, n)), np.zeros((n, n))
     for side in SIDES:
-        rows = equations.predicted.samples[side][:, :, 1:] / np.asarray(model.noise)[:, None]
+        rows = equations.predicted.samples[side][:, :, 1:] / equations.noise[side][:, None]
         left = equations.residuals[side]
         seen = np.isfinite(left)
         size = np.abs(left)

@@ -161,7 +161,7 @@ class _Work:
         """How far the twin is from a run. Raises StepFailed."""
         made = self.robot.run(design, unknowns, run)
         residuals = {side: np.where(run.used[side], run.samples[side] - made.samples[side], np.nan)
-                     / np.asarray(self.model.noise) for side in SIDES}  # fmt: skip
+                     / self.model.noise_at(run.sampling, side) for side in SIDES}  # fmt: skip
         count = min(len(made.strikes), len(run.strikes))
         late = float(np.abs(made.strikes[:count] - run.strikes[:count]).max())
         return Check(held.name, held.kind, numbers, late, *rms_of(residuals, run, self.model))

@@ -145,7 +145,7 @@ def fitted_run(
         return Failed(run.name, kind, str(reason))
     sigmas, wider = widening([fit.equations])
     seen = fit.equations.eliminated(len(model.shared))[0] + information_of(known, model.shared)
-    hip, foot = (trace(run, fit.equations, model, side) for side in SIDES)
+    hip, foot = (trace(run, fit.equations, side) for side in SIDES)
     return FittedRun(
         name=run.name, kind=kind, design=fit.design, own=fit.own, unknowns=fit.unknowns,
         covariance=wider**2 * covariance_of(seen, design_sizes(design, model.shared)),

@@ -278,6 +278,24 @@ def test_a_simulator_that_is_stiffer_than_it_is_told_takes_that_off(given, fit):
     assert abs(shares["biped.leg_length"]) < 1e-3
 
 
+def test_noise_grows_with_the_root_of_a_sensors_bandwidth(planned):
+    """A foot sensor of four times the bandwidth is twice as noisy: residuals are as large as they are said to be."""
+    design, model, run = planned
+    hip = run.sampling.bandwidth_hz["hip"]
+    run = dataclasses.replace(run, sampling=dataclasses.replace(
+        run.sampling, bandwidth_hz={"hip": hip, "foot": 4 * hip}))  # fmt: skip
+
+    def equations(one):
+        return run_equations(design, np.array([design.value(SLOPE)]), model.layout.middle, one, model)
+
+    rng, shown = np.random.default_rng(2), equations(run).predicted.samples
+    samples = {side: shown[side][:, :, 0] + times * np.array(model.noise) * rng.normal(size=shown[side].shape[:2])
+               for side, times in (("hip", 1.0), ("foot", 2.0))}  # fmt: skip
+    left = equations(dataclasses.replace(run, samples=samples)).residuals
+    for side in SIDES:
+        assert np.nanstd(left[side]) == pytest.approx(1.0, abs=0.05)
+
+
 def test_a_run_of_the_model_is_explained_to_its_noise_and_predicted(given, drawn):
     """Fit within 1.2 times the sensors' noise; predicted, errors are larger, those of a walk that stays near."""
     _, run, model, _ = given

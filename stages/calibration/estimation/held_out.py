@@ -35,9 +35,9 @@ def corrected(
     return again.design - fit.design, again.own - fit.own
 
 
-def trace(run: MeasuredRun, equations: Equations, model: Model, side: str) -> Trace:
+def trace(run: MeasuredRun, equations: Equations, side: str) -> Trace:
     """What a sensor showed and what the fit says it should have."""
-    residual = equations.residuals[side] * np.asarray(model.noise)
+    residual = equations.residuals[side] * equations.noise[side]
     return Trace(run.sampling.of(side), run.samples[side], equations.predicted.samples[side][:, :, 0], residual)
 
 
@@ -64,7 +64,7 @@ def explained(
         start = fit_near(design, near[-1], first, alone, ()) if near else fit_run(design, first, alone, ())
         shown = run_equations(design, start.own, start.unknowns, run, alone)
         forecast = rms_of(shown.residuals, run, model, since)
-    hip, foot = (trace(run, shown, model, side) for side in SIDES)
+    hip, foot = (trace(run, shown, side) for side in SIDES)
     return HeldOut(
         run.name, kind, begun, float(np.sqrt(whole.equations.chi2 / whole.equations.count)),
         *rms_of(whole.equations.residuals, run, model), *forecast, model.noise[0], model.noise[2], whole.own,
@@ -75,7 +75,7 @@ def rms_of(
     residuals: dict[str, np.ndarray], run: MeasuredRun, model: Model, since: float = 0.0
 ) -> tuple[float, float]:
     """Root mean squares of force [m/s^2] and rate [rad/s] from residuals in noises, of samples after `since` [s]."""
-    rows = [residuals[side][run.sampling.of(side) > since] * np.asarray(model.noise) for side in SIDES]
+    rows = [residuals[side][run.sampling.of(side) > since] * model.noise_at(run.sampling, side) for side in SIDES]
     every = np.concatenate(rows)
     force, rate = (float(np.sqrt(np.nanmean(every[:, columns] ** 2))) for columns in (FORCE, RATE))
     return force, rate

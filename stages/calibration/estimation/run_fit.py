@@ -10,8 +10,9 @@ Unknowns stand in the order of `Model.names`: shared parameters, the run's own o
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from stages.calibration.estimation.least_squares import (
     known_equations,
     least_squares,
 )
-from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun
+from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun, Sampling
 from stages.calibration.observation.prediction import Predicted, predict
 
 
@@ -37,14 +38,16 @@ from stages.calibration.observation.prediction import Predicted, predict
 class Model:
     """What is fitted: parameters `shared` by all runs and those that are each run's `own`, by their files' names.
 
-    `noise` (3,) standard deviation of a sample forward, up, rate; `robust` sigmas from which on a residual pulls less;
-    `strike` [s] standard deviation of the measured heel strikes, infinite where they are not used.
+    `noise` (3,) standard deviation of a sample forward, up, rate, behind a low pass that cuts off at `noise_hz` [Hz];
+    `robust` sigmas from which on a residual pulls less; `strike` [s] standard deviation of the measured heel strikes,
+    infinite where they are not used.
     """
 
     shared: tuple[str, ...]
     own: tuple[str, ...]
     layout: Layout
     noise: tuple[float, float, float]
+    noise_hz: float
     tolerance: float
     robust: float = np.inf
     strike: float = np.inf
@@ -59,6 +62,10 @@ class Model:
         """All unknowns of one run, (n,)."""
         return (*self.of_design, *self.layout.names)
 
+    def noise_at(self, sampling: Sampling, side: str) -> Vector:
+        """Standard deviation (3,) of a side's samples: white noise grows with the root of the bandwidth."""
+        return np.array(self.noise) * math.sqrt(sampling.bandwidth_hz[side] / self.noise_hz)
+
     def robot(self, design: DesignPoint, shared: Iterable[float], own: Iterable[float] = ()) -> DesignPoint:
         """The design with values of the shared parameters, and of a run's own where they are given."""
         return design.with_values({name: float(value) for name, value in zip(self.of_design, (*shared, *own))})
@@ -69,7 +76,7 @@ class Equations:
     """Gauss-Newton's matrix (n, n) and right side (n,) of a run, in SI units, priors of the run included.
 
     `cost` of Huber's, priors included; `chi2` the sum of squares of `count` readings, none of which counts for more
-    than `robust` sigmas. `residuals` by side (m, 3), in sigmas, NaN where nothing is used.
+    than `robust` sigmas. `residuals` by side (m, 3), in sigmas of its `noise` (3,), NaN where nothing is used.
     """
 
     matrix: np.ndarray
@@ -80,6 +87,7 @@ class Equations:
     residuals: dict[str, np.ndarray]
     predicted: Predicted
     robust: float = np.inf
+    noise: Mapping[str, Vector] = field(default_factory=dict)
 
     def pulls(self, side: str) -> np.ndarray:
         """Residuals (m, 3) as they pull: one beyond `robust` sigmas, a spike, no more than that."""
@@ -114,14 +122,15 @@ def run_equations(
     """
     design = design.with_values(dict(zip(model.own, own_values, strict=True)))
     found = predict(design, model.of_design, unknowns, model.layout, run.sampling, model.tolerance)
-    n, layout, noise = len(model.names), model.layout, np.asarray(model.noise)
+    n, layout = len(model.names), model.layout
+    noise = {side: model.noise_at(run.sampling, side) for side in SIDES}
     matrix, right, cost, chi2, count = np.zeros((n, n)), np.zeros(n), 0.0, 0.0, 0
     residuals = {}
     for side in SIDES:
         used = run.used[side]
-        left = (run.samples[side] - found.samples[side][:, :, 0]) / noise
+        left = (run.samples[side] - found.samples[side][:, :, 0]) / noise[side]
         residuals[side] = np.where(used, left, np.nan)
-        r, jacobian = left[used], (found.samples[side][:, :, 1:] / noise[:, None])[used]
+        r, jacobian = left[used], (found.samples[side][:, :, 1:] / noise[side][:, None])[used]
         size = np.abs(r)
         beyond = size > model.robust
         weight = np.where(beyond, model.robust / np.maximum(size, 1e-300), 1.0)
@@ -147,7 +156,7 @@ def run_equations(
         matrix[place, place] += 1.0 / sd**2
         right[place] -= (value - middle) / sd**2
         cost += 0.5 * ((value - middle) / sd) ** 2
-    return Equations(matrix, right, cost, chi2, count, residuals, found, model.robust)
+    return Equations(matrix, right, cost, chi2, count, residuals, found, model.robust, noise)
 
 
 #: Times are those for Table 1's robot, and each other's by its own quickness. Horizons end so long [s] before the heel

@@ -52,6 +52,7 @@ class Step:
         self, model: Model, wrong: float, before: Estimate, at: Vector, walked: Walked, taken: Sequence[Sample] = ()
     ) -> None:
         self._model, self._wrong, self.sampling = model, wrong, before.sampling
+        self._noise = {side: model.noise_at(before.sampling, side) for side in SIDES}
         self._before, self.at, self.walked, self._taken = before, at, walked, list(taken)
         self._innovations, self._count, self._loss = 0.0, 0, 0.0
 
@@ -84,8 +85,8 @@ class Step:
         if sample.used.any():
             moved, covariance = self._solved
             expected = self._shown[sample.side].read(np.array([sample.time]))[0]
-            left, variances = sample.reading - expected[:, 0], np.square(self._model.noise)
-            self._loss += self._lost(left, sample.used)[1] if kept else 0.0
+            left, variances = sample.reading - expected[:, 0], np.square(self._noise[sample.side])
+            self._loss += self._lost(left, sample.used, sample.side)[1] if kept else 0.0
             off = take_readings(moved, covariance, left, expected[:, 1:], np.where(sample.used, variances, np.inf),
                                 self._model.robust)[sample.used]  # fmt: skip
             self._innovations, self._count = self._innovations + float(off @ off), self._count + len(off)
@@ -144,9 +145,9 @@ class Step:
             if taken:
                 expected = self._shown[side].read(np.array([one.time for one in taken]))
                 rows = expected[:, :, 1:].reshape(-1, n)
-                used, noise = np.array([one.used for one in taken]), np.asarray(self._model.noise)
+                used, noise = np.array([one.used for one in taken]), self._noise[side]
                 left = np.array([one.reading for one in taken]) - expected[:, :, 0]
-                pull, loss = self._lost(left, used)
+                pull, loss = self._lost(left, used, side)
                 weighed = rows.T * np.ravel(used / (pull * noise**2))
                 matrix += weighed @ rows
                 right += weighed @ (left.ravel() - rows @ off)
@@ -155,9 +156,9 @@ class Step:
         known = 0.5 * (known + known.T)
         return off + known @ right, known
 
-    def _lost(self, left: np.ndarray, used: np.ndarray) -> tuple[np.ndarray, float]:
+    def _lost(self, left: np.ndarray, used: np.ndarray, side: str) -> tuple[np.ndarray, float]:
         """How many times less residuals (..., 3) pull by Huber's estimate, and the loss of those that are `used`."""
-        sigmas = np.abs(left) / np.asarray(self._model.noise)
+        sigmas = np.abs(left) / self._noise[side]
         pull = np.maximum(sigmas / self._model.robust, 1.0)
         return pull, float((used * (sigmas / pull) ** 2 * (2.0 * pull - 1.0)).sum())
 

@@ -56,7 +56,7 @@ def planned_equations(parameters: Parameters, place: float = 0.0) -> tuple[Desig
     times = times[times >= first]
     mask = usable(times, strikes, first, settings.before_strike_s, settings.after_strike_s)
     model = Model(tuple(name for name in free_names(design) if name != SLOPE), (SLOPE,), layout, parameters.noise,
-                  settings.tolerance)
+                  sensor.bandwidth_hz, settings.tolerance)
     run = MeasuredRun(
         name="planned",
         sampling=Sampling(times, times, dict.fromkeys(SIDES, filter_delay(sensor.bandwidth_hz)),
@@ -77,7 +77,7 @@ def first_model(
     layout = layout_of(walker, point.z, FINE, parameters.priors)
     own = (SLOPE, *(name for name in names if name in EACH_RUNS and name != SLOPE))
     return Model(tuple(name for name in names if name not in own), own, layout, parameters.noise,
-                 parameters.settings.tolerance, parameters.settings.robust_sigmas)
+                 parameters.sensor.bandwidth_hz, parameters.settings.tolerance, parameters.settings.robust_sigmas)
 
 
 #: A combination is without information if it may change by this share of its parameters, in standard deviations.

@@ -102,16 +102,16 @@ def scores(
         sigmas = step[-1] / (math.sqrt(inverse[-1, -1]) * unit[place])
         moved = np.zeros(len(wide.shared))
         moved[kept] = step
-        _, wider = widening([_with(one, alike @ moved, wide) for one in at])
+        _, wider = widening([_with(one, alike @ moved) for one in at])
         one_sided = name in (FRICTION, FRAME) and step[-1] < 0.0
         found.append(Cause(name, 0.0 if one_sided else abs(sigmas) / wider, float(step[-1]), shift=step[:-1]))
     return sorted(found, key=attrgetter("sigmas"), reverse=True)
 
 
-def _with(one: Equations, step: Vector, model: Model) -> Equations:
+def _with(one: Equations, step: Vector) -> Equations:
     """A run's equations with the residuals that a step (d,) of the shared parameters would leave."""
     moves, shown = np.concatenate([step, one.own_step(step)]), one.predicted.samples
-    residuals = {side: one.residuals[side] - shown[side][:, :, 1:] @ moves / np.asarray(model.noise) for side in SIDES}
+    residuals = {side: one.residuals[side] - shown[side][:, :, 1:] @ moves / one.noise[side] for side in SIDES}
     changed = dataclasses.replace(one, residuals=residuals)
     return dataclasses.replace(changed, chi2=sum(float(np.nansum(changed.pulls(side) ** 2)) for side in SIDES))
 

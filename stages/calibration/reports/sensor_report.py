@@ -325,4 +325,4 @@ def _draw(fit: CampaignFit, model: Model, save: Any) -> None:
 
     run, equations = fit.runs[0], fit.equations[0]
     with style.drawing():
-        save(fit_picture({side: trace(run, equations, model, side) for side in SIDES}, run.strikes))
+        save(fit_picture({side: trace(run, equations, side) for side in SIDES}, run.strikes))
