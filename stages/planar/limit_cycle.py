@@ -12,7 +12,8 @@ import numpy as np
 from stages.planar.run import LimitCycle, PlanarState
 from stages.planar.section import NoLimitCycle, SectionStep, section_numbers
 
-SETTLING_STEPS = 8
+#: Steps of a walk that leads to where there is a gait, and of one that leads away from an unstable gait.
+SETTLING_STEPS, LEAVING_STEPS = 8, 16
 NEWTON_STEPS = 16
 #: The derivative is made anew when so many iterations have left more than this of the residual, so often at most; at
 #: once where nothing is won since it was made. Making it costs ten steps, and a slow iteration has corrected it.
@@ -88,7 +89,8 @@ class StepTaker(Steps[SectionStep], Protocol):
 
 
 def gait_near(walker: StepTaker, state: PlanarState, *, central: bool = True) -> LimitCycle:
-    """The gait near `state`, a mid-stance, or, if there is none, near the end of a walk of some steps from it.
+    """The gait near `state`, a mid-stance, or near the end of a walk of some steps from it: where there is no other, or
+    where that is unstable and the walk leads to a stable one, as beside a fold.
 
     The derivative there is by `central` differences, or by forward ones, which cost half as much and leave one more
     digit of multipliers uncertain: then that of the search's own start serves if it is within `CLOSE`.
@@ -101,8 +103,22 @@ def gait_near(walker: StepTaker, state: PlanarState, *, central: bool = True) ->
             derivative = walker.derivative(begin, first)
         found = fixed_point(walker, begin, derivative, first)
     except NoLimitCycle:
-        found = fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers)
-    if derivative is None or np.abs((found.numbers - begin) / walker.scales).max() > CLOSE:
+        return cycle_at(walker, fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers), None, central)
+    close = _size(walker, found.numbers - begin) <= CLOSE
+    gait = cycle_at(walker, found, derivative if close else None, central)
+    if np.hypot(*gait.floquet_multipliers[0]) >= 1.0:
+        with contextlib.suppress(NoLimitCycle):
+            end = walker.walk(state, LEAVING_STEPS).numbers
+            found = fixed_point(walker, end)
+            if _size(walker, found.numbers - end) < _size(walker, gait.section_state - end):
+                other = cycle_at(walker, found, None, central)
+                return other if np.hypot(*other.floquet_multipliers[0]) < 1.0 else gait
+    return gait
+
+
+def cycle_at(walker: StepTaker, found: FixedPoint, derivative: np.ndarray | None, central: bool) -> LimitCycle:
+    """The gait at a fixed point, with its `derivative` (10, 10) where that is known. Raises NoLimitCycle."""
+    if derivative is None:
         derivative = walker.derivative(found.numbers, None if central else found.step)
     multipliers = floquet_multipliers(derivative)
     found = nearer(walker, found, derivative)

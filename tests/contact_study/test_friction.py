@@ -10,7 +10,7 @@ import pytest
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.question import WrongOption
-from stages.contact_study.questions.ground_sensitivity import HEADS, Options, ask
+from stages.contact_study.questions.ground_sensitivity import HEADS, Options, ask, lines
 from stages.contact_study.result import FrictionVariation, changes, crossing
 from stages.contact_study.run import laws_of, vary_friction
 from stages.penalty import step_map
@@ -142,6 +142,14 @@ def test_elasticities_of_legs_that_differ_in_words_and_numbers(parameters, defau
     assert told["biped.leg_length"]["elasticities"]["|mu1|"] is None  # of the first leg alone, by .4 %: it falls
     assert [word.split()[1] for word in answer.plain["refused"]] == ["biped.leg_length"]
     assert answer.plain["distance_to_exudyn_m"] < 1e-9 and answer.plain["left_by_extrapolation"] < 1e-5
+
+
+@pytest.mark.parametrize(("largest", "unstable"), [((-1.2, 0.0), True), ((0.6, 0.7), False), ((0.8, 0.7), True)])
+def test_an_unstable_gait_is_said_to_be(largest, unstable):
+    plain = {"gait": {"period_s": 0.5, "step_length_m": 0.2}, "multipliers": [largest, (0.1, 0.0)], "parameters": {},
+             "left_by_extrapolation": None, "refused": [], "distance_to_exudyn_m": 1e-11}  # fmt: skip
+    said = "\n".join(lines(plain, 1e-9, np.zeros((0, 4)), np.zeros(0)))
+    assert ("the gait is unstable" in said) == unstable
 
 
 def test_what_moves_nothing_is_refused_with_what_does(parameters):

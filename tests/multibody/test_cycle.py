@@ -43,6 +43,10 @@ class MadeUp:
         self.taken.append(numbers)
         return SectionStep(self.map(numbers), None, 0.5, 0.16, 100)
 
+    def walk(self, start, steps):
+        """Away from a gait that is unstable, as the made-up ones are, a walk falls."""
+        raise NoLimitCycle("the walker fell")
+
     @property
     def steps_walked(self):
         return len(self.taken)

@@ -12,11 +12,11 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.phases.motion import SINGLE_STANCE
 from stages.analytic.walk.recording import crossing_state, record
-from stages.analytic.walk.sampling import sample_walk
+from stages.analytic.walk.sampling import sample_walk, walk_from_mid_stance
 from stages.biped.walk import StanceState
-from stages.ground.contact_law import family_member
+from stages.ground.contact_law import ContactLaw, family_member
 from stages.ground.friction import static_penetration
-from stages.ground.slope import Friction
+from stages.ground.slope import Friction, Slope
 from stages.penalty import step_map
 from stages.penalty.model.changes import changes_of
 from stages.penalty.model.walker import build_penalty
@@ -342,6 +342,22 @@ def test_a_longer_rigid_leg_counts_once(biped, slope, contact, rough):
     powers["ground.contact_stiffness"] = 1.0 - contact.contact_exponent
     table = responses(rigid, slope, contact, start, gait, [*powers]).elasticities()
     assert total(table, [*powers], powers) == pytest.approx([0.0, 1.0], abs=1e-5)
+
+
+def test_beside_a_fold_the_gait_is_the_stable_one_that_a_walk_leads_to(biped):
+    """Large feet at 3.71 m/s^2, where gaits have .2667, .2744 and .3524 m: the second, unstable, was the gait at the
+    usual accuracy, the first at draft."""
+    large = dataclasses.replace(biped, foot_radius=0.25, stiffness=1058.92, damping=35.88)
+    slope, contact = Slope(0.8, 3.71), ContactLaw(3e3, 2.2, 3e2, 1e-4, 1.1, 1.0, 0.03, 1.0)
+    walker, point = find_gait(large, slope, 1e-10, Friction(1.1, 1.0))
+    walk, upright = walk_from_mid_stance(walker, point.z, 1, 1e-10, 2000.0)
+    start = rolling_state(large, contact, upright, walk.standing_force)
+    stepper = PenaltyStepper(large, slope, contact, start, Settings(1e-9))
+    found = gait_near(stepper, start)
+    assert np.hypot(*found.floquet_multipliers[0]) < 1.0 and found.step_length_m < 0.27
+    settled = stepper.walk(start, 100)
+    assert np.abs((settled.numbers - found.section_state) / stepper.scales).max() < 1e-2
+    assert np.abs((stepper.step(found.section_state).numbers - found.section_state) / stepper.scales).max() < 1e-6
 
 
 def test_tighter_steps_come_nearer(found, biped, slope, contact, start, gait):

@@ -94,6 +94,8 @@ def lines(
            f"{plain['gait']['step_length_m']:.6g} m")
     (first, turned), (second, other) = plain["multipliers"]
     yield f"leading multipliers: {complex(first, turned):.6g}, {complex(second, other):.6g}"
+    if abs(complex(first, turned)) >= 1.0:
+        yield "the gait is unstable: a walk does not stay with it, and there may be a stable one beside it"
     yield (f"a step of it in Exudyn: {plain['distance_to_exudyn_m']:.1g} m from the compiled walker's "
            f"({allowed:g} allowed)")
     yield ""
