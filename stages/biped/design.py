@@ -252,8 +252,8 @@ def require_alike(biped: Biped, model: str) -> None:
                           "after two")
 
 
-def require_plain(biped: Biped, model: str) -> None:
-    """A model of Table 1's biped goes no further with another one. Raises BeyondModel."""
+def require_plain(biped: Biped, model: str, instead: str = "") -> None:
+    """A model of Table 1's biped goes no further with another one; `instead` ends the sentence. Raises BeyondModel."""
     if biped.detailed:
         keys = ", ".join(biped.details)
-        raise BeyondModel(f"{model} does not know {keys}; only {KNOWING} do")
+        raise BeyondModel(f"{model} does not know {keys}; only {KNOWING} do{instead}")

@@ -131,7 +131,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """
     if parameters.measured.database is not None:
         return Result(NOT_NEEDED, (), (), (), databases((), 0, parameters))
-    require_plain(parameters.biped, "the campaign of synthetic runs")
+    require_plain(parameters.biped, "the campaign of synthetic runs",
+                  "; recordings of your own (imu.database) can be used in its place")
     if "twin" in inputs.missing:
         raise NoWalk(inputs.missing["twin"])
     try:

@@ -72,7 +72,7 @@ def axis_of(device: Device, turn: np.ndarray, row: int) -> str:
 
 def text_of(recording: Recording, how: Rewriting) -> str:
     """The file of one sensor."""
-    scale = scale_of(recording.device)
+    scale = scale_of(recording)
     force, rate = recording.acceleration * scale.acceleration, recording.angular_rate * scale.angular_rate
     if how.mirrored:
         seen = mounting(recording.device)

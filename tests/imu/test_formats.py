@@ -262,7 +262,7 @@ def test_matlab_and_hdf5(tmp_path: Path) -> None:
 def table(log: Log) -> Table:
     """What the hip's sensor read, losses included."""
     hip = log.recordings[0]
-    scale = scale_of(hip.device)
+    scale = scale_of(hip)
     number = np.round((hip.device_stamp - hip.device_stamp[0]) * 100).astype(int)
     return number, 0.01 * number, hip.acceleration * scale.acceleration, hip.angular_rate * scale.angular_rate
 
@@ -275,7 +275,7 @@ def read_as_proposed(path: Path, log: Log, table: Table) -> list[str]:
     run["experiment"]["slope_deg"] = log.experiment.slope_deg
     run["files"][0]["device"] |= {"place": "hip", "forward_axis": "+y", "up_axis": "-x", "bandwidth_hz": 40}
     ((experiment, recordings),) = CsvSource(description, path.parent).runs()
-    scale = scale_of(recordings[0].device)
+    scale = scale_of(recordings[0])
     whole = np.isfinite(recordings[0].angular_rate).all(axis=1)
     assert whole.mean() > 0.95
     np.testing.assert_allclose(recordings[0].acceleration * scale.acceleration, table[2], atol=1e-3)

@@ -97,7 +97,7 @@ def test_what_is_wrong_in_a_map_is_named_with_file_and_line(
     ("source", "words"),
     [
         ("nothing.sqlite", "cannot be read"),
-        ("README.md", "is not an SQLite database"),
+        ("README.md", "is not an SQLite database; ingest --propose looks into"),
         ("params", "is a folder"),
         ("env:BIPEDSTUDY_NOT_SET", "is not set"),
     ],

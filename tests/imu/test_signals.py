@@ -14,12 +14,14 @@ from stages.imu.clock.clock import resample
 from stages.imu.judgement.evidence import axis_turn_of, gain_of, lever_of, spacing_of
 from stages.imu.judgement.sensor_evidence import flat_tops, wraps
 from stages.imu.parameters import filter_delay
-from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, swept_angle
+from stages.imu.sources.opening import SourceRefused
+from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, scale_of, swept_angle
 from stages.imu.strikes.heel_strikes import NO_STRIKES, lowest_between, refine
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import angle_between, find_frame, gravity_on_body, mounting
 from stages.imu.trial.sensor import mask_clipped
 from stages.imu.trial.walk import ensemble_of, register
+from tests.imu.made_logs import Log, replaced
 from tests.imu.stand_in import device
 
 angles = st.floats(-0.12, 0.12)
@@ -145,6 +147,13 @@ def test_the_error_of_a_frequency_is_how_frequencies_scatter() -> None:
     found = np.array([step_frequency(HeelStrikes(0.48 * number + 2e-3 * rng.normal(size=15), (number + 1) % 2))
                       for _ in range(400)])
     assert np.sqrt(np.mean(found[:, 1] ** 2)) == pytest.approx(found[:, 0].std(), rel=0.1)
+
+
+def test_counts_without_a_scale_are_refused_by_run_place_and_key(log: Log) -> None:
+    hip = replaced(log.recordings[0], device=dataclasses.replace(log.recordings[0].device, bits=None))
+    said = "run 'synthetic run 01': the sensor at 'hip' gives counts, so its device needs accelerometer_range_g and bit"
+    with pytest.raises(SourceRefused, match=said):
+        scale_of(hip)
 
 
 def test_a_missed_strike_is_no_long_step_and_pulses_of_one_time_have_no_frequency() -> None:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from stages.imu.sources.opening import SourceRefused
-from stages.imu.sources.schema import ACCELERATION_UNITS, ANGULAR_RATE_UNITS, Device
+from stages.imu.sources.opening import SourceRefused, printable
+from stages.imu.sources.schema import ACCELERATION_UNITS, ANGULAR_RATE_UNITS, Device, Recording
 
 STANDARD_GRAVITY = ACCELERATION_UNITS["g"] or math.nan
 GAIN_TOLERANCE = 0.15  # a sensor whose gravity is further off is broken or its unit is another
@@ -33,21 +33,23 @@ class Scale:
     angular_rate_full_scale: float
 
 
-def scale_of(device: Device) -> Scale:
-    """The scale the device declares. Raises SourceRefused for counts without range or resolution."""
+def scale_of(recording: Recording) -> Scale:
+    """The scale that a recording's device declares. Raises SourceRefused for counts without range or resolution."""
+    device, run = recording.device, recording.experiment.name
     acceleration, rate = ACCELERATION_UNITS[device.accelerometer_unit], ANGULAR_RATE_UNITS[device.gyroscope_unit]
     largest_a = (device.accelerometer_range_g or math.inf) * STANDARD_GRAVITY
     largest_w = math.radians(device.gyroscope_range_deg_s or math.inf)
     if acceleration is None:
-        acceleration = largest_a / _counts(device, device.accelerometer_range_g, "accelerometer_range_g")
+        acceleration = largest_a / _counts(device, run, device.accelerometer_range_g, "accelerometer_range_g")
     if rate is None:
-        rate = largest_w / _counts(device, device.gyroscope_range_deg_s, "gyroscope_range_deg_s")
+        rate = largest_w / _counts(device, run, device.gyroscope_range_deg_s, "gyroscope_range_deg_s")
     return Scale(acceleration, rate, largest_a / acceleration, largest_w / rate)
 
 
-def _counts(device: Device, full_scale: float | None, key: str) -> float:
+def _counts(device: Device, run: str, full_scale: float | None, key: str) -> float:
     if full_scale is None or device.bits is None:
-        raise SourceRefused(f"sensor at the {device.place} gives counts; its {key} and bits must be known")
+        raise SourceRefused(f"run {printable(run)}: the sensor at {printable(device.place)} gives counts, so its "
+                            f"device needs {key} and bits")
     return float(2 ** (device.bits - 1))
 
 

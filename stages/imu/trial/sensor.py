@@ -65,7 +65,7 @@ class SensorTrace:
 
 def trace_sensor(recording: Recording, settings: Settings) -> SensorTrace:
     """Index, clock, unit, clipping and still stand of a recording. Raises SourceRefused for counts without scale."""
-    scale = scale_of(recording.device)
+    scale = scale_of(recording)
     indexed = index_samples(recording)
     clock = repair_clock(indexed, settings.clock_tolerance_s)
     force, clipped_force = mask_clipped(indexed.recording.acceleration, scale.acceleration_full_scale)
