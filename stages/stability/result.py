@@ -35,6 +35,6 @@ class Result:
 
     def summary(self) -> str:
         """What was found, in one line."""
-        cycles = ", ".join(f"{len(family.value)} gaits of cycle {family.cycle}" for family in self.families)
+        cycles = ", ".join(f"{len(family.value)} gaits of cycle {family.steps}" for family in self.families)
         share = f"{100 * self.basin.share:.1f} % of the starts reach the gait" if self.basin else "the gait is unstable"
         return f"{cycles or 'no family'}; {share}"

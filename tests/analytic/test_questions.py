@@ -75,6 +75,18 @@ def test_continue_follows_the_gait_to_both_limits_and_says_how_far_it_is(found):
     assert listener.fractions and all(0 < fraction <= 1 for fraction in listener.fractions)
 
 
+@pytest.mark.parametrize("heavier", [0.0, 1e-4])
+def test_a_familys_period_over_its_steps_is_that_of_a_step(heavier, found, monkeypatch):
+    """Of legs that differ it said a cycle of 1, beside the duration of two steps."""
+    other = dataclasses.replace(TABLE_1, other_foot_mass=TABLE_1.foot_mass * (1.0 + heavier))
+    monkeypatch.setitem(globals(), "PARAMETERS", dataclasses.replace(PARAMETERS, biped=other))
+    answer, _ = answered(continue_gait, parameter="ground.slope_deg", limits=(1.99, 2.01))
+    steps, period = 1 + (heavier > 0), found[1].period * found[0].time
+    assert answer.lines[0].startswith(f"cycle of {steps}: ") and {row["cycle"] for row in answer.rows} == {steps}
+    for branch in answer.plain["branches"]:
+        assert all(point["period_s"] / branch["cycle"] == pytest.approx(period, rel=2e-3) for point in branch["points"])
+
+
 @pytest.mark.parametrize(
     ("parameter", "limits", "words"),
     [

@@ -53,20 +53,22 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         with style.drawing():
             save(families.draw_families(found, f"{name} [{design.unit(name)}]", here))
 
-    lines = [line for branch in branches for line in branch_lines(branch)]
-    rows = [{"cycle": branch.cycle, **point_as_plain(point)} for branch in branches for point in branch.points]
+    families = [(branch.cycle * design.with_value(name, branch.points[0].value).walker().gait_steps, branch)
+                for branch in branches]  # a gait of legs that differ has two steps
+    lines = [line for steps, branch in families for line in branch_lines(branch, steps)]
+    rows = [{"cycle": steps, **point_as_plain(point)} for steps, branch in families for point in branch.points]
     plain = {"parameter": name, "branches": [
-        {"cycle": branch.cycle, "ended": branch.ended, "points": list(map(point_as_plain, branch.points)),
+        {"cycle": steps, "ended": branch.ended, "points": list(map(point_as_plain, branch.points)),
          "special": [{"kind": kind, **point_as_plain(point)} for kind, point in branch.special]}
-        for branch in branches]}
+        for steps, branch in families]}
     return Answer(lines, plain, draw=draw, rows=rows)
 
 
-def branch_lines(branch: Branch) -> Iterator[str]:
-    """A family in words."""
+def branch_lines(branch: Branch, steps: int) -> Iterator[str]:
+    """A family in words, whose gaits repeat after so many steps."""
     found = [point.value for point in branch.points]
     yield (
-        f"cycle of {branch.cycle}: {branch.name} {min(found):.9g} to {max(found):.9g}, {len(found)} gaits, "
+        f"cycle of {steps}: {branch.name} {min(found):.9g} to {max(found):.9g}, {len(found)} gaits, "
         f"{sum(point.stable for point in branch.points)} stable; ends: {branch.ended}"
     )
     for kind, point in branch.special:
