@@ -103,7 +103,7 @@ def _put_rows(group: Any, rows: Sequence[Any]) -> None:
     columns = _columns(rows) if rows else {}
     apart = [name for name, (_, column) in columns.items() if column is None]
     numbers = [str(index) for index in range(len(rows) if apart else 0)]
-    scale = row_scale(group, free_name("row", {**columns, **dict.fromkeys(numbers)}), len(rows))
+    scale = row_scale(group, free_row_name({**columns, **dict.fromkeys(numbers)}), len(rows))
     _fill(group, columns, scale)
     for number, row in zip(numbers, rows):
         fields = _fields(row)
@@ -233,8 +233,9 @@ def row_scale(group: Any, name: str, count: int, **storage: Any) -> Any:
     return scale
 
 
-def free_name(name: str, members: Mapping[str, Any]) -> str:
-    """`name`, or a longer one that no member has."""
+def free_row_name(members: Mapping[str, Any]) -> str:
+    """`row`, or a longer name that no member has."""
+    name = "row"
     while name in members:
         name += "_"
     return name

@@ -61,7 +61,7 @@ def table(
         for name, text in chain.study.about.items():
             file.attrs[name] = text
         group = file.create_group("table", track_order=True)
-        row = hdf5.row_scale(group, hdf5.free_name("row", {**given, **found}), count, **_STORAGE)
+        row = hdf5.row_scale(group, hdf5.free_row_name({**given, **found}), count, **_STORAGE)
         columns = {
             name: _write(group, name, column, {"unit": chain.unit(name), "description": "varied"})
             for name, column in given.items()

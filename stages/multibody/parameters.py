@@ -56,7 +56,7 @@ class Settings(PenaltyTolerance):
     accuracy: str | Accuracy = accuracy("tolerance and largest_step, or rolling_step and impact_step of the joints")
 
     @classmethod
-    def of_one_step(cls, tolerance: float, largest_step: float, most_solver_steps: int = 500_000) -> Settings:
+    def of_one_step(cls, tolerance: float, largest_step: float) -> Settings:
         """One step by the explicit solver of the tree assembly; what belongs to the other assembly is not used."""
         return cls(
             assembly="tree",
@@ -69,7 +69,7 @@ class Settings(PenaltyTolerance):
             impact_step=1e-5,
             impact_window=0.02,
             longest_step=None,
-            most_solver_steps=most_solver_steps,
+            most_solver_steps=500_000,
         )
 
     def finer(self, by: float) -> Settings | None:

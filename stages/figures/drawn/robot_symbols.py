@@ -79,8 +79,8 @@ def paper(page: Page, length: float, radius: float, foot_com: float, chord: floa
     for leg in (first, other):
         leg.draw()
     page.line([hip + 0.06j * length, hip - 0.92j * length], FAINT, 0.6, "--")
-    page.arc(hip, 0.64 * length, 0.0, -THETA, FIRST)
-    page.arc(hip, 0.64 * length, 0.0, PSI, OTHER)
+    page.arc(hip, 0.64 * length, -THETA, FIRST)
+    page.arc(hip, 0.64 * length, PSI, OTHER)
     page.word(formula("theta"), hip - 0.56 * length * 1j * cmath.exp(-0.35j * THETA), FIRST)
     page.word(formula("psi"), hip - 0.56 * length * 1j * cmath.exp(0.35j * PSI), OTHER)
     page.mass_centre(hip, 0.035 * length, INK)
@@ -194,9 +194,9 @@ class Page:
             },
         )
 
-    def arc(self, centre: complex, radius: float, start: float, end: float, colour: str) -> None:
-        """An arc with a head at its end; angles [rad] from the downward normal of the slope, forward positive."""
-        turn = np.linspace(start, end, 30)
+    def arc(self, centre: complex, radius: float, angle: float, colour: str) -> None:
+        """An arc from the downward normal of the slope to an angle [rad], forward positive, where it has a head."""
+        turn = np.linspace(0.0, angle, 30)
         points = centre - 1j * radius * np.exp(1j * turn)
         self.line(points[:-3], colour, 0.7)
         self.arrow(points[-4], points[-1], colour)

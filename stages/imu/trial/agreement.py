@@ -100,6 +100,10 @@ def envelope_share(simulated: np.ndarray, lower: np.ndarray, upper: np.ndarray) 
     return float(np.mean((simulated >= lower)[known] & (simulated <= upper)[known])) if known.any() else math.nan
 
 
+#: Level of the interval of a difference of frequencies.
+CONFIDENCE = 0.95
+
+
 @dataclass(frozen=True)
 class FrequencyDifference:
     """Mean measured step frequency minus the simulated one, with its confidence interval (Student's t)."""
@@ -110,13 +114,13 @@ class FrequencyDifference:
     confidence: float = quantity("1", "confidence level")
 
 
-def frequency_difference(measured: np.ndarray, simulated: float, confidence: float = 0.95) -> FrequencyDifference:
+def frequency_difference(measured: np.ndarray, simulated: float) -> FrequencyDifference:
     """Difference of the runs' step frequencies (r,) [Hz] from a simulated one; the interval needs two runs."""
     runs = measured[np.isfinite(measured)]
     difference = float(np.mean(runs) - simulated) if len(runs) else math.nan
     if len(runs) < 2:
-        return FrequencyDifference(difference, math.nan, math.nan, confidence)
+        return FrequencyDifference(difference, math.nan, math.nan, CONFIDENCE)
     from scipy.special import stdtrit  # here: who reads an agreement computes none
 
-    reach = float(stdtrit(len(runs) - 1, 0.5 + confidence / 2) * np.std(runs, ddof=1) / math.sqrt(len(runs)))
-    return FrequencyDifference(difference, difference - reach, difference + reach, confidence)
+    reach = float(stdtrit(len(runs) - 1, 0.5 + CONFIDENCE / 2) * np.std(runs, ddof=1) / math.sqrt(len(runs)))
+    return FrequencyDifference(difference, difference - reach, difference + reach, CONFIDENCE)
