@@ -5,7 +5,6 @@ import itertools
 import json
 import re
 from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
@@ -14,16 +13,14 @@ import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.text import Text
 
-from pipeline.parameters.loading import load
 from stages.biped.design import BeyondModel
 from stages.drawing import style
 from stages.figures import view
 from stages.figures.drawn import figure, gait_animation, robot_in_space, robot_scenes
 from stages.figures.view import SMALL, by_group, of_twin
-from stages.stability.parameters import Parameters as Stability
-from stages.twin.parameters import Parameters
 from tests.comparison.made_up import make_walk, resampled
 from tests.figures.made_up_results import drawn, given
+from tests.study import parameters_of
 
 #: Leg length [m], foot radius and height of its mass as shares of it, and whether there are parts.
 ROBOTS = [(0.1, 0.25, 0.3, "parts"), (0.5, 0.25, 0.3, "planar"), (1.2, 0.6, 0.05, "parts"), (1.2, 0.0, 0.0, "planar"),
@@ -41,10 +38,8 @@ CASES = [(name, one) if (name, one) in QUICK else pytest.param(name, one, marks=
 @cache
 def robot(length, radius, com, inertia):
     """Parameters of a biped of this leg length whose feet and masses are such shares of it."""
-    repository = Path(__file__).parents[2]
     own = {"leg_length": length, "foot_radius": radius * length, "foot_com": com * length, "hip_mass": 2.0 * length}
-    settings = [*(f"biped.{key}={value!r}" for key, value in own.items()), f"twin.inertia={inertia}"]
-    return load(repository / "params", settings, {"twin": Parameters}, [Parameters, Stability])["twin"]
+    return parameters_of("twin", *(f"biped.{key}={value!r}" for key, value in own.items()), f"twin.inertia={inertia}")
 
 
 def walked(name, known):

@@ -12,25 +12,21 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from pipeline.parameters.loading import load
 from stages.biped.design import Biped
 from stages.comparison.claims.judge import STATEMENTS
-from stages.comparison.parameters import Parameters as Comparison
 from stages.drawing import style
 from stages.figures import view
 from stages.figures.drawn import figure_09_section, robot_symbols
 from stages.figures.drawn import robot_in_space as robot
 from stages.figures.drawn.robot_symbols import DrawnLeg, Page, formula
-from stages.figures.parameters import Parameters as OfFigures
 from stages.ground.blocks import Blocks, BlocksDoNotFit
-from stages.stability.parameters import Parameters as Stability
 from stages.twin.exports.solids import box, ring
 from stages.twin.machine.parts import Part
-from stages.twin.parameters import Parameters
 from stages.twin.ramp import laid
 from tests.comparison.made_up import make_walk
 from tests.figures.made_up_results import drawn, given, machine, parameters, twin
 from tests.figures.test_golden import same_version
+from tests.study import parameters_of
 
 NATURAL, RADIUS = 0.333, 0.083
 
@@ -102,6 +98,13 @@ def test_a_section_has_the_area_that_the_plane_cuts(shape, size, axis, x, area):
     assert found, "what the plane misses is drawn behind it"
 
 
+def test_a_part_is_numbered_on_the_left_half_and_beside_the_axis_only_in_the_middle():
+    pipe, shaft = (part(*each, group="inner_frame") for each in (
+        ("tube", (0.006, 0.004, 0.1), "y"), ("cylinder", (0.005, 0.2), "z")))  # fmt: skip
+    ((_, (on_pipe, _)),), ((_, (on_shaft, _)),) = (figure_09_section.numbered([each], 0.3) for each in (pipe, shaft))
+    assert 0.004 < on_pipe < 0.006 and 0.0 < on_shaft < 0.1
+
+
 def test_pale_paint_is_nearer_to_white():
     faces = view.faces(box((0.1, 0.1, 0.1)), np.array([0.2, 0.4, 0.1]))
     figure, panels = plt.subplots(1, 2)
@@ -114,9 +117,9 @@ def test_pale_paint_is_nearer_to_white():
 
 
 @pytest.mark.parametrize("step", [0.01, 0.05, 0.161, 0.4, 1.5])
-def test_there_are_blocks_for_steps_of_any_length(repository, step):
-    settings = load(repository / "params", [], {"twin": Parameters}, [Parameters, Stability])["twin"].settings
-    ramp, blocks = laid(settings, Blocks(), step), Blocks()
+def test_there_are_blocks_for_steps_of_any_length(step):
+    settings, blocks = parameters_of("twin").settings, Blocks()
+    ramp = laid(settings, blocks, step)
     assert ramp.step == step and 2 <= ramp.sets <= blocks.block_sets
     assert ramp.lanes[0].length <= blocks.block_length
     with pytest.raises(BlocksDoNotFit):
@@ -133,7 +136,7 @@ COLOUR = re.compile(r"(?:stroke|fill): (#[0-9a-f]{6})")
 @pytest.fixture(scope="module")
 def picture():
     """The drawing of the study's own parameters."""
-    values = load(ROOT / "params", [], {"figures": OfFigures}, [OfFigures, Comparison, Stability])["figures"]
+    values = parameters_of("figures")
     with style.drawing():
         return robot_symbols.draw(SimpleNamespace(parameters=values))
 

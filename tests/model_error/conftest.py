@@ -4,19 +4,21 @@ import dataclasses
 
 import pytest
 
-from pipeline.parameters.loading import load
-from stages.model_error.parameters import Parameters
 from stages.model_error.run import run
-from stages.stability.parameters import Parameters as Stability
+from tests.study import parameters_of
 
 
 @pytest.fixture(scope="session")
-def parameters(repository):
-    return load(repository / "params", [], {"model_error": Parameters}, [Parameters, Stability])["model_error"]
+def parameters():
+    return parameters_of("model_error")
 
 
 @pytest.fixture(scope="session")
 def small(parameters):
-    """What few designs tell."""
+    """What few designs tell, and how far they are the while."""
+
+    def progress(share, what):
+        assert 0.0 <= share <= 1.0 and what
+
     settings = dataclasses.replace(parameters.settings, designs=8, twins=1, seed=4)  # whose gaits are found at once
-    return run(dataclasses.replace(parameters, settings=settings))
+    return run(dataclasses.replace(parameters, settings=settings), progress=progress)

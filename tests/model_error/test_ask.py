@@ -84,6 +84,14 @@ def test_an_error_in_the_measures_unit_is_that_share_of_it(ladder):
     assert number.requested == pytest.approx(0.01)
 
 
+def test_an_error_that_model_and_solver_have_only_together_is_passed_over(ladder):
+    _, solver, model = ladder.corrected(PENALTY, NAMES.index("period"), 1e-6)
+    error = max(solver, model) + 0.2 * min(solver, model)
+    found = ladder.within("period", error, share=True)
+    assert found.met and found.solver + found.model <= error < solver + model
+    assert f"has an error of up to {100 * (solver + model):.2g} % at tolerance 1e-06" in found.passed_over[-1]
+
+
 def test_what_no_rung_has_is_refused_with_every_rungs_reason(parameters, small):
     answer = ask(parameters, Options(("multiplier",), ("1e-5",)), Asking(small))
     assert answer.no and answer.plain["multiplier"]["value"] is None

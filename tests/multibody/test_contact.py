@@ -9,6 +9,7 @@ from stages.ground.friction import ARRAYS, SCALARS, normal_force, static_penetra
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES
 from stages.multibody.assembly.contact import SYMBOLS, disc_force, symbolic
 from stages.planar.run import PlanarState, Trajectory, foot_kinematics, rolling_state
+from stages.planar.sampling import find_events
 
 LAWS = [(normal, friction) for normal in NORMAL_FORCES for friction in FRICTIONS]
 
@@ -123,6 +124,14 @@ def test_switches_are_kept():
         [True, True],
         [False, True],
     ]
+
+
+def test_a_foot_that_touches_at_a_recorded_time_lands_then():
+    time, nothing = np.array([0.0, 0.5, 1.0]), np.zeros((3, 6))
+    place, motion = np.tile([0.0, 1.0, 0.0, 0.0, 0.5, 0.5], (3, 1)), nothing - [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
+    place[:, 1] -= time
+    falling = Trajectory(time, place, motion, nothing, (True, True), (), np.zeros((3, 2)), np.zeros((3, 2, 2)))
+    assert find_events(falling, (0.25, 0.25)).heel_strike_time.tolist() == [0.5, 0.5]
 
 
 def test_rate_of_penetration_is_its_derivative():

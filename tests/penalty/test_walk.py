@@ -132,17 +132,23 @@ def test_as_contact_hardens_it_walks_as_the_constraint_model_does(biped, slope, 
     assert abs(8.0 * near - 6.0 * middle + far) / 3.0 < 0.1 * near
 
 
-@pytest.mark.parametrize("ahead", [0.1, -0.1])
-def test_a_foot_is_in_the_air_once_it_is_above_the_ground_by_a_millionth_of_its_leg(biped, slope, contact, ahead):
-    """However little it clears: ahead of the other foot the ground acts on it again, behind it no longer."""
+@pytest.mark.parametrize("status, ahead, swings, ends", [
+    (feet.OUT, 0.1, 1.0, True), (feet.OUT, -0.1, 1.0, False), (feet.LANDED, -0.1, 1.0, True),
+    (feet.LANDED, 0.1, 1.0, False), (feet.LANDED, -0.1, -1.0, False)])
+def test_a_foot_is_in_the_air_once_it_is_above_the_ground_by_a_millionth_of_its_leg(
+    biped, slope, contact, status, ahead, swings, ends
+):
+    """However little it clears: ahead of the other foot the ground acts on it again; behind it, on its way forward, no
+    longer.
+    """
     p, y = build_penalty(biped, slope.gravity_vector, contact, 0.5), np.zeros(12)
     reach = biped.leg_length - biped.foot_radius
     y[2:4], y[4:6] = (np.arcsin(ahead / reach), 0.0), biped.leg_length
-    y[8] = 1.0  # it swings forward
-    phase = feet.phase_of(feet.OUT if ahead > 0 else feet.LANDED, feet.LANDED, 0)
+    y[8] = swings
+    phase = feet.phase_of(status, feet.LANDED, 0)
     for above, flies in ((1e-6, True), (-1e-6, False)):
         y[1] = biped.foot_radius + reach * np.cos(y[2]) + above * biped.leg_length
-        assert (feet.leg_guard(phase, y, p, 0, y, 0)[0] < 0) == flies
+        assert (feet.leg_guard(phase, y, p, 0, y, 0)[0] < 0) == (flies and ends)
 
 
 # --- The step map of the penalty walker: its exact derivative, its fixed point and multipliers.

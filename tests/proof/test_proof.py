@@ -114,6 +114,22 @@ def test_multipliers_are_decided_only_where_the_discs_decide_it():
     assert theorem.judged(matrix([[1.0001, 7.0], [0.0, 0.2]], 1e-3))[0] is None
 
 
+@pytest.mark.parametrize("share, shown", [(0.1, True), (3.0, False)])
+def test_all_that_the_centres_image_may_be_off_counts(share, shown, monkeypatch):
+    """A made-up step that halves what a start is off, and whose end is known to a share of the ball's radius."""
+    def step(made):
+        carried = made.carried
+        made.carried = carried._replace(s=carried.delta * flint.arb(share), by_start=carried.by_start / 2)
+
+    monkeypatch.setattr(walk.Walk, "step", step)
+    given = TABLE_1_RIGID, SLOPE, ["0.2", "0.3", "1.5", "-2"], theorem.RADIUS, 1, 1, lambda *_: None
+    if shown:
+        assert theorem.prove(*given)["stable"] is True
+    else:
+        with pytest.raises(NotProven, match="Krawczyk"):
+            theorem.prove(*given)
+
+
 def test_decimals_are_rounded_outwards():
     for ball in (flint.arb("0.1", 1e-9), -flint.arb(2).sqrt(), flint.arb(3), flint.arb("-1e-7", 1e-12)):
         ends = [Fraction(int(m)) * Fraction(2) ** int(e) for m, e in (ball.lower().man_exp(), ball.upper().man_exp())]

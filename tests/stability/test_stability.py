@@ -272,6 +272,18 @@ def test_weights_of_drawn_heights_are_those_of_normal_ones():
     assert np.mean(weights[..., None] * np.square(placed), axis=(0, 1)) == pytest.approx(np.ones(KEPT), abs=0.1)
 
 
+def test_patterns_move_to_the_falls_each_of_which_counts_by_its_weight_however_likely_it_was():
+    """Two kinds of falls far apart, of which one is e^12 times likelier: of five falls one is a fifth all the same."""
+    about = np.array([np.full(PATTERN, 2.0), np.full(PATTERN, -3.0)])
+    falls = np.random.default_rng(2).normal(size=(500, KEPT))
+    falls[:400, :PATTERN] += about[0]
+    falls[400:, :PATTERN] += about[1]
+    found = Patterns(np.full(2, 0.5), about + 0.3).moved(falls, np.ones(500))
+    assert found.shares.sum() == pytest.approx(1.0, abs=1e-15)
+    assert found.shares == pytest.approx([0.8, 0.2], abs=0.01)
+    assert found.heights == pytest.approx(about, abs=0.3)
+
+
 class Asking(Listener):
     """Answers in this process."""
 

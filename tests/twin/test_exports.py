@@ -220,6 +220,17 @@ def test_numbers_of_the_xml_are_read_as_the_same_bits(exported, machine):
         assert found - {0.0} == {float(body.mass) for body in machine.bodies}
 
 
+@pytest.mark.parametrize("form, link_is, seen_is", [
+    (urdf, "link", "visual"), (sdf, "link", "visual"), (mjcf, "body", "geom")])
+def test_every_part_is_seen_on_its_link(exported, form, link_is, seen_is):
+    """But points, which have no size, and what touches in MuJoCo, which is transparent."""
+    of_name = {each.get("name").replace("_", " "): each.findall(seen_is)
+               for each in ElementTree.fromstring(form.write(exported)).iter(link_is)}  # fmt: skip
+    for link in exported.links:
+        seen = [each for each in of_name[link.name] if each.get("rgba") != "0 0 0 0"]
+        assert len(seen) == sum(part.shape != "point" for part, _ in link.parts) > 0
+
+
 @pytest.fixture(scope="module")
 def animated(exported, three_steps):
     time = np.linspace(0.0, three_steps.time[-1], 50)
@@ -266,6 +277,18 @@ def test_gltf_moves_its_nodes_as_the_walk_does(animated, machine):
     assert abs(found - expected).max() < 1e-6
     masses = [node["extras"]["mass [kg]"] for node in document["nodes"] if "extras" in node]
     assert masses == [body.mass for body in machine.bodies]
+
+
+def test_gltf_states_the_bounds_of_each_component(animated):
+    """Of positions and times always, which glTF 2.0 demands in 3.7.2.1 and 3.11."""
+    document, values = unpacked(animated[0])
+    told = {number for number, accessor in enumerate(document["accessors"]) if "min" in accessor}
+    drawn = {each["attributes"]["POSITION"] for mesh in document["meshes"] for each in mesh["primitives"]}
+    assert told >= drawn | {each["input"] for each in document["animations"][0]["samplers"]}
+    for number in told:
+        bounds = document["accessors"][number]
+        assert bounds["min"] == values(number).min(axis=0).tolist()
+        assert bounds["max"] == values(number).max(axis=0).tolist()
 
 
 def test_gltf_is_read_by_others(animated, tmp_path):
