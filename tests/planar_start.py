@@ -11,6 +11,8 @@ from stages.planar.section import section_scales
 
 TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
 SLOPE = Slope(2.0, 9.81)
+#: A mid-stance from which the walker finds its gait; the numbers are no result of the study.
+ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
 #: Scales of the section's numbers.
 SCALES = section_scales(TABLE_1, SLOPE)
 
@@ -32,8 +34,7 @@ def contact():
 
 @pytest.fixture(scope="session")
 def rough():
-    """A mid-stance from which the walker finds its gait; the numbers are no result of the study."""
-    return StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
+    return ROUGH
 
 
 @pytest.fixture(scope="session")

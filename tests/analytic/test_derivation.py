@@ -21,7 +21,6 @@ from stages.analytic.phases.motion import (
     RIGID,
     SINGLE_STANCE,
     accelerations,
-    flow,
 )
 from tests.analytic.designs import HEAVY_LEGS, TABLE_1_RIGID, changed, double_stance_states, random_states, walker_of
 
@@ -112,55 +111,23 @@ def test_rigid_terms_are_the_compliant_ones_with_lengths_held():
 # --- The generated and compiled equations are the derivation's, unedited.
 
 
-COMPLIANT = walker_of(HEAVY_LEGS)
-RIGID_LEGS = walker_of(changed(TABLE_1_RIGID, leg_inertia=2e-3))
-
-
-@pytest.mark.parametrize("walker", [COMPLIANT, RIGID_LEGS], ids=["compliant", "rigid"])
-def test_compiled_acceleration_equals_the_derivation_solved_by_numpy(walker):
-    equations = d.derive("rigid" if walker.rigid else "compliant")
-    symbols = [list(equations.coordinates) + list(equations.rates), [d.PARAMETERS[name] for name in present(walker.p)]]
-    force = equations.applied_force - equations.coriolis * equations.rates
-    terms = sp.lambdify(symbols, [equations.mass, force], "numpy")
-    numbers = [getattr(walker.p, name) for name in present(walker.p)]
-    for y in random_states(walker, 100):
-        mass, right = terms(y, numbers)
-        expected = np.linalg.solve(mass, right.ravel())
-        found, _ = accelerations(RIGID if walker.rigid else SINGLE_STANCE, y, walker.p)
-        assert np.allclose(found[:: 2 if walker.rigid else 1], expected, rtol=1e-12, atol=1e-12)
-
-
-def test_compiled_double_stance_equals_the_bordered_system_solved_by_numpy():
-    equations = d.derive("compliant")
-    q, qd = equations.coordinates, equations.rates
-    jacobian = equations.constraint_jacobian
-    bias = d.time_derivative(jacobian, q, qd).T * qd
-    force = equations.applied_force - equations.coriolis * qd
-    arguments = [list(q) + list(qd), [d.PARAMETERS[name] for name in present(COMPLIANT.p)]]
-    terms = sp.lambdify(arguments, [equations.mass, jacobian, force, bias], "numpy")
-    numbers = [getattr(COMPLIANT.p, name) for name in present(COMPLIANT.p)]
-    for y in double_stance_states(COMPLIANT, 50):
-        mass, pi, right, rate = terms(y, numbers)
-        bordered = np.block([[mass, -pi], [pi.T, np.zeros((2, 2))]])
-        expected = np.linalg.solve(bordered, np.concatenate([right.ravel(), -rate.ravel()]))
-        qdd, loads = accelerations(DOUBLE_STANCE, y, COMPLIANT.p)
-        assert np.allclose([*qdd, *loads[:2]], expected, rtol=1e-10, atol=1e-10)
-
-
-@pytest.mark.parametrize("phase", [RIGID, SINGLE_STANCE, DOUBLE_STANCE])
-def test_variations_are_the_derivative_of_the_flow(phase):
-    """The rate of a variation equals the change of the rate of the state, by central differences."""
-    walker = RIGID_LEGS if phase == RIGID else COMPLIANT
-    states = double_stance_states(walker, 20) if phase == DOUBLE_STANCE else random_states(walker, 20)
-    size, h = walker.size, 1e-6
-    directions = np.random.default_rng(3).normal(size=(20, size))
-    for y, direction in zip(states, directions, strict=True):
-        both, plus, minus = np.empty(2 * size), np.empty(size), np.empty(size)
-        flow(phase, np.concatenate([y, direction]), walker.p, both)
-        flow(phase, y + h * direction, walker.p, plus)
-        flow(phase, y - h * direction, walker.p, minus)
-        expected = (plus - minus) / (2 * h)
-        assert np.abs(both[size:] - expected).max() <= 1e-7 * max(1.0, np.abs(expected).max())
+@pytest.mark.parametrize(("legs", "phase", "exact"), [
+    ("rigid", RIGID, 1e-12), ("compliant", SINGLE_STANCE, 1e-12), ("compliant", DOUBLE_STANCE, 1e-10)])
+def test_compiled_accelerations_and_loads_solve_the_derivations_system_as_numpy_does(legs, phase, exact):
+    """Bordered by the constraints where the second foot rolls."""
+    walker, equations, both = WALKERS[legs], equations_of(legs), phase == DOUBLE_STANCE
+    jacobian, qd = equations.constraint_jacobian, equations.rates
+    parts = [numeric(legs, each) for each in (
+        equations.mass, equations.applied_force - equations.coriolis * qd, jacobian,
+        d.time_derivative(jacobian, equations.coordinates, qd).T * qd)]  # fmt: skip
+    for y in double_stance_states(walker, 50) if both else random_states(walker, 100):
+        mass, right, pi, bias = (part(y) for part in parts)
+        if not both:
+            pi, bias = pi[:, :0], bias[:0]
+        bordered = np.block([[mass, -pi], [pi.T, np.zeros((len(bias),) * 2)]])
+        expected = np.linalg.solve(bordered, np.concatenate([right.ravel(), -bias.ravel()]))
+        qdd, loads = accelerations(phase, y, walker.p)
+        assert np.allclose([*qdd[:: 2 if walker.rigid else 1], *loads[: len(bias)]], expected, rtol=exact, atol=exact)
 
 
 # --- The derived equations have the derivation's values, and their text is the same wherever it is made.

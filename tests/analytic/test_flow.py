@@ -19,7 +19,6 @@ from stages.analytic.phases.motion import (
     STICKS,
     accelerations,
     flow,
-    motion,
 )
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
@@ -35,6 +34,7 @@ from tests.analytic.designs import (
     random_states,
     walker_of,
 )
+from tests.analytic.test_detailed import LAME, LAME_RIGID
 
 
 def energy(walker, y):
@@ -51,12 +51,14 @@ def energy_rate(phase, walker, y):
 @pytest.mark.parametrize("design, phase", [
     (TABLE_1_RIGID, RIGID),
     (changed(TABLE_1_RIGID, leg_inertia=2e-3, hip_mass=0.0, foot_radius=0.0), RIGID),
+    (changed(LAME_RIGID, hip_damping=0.0), RIGID),
     (changed(HEAVY_LEGS, damping=0.0), SINGLE_STANCE),
-], ids=["rigid", "rigid without hip mass and with point feet", "undamped springs"])
+    (changed(LAME, hip_damping=0.0, damping=0.0, other_damping=0.0), SINGLE_STANCE),
+], ids=["rigid", "rigid without hip mass and with point feet", "rigid, in detail", "springs", "springs, in detail"])
 def test_undamped_single_stance_keeps_its_energy(design, phase):
     walker = walker_of(design)
     for y in random_states(walker, 50):
-        assert abs(energy_rate(phase, walker, y)) <= 2e-8
+        assert abs(energy_rate(phase, walker, y)) <= 1e-8
 
 
 def test_energy_falls_by_what_the_dampers_take():
@@ -91,15 +93,6 @@ def test_rolling_feet_feel_all_the_force_that_moves_the_mass_centre():
         force = (momentum(y + h * rates) - momentum(y - h * rates)) / (2 * h) - gravity
         found = eq.compliant_reaction(*y, *rates[4:], walker.p)
         assert np.allclose(found, force, atol=2e-5)
-
-
-def test_double_stance_accelerations_keep_the_second_foot_rolling():
-    walker = walker_of(HEAVY_LEGS)
-    for y in double_stance_states(walker, 50):
-        qdd, *_ = motion(DOUBLE_STANCE, y, walker.p)
-        c = eq.contact_terms(*y, walker.p)
-        assert abs(np.dot(c[0:4], qdd) + c[8]) <= 1e-12
-        assert abs(np.dot(c[4:8], qdd) + c[9]) <= 1e-12
 
 
 BOTH = changed(HEAVY_LEGS, frame_mass=0.01, frame_com=0.02, other_foot_mass=0.33, hip_stiffness=0.05, hip_damping=5e-4)

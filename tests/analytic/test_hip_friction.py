@@ -72,16 +72,6 @@ def test_without_friction_nothing_rubs(legs, alike):
     assert abs(first) > 1e-8 and second == pytest.approx(2 * first, rel=alike)
 
 
-@pytest.mark.parametrize(("legs", "allowed"), [("rigid", 1e-7), ("compliant", 2e-6)])
-@pytest.mark.parametrize("friction", [1e-4, 3e-3])
-def test_multipliers_are_those_of_differences(legs, friction, allowed):
-    walker = rubbing(legs, friction)
-    point = gait_of(walker, legs, 1e-13)
-    scale = 1.0 if walker.rigid else np.abs(point.monodromy_matrix).max()
-    assert np.abs(point.monodromy_matrix - map_slope(walker, point.z, SIZES[legs])).max() < allowed * scale
-    assert isinstance(walker.p, KINDS[legs]) and (walker.rigid or np.abs(point.floquet_multipliers).max() < 1.0)
-
-
 @pytest.mark.parametrize(("legs", "friction", "start", "phases"), [*STEPS, MANY_TURNS])
 def test_the_map_is_exact_through_turning_and_sticking(legs, friction, start, phases):
     walker, z = rubbing(legs, friction), begun(legs, start)

@@ -5,19 +5,16 @@ import pytest
 
 from benchmarks.round_off import eliminate, orders_of_summation, precisions, similarity, step, system
 from stages.analytic.gait.gait_report import audit
-from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
+from stages.analytic.gait.gait_search import find_gaits, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
 from stages.analytic.integration.readable import accelerations
 from stages.analytic.model import terms as eq
-from stages.analytic.phases.impact import heel_strike_reset
-from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID, SINGLE_STANCE
+from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID
 from stages.analytic.phases.section import section_coordinates, section_state
-from stages.analytic.walk.recording import record, states_at
+from stages.analytic.walk.recording import record
 from stages.analytic.walk.validity import dense_states
-from stages.ground.slope import Slope
 from tests.analytic.designs import (
     FRICTION,
-    SLOPE,
     TABLE_1,
     TABLE_1_RIGID,
     changed,
@@ -102,20 +99,6 @@ def test_double_stance_is_short_and_single_stance_follows(table_1_step, table_1_
     assert double.duration + single.duration == pytest.approx(point.steps[0].period, rel=1e-10)
 
 
-def test_similar_bipeds_have_the_same_dimensionless_gait(table_1_gait):
-    """Masses times 7, lengths times 3, gravity of Mars: same numbers in leg lengths and pendulum times."""
-    mass, length, gravity = 7.0, 3.0, 3.71
-    time = np.sqrt(length * 9.81 / gravity)
-    similar = changed(
-        TABLE_1, hip_mass=mass * 0.316, foot_mass=mass * 0.335, leg_length=length * 0.333, foot_radius=length * 0.083,
-        foot_com=length * 0.1, stiffness=2800.0 * mass / time**2, damping=58.35 * mass / time)
-    _, point = table_1_gait
-    _, other = find_gait(similar, Slope(slope_deg=SLOPE.slope_deg, gravity=gravity), 1e-12)
-    assert np.abs(other.z - point.z).max() <= 1e-10
-    assert other.steps[0].period == pytest.approx(point.steps[0].period, rel=1e-10)
-    assert np.abs(np.abs(other.floquet_multipliers) - np.abs(point.floquet_multipliers)).max() <= 1e-8
-
-
 def test_a_stable_gait_draws_neighbours_in_at_the_rate_of_its_multiplier(table_1_gait):
     """Twelve steps from a disturbed start shrink the disturbance by the largest multiplier to the power."""
     walker, point = table_1_gait
@@ -124,44 +107,6 @@ def test_a_stable_gait_draws_neighbours_in_at_the_rate_of_its_multiplier(table_1
         z = poincare_map(walker, z, 1e-13).z
         gaps.append(np.abs(z - point.z).max())
     assert (gaps[13] / gaps[3]) ** 0.1 == pytest.approx(np.abs(point.floquet_multipliers).max(), rel=0.02)
-
-
-def test_walk_repeats_itself_over_ten_steps(table_1_gait):
-    walker, point = table_1_gait
-    segments = record(walker, section_state(point.z, walker.p), 10, 1e-12, DOUBLE_STANCE)
-    periods = [a.duration + b.duration for a, b in zip(segments[::2], segments[1::2], strict=True)]
-    assert np.ptp(periods) <= 1e-10
-
-
-# --- Shortcuts that cost a wrong gait, each taken here on purpose to show what it costs.
-
-
-#: One millionth of a second, as a common setting of event location has it.
-MICROSECOND = 1e-6
-
-
-def test_the_first_root_found_need_not_be_the_gait(table_1_gait, table_1_gaits):
-    """Newton's method from a short step finds a gait too, and it is unstable; the search names the stable one."""
-    walker, stable = table_1_gait
-    short = next(point for point in table_1_gaits if np.abs(point.floquet_multipliers).max() > 1)
-    first = fixed_point(walker, short.z + 1e-3 * np.array([1.0, 0.0, 0.0, -1.0, 0.0]), 1e-11)
-    assert first is not None and first.residual <= 1e-10
-    assert np.abs(first.floquet_multipliers).max() > 1
-    assert np.abs(stable.floquet_multipliers).max() < 1
-    assert abs(first.steps[0].period - stable.steps[0].period) > 1e-2
-
-
-def test_an_event_known_to_a_microsecond_caps_everything(table_1_gait, table_1_step):
-    """The step ended a microsecond early is off by more than 1e-8; steps at two tolerances agree to 1e-11."""
-    walker, point = table_1_gait
-    single = table_1_step[-1]
-    assert single.phase == SINGLE_STANCE
-    early = np.array([single.duration - MICROSECOND / walker.time])
-    naive = states_at(SINGLE_STANCE, single.times[-1:], single.states[-1:], early - single.times[-1], walker.p)[0]
-    heel_strike_reset(naive, walker.p)
-    exact = poincare_map(walker, point.z, 1e-13).z
-    assert np.abs(section_coordinates(naive, walker.p) - exact).max() > 1e-8
-    assert np.abs(poincare_map(walker, point.z, 1e-11).z - exact).max() <= 1e-11
 
 
 # --- Rigid legs at the edges of what is legal: no hip mass, point feet, mass at the foot's bottom, leg inertia.

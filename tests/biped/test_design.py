@@ -3,18 +3,16 @@
 import dataclasses
 import math
 from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.study import Study
 from stages.biped.design import BeyondModel, Biped, require_plain
 from stages.biped.quantity import faults
 from stages.biped.rubber import Rubber, ring_sector, soled
+from tests.study import parameters_of
 
-ROOT = Path(__file__).resolve().parents[2]
 TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
 
 
@@ -82,11 +80,6 @@ class Anything:
         return Anything()
 
 
-def given(stage, *settings):
-    """The parameters of a stage."""
-    return Study(ROOT, ROOT / "params", ROOT / "results", settings).parameters((stage,))[stage]
-
-
 LAME, TIMED = "biped.other_leg_length=0.34", "biped.strike_time=0.5"
 RETRACTING = ("biped.legs=rigid", "biped.feet_retract=true")
 UNKNOWN = "does not know frame_mass, other_leg_length; only the planar models and stage twin do"
@@ -103,18 +96,18 @@ def test_stages_refuse_details_they_do_not_know_when_they_run(stages, settings, 
     """In one sentence, which is an answer: the study's other stages run."""
     for stage in stages:
         with pytest.raises(BeyondModel, match=words):
-            import_module(f"stages.{stage}.run").run(given(stage, *settings), Anything())
+            import_module(f"stages.{stage}.run").run(parameters_of(stage, *settings), Anything())
 
 
 @pytest.mark.parametrize("stage", ["analytic", "multibody", "twin", "twin_pushes", "tradeoff", "extremes"])
 def test_other_stages_take_them(stage):
-    biped = given(stage, "biped.frame_mass=0.05", "biped.other_leg_length=0.34").biped
+    biped = parameters_of(stage, "biped.frame_mass=0.05", "biped.other_leg_length=0.34").biped
     assert (biped.frame_mass, biped.leg(1).leg_length) == (0.05, 0.34)
 
 
 def test_what_no_design_can_have_is_said_where_it_is_tried():
     with pytest.raises(StudyError) as error:
-        given("analytic", "biped.knee_height=0.1")
+        parameters_of("analytic", "biped.knee_height=0.1")
     assert "without knees" in " ".join(error.value.sentences)
 
 

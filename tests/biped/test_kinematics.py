@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.parameters.loading import load
 from stages.biped.kinematics import (
     Coordinate,
     Motion,
@@ -19,14 +18,12 @@ from stages.biped.kinematics import (
     stance_mass_motion,
     swing_point_motion,
 )
-from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.ground.slope import Slope
-from stages.multibody.parameters import Parameters
 from stages.multibody.walking.walk import simulate
 from stages.planar.run import PlanarState
-from stages.stability.parameters import Parameters as Stability
 from stages.twin.machine.contact import HINGE, PITCH, SLIDE
 from stages.twin.walking.record import pair_axes, point_motion
+from tests.study import parameters_of
 
 H = 1e-4
 TIMES = np.linspace(0.0, 2.0, 41)
@@ -181,10 +178,9 @@ def test_the_twins_sockets_feel_what_the_constraint_models_do(foot):
     assert axes.components(axes.spin)[:, 2] == pytest.approx(ANGLE.rate)
 
 
-def test_exudyns_own_sensor_feels_what_the_constraint_models_formula_says(repository):
+def test_exudyns_own_sensor_feels_what_the_constraint_models_formula_says():
     """A step of the planar checker: its foot sensor against the formula fed with the coordinates it records."""
-    known = [Parameters, ContactStudy, Stability]
-    given = load(repository / "params", [], {"multibody": Parameters}, known)["multibody"]
+    given = parameters_of("multibody")
     state = PlanarState(
         (0.0, 0.330985), (0.235, 0.0), (0.0, 0.27), (-0.71, 1.8), (0.331, 0.334), (0.0, 0.0), (True, False)
     )

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.study import Study
 from stages.analytic.errors import StepFailed
 from stages.calibrated_twin.robot import TwinRobot
 from stages.calibration.information.identifiability import first_model
@@ -13,9 +12,10 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Samp
 from stages.calibration.observation.prediction import predict
 from stages.calibration.recordings import drawn_design, looked_for
 from stages.twin.machine.machine import build
-from tests.calibration.runs import BANDWIDTH_HZ, LATE, ROOT
+from tests.calibration.runs import BANDWIDTH_HZ, LATE
+from tests.study import parameters_of
 
-EVERY = Study(ROOT, ROOT / "params", ROOT / "results", ()).parameters(["calibrated_twin"])["calibrated_twin"]
+EVERY = parameters_of("calibrated_twin")
 
 
 @pytest.fixture(scope="module")
@@ -76,16 +76,12 @@ def test_sensors_errors_are_those_it_is_given(made, shown):
     np.testing.assert_allclose(wrong["foot"][:, 1], 1.02 * plain["foot"][:, 1], rtol=1e-12)
 
 
-def test_a_run_that_begins_on_the_other_leg_is_refused(made):
-    drawn, model, robot, like = made
-    other = dataclasses.replace(like, sampling=dataclasses.replace(like.sampling, first_leg=1))
-    with pytest.raises(StepFailed, match="begins on the leg"):
-        robot.run(drawn, model.layout.middle, other)
-
-
-def test_a_robot_that_falls_is_said(made):
+def test_a_robot_that_falls_and_a_run_that_begins_on_the_other_leg_are_said(made):
     drawn, model, robot, like = made
     unknowns = model.layout.middle.copy()
     unknowns[model.layout.place("start_theta_rate")] = 0.05
-    with pytest.raises(StepFailed, match="does not walk to the end"):
-        robot.run(drawn, unknowns, like)
+    other = dataclasses.replace(like, sampling=dataclasses.replace(like.sampling, first_leg=1))
+    for words, given in (("does not walk to the end", (unknowns, like)),
+                         ("begins on the leg", (model.layout.middle, other))):  # fmt: skip
+        with pytest.raises(StepFailed, match=words):
+            robot.run(drawn, *given)

@@ -3,22 +3,19 @@
 import dataclasses
 import math
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
-from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
 from stages.calibration.blind_score import draw, model_of
 from stages.calibration.observation.measured_run import SIDES, Sampling, layout_of
+from tests.study import parameters_of
 
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 8.576e-4)
-ROOT = Path(__file__).resolve().parents[2]
 #: The study's own settings, legs with the inertia of the twin's.
-PARAMETERS = Study(ROOT, ROOT / "params", ROOT / "results", ("biped.leg_inertia=8.576e-4",)).parameters(
-    ["calibration"])["calibration"]
+PARAMETERS = parameters_of("calibration", "biped.leg_inertia=8.576e-4")
 SENSOR, SETTINGS = PARAMETERS.sensor, PARAMETERS.settings
 #: Short runs, so that a fit takes half a second.
 SHORT = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(SETTINGS, planned_steps=7))

@@ -25,7 +25,8 @@ from stages.calibration.information.identifiability import (
 from stages.calibration.questions.calibrate import Options, ask
 from stages.calibration.reports import angle_report, identifiability_report, sensor_report
 from tests import commands
-from tests.calibration.runs import PARAMETERS, ROOT
+from tests.calibration.runs import PARAMETERS
+from tests.study import ROOT
 
 #: The foot sensor's place is known, as in the trial.
 KNOWN = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(PARAMETERS.settings, lever_arm_sd=1e-6))

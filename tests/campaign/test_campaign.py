@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from pipeline.cache.differences import closer
-from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.recordings import drawn_design, looked_for, recorded
@@ -22,11 +21,7 @@ from stages.campaign.twin_run import NoWalk, draw_variation, first_state, genera
 from stages.imu.result import Result as Ingested
 from stages.imu.run import Inputs as Measured
 from stages.imu.run import run as ingest
-
-
-@pytest.fixture(scope="module")
-def every(repository: Path) -> dict[str, Any]:
-    return locate(start=repository).parameters(("analytic", "campaign", "imu"))
+from tests.study import parameters_of
 
 
 @pytest.fixture(scope="module")
@@ -103,13 +98,13 @@ def test_runs_made_again_without_the_outsole_differ_in_that_alone(made: Result, 
 
 
 def test_a_fit_at_closer_settings_reads_the_runs_that_closer_solvers_made(
-    made: Result, few: Parameters, inputs: Inputs, repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    made: Result, few: Parameters, inputs: Inputs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And the others as they are; without closer runs all are."""
     monkeypatch.setattr(campaign_run, "FEW", 1)
     monkeypatch.setattr("os.cpu_count", lambda: 1)
     found = again(closer(few), inputs, made)
-    fit = locate(start=repository).parameters(("calibration",))["calibration"]
+    fit = parameters_of("calibration")
     source, design = tmp_path / "measurements.sqlite", drawn_design(fit)
     source.write_bytes(made.files[source.name])
     model = first_model(design, looked_for(design), fit)

@@ -2,13 +2,11 @@
 
 import dataclasses
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from pipeline.study import locate
 from stages.analytic.run import run as run_analytic
 from stages.biped.processes import each_in_a_process
 from stages.campaign.parameters import Parameters
@@ -28,11 +26,6 @@ ROUGH = {"stall_share": 0.10, "loss_share": 0.05}
 
 def seeded(parameters: Parameters, seed: int) -> Parameters:
     return dataclasses.replace(parameters, runs=dataclasses.replace(parameters.runs, seed=seed, runs=RUNS))
-
-
-@pytest.fixture(scope="module")
-def every(repository: Path) -> dict[str, Any]:
-    return locate(start=repository).parameters(("analytic", "campaign", "imu"))
 
 
 @pytest.fixture(scope="module")

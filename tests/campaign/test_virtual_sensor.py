@@ -25,6 +25,7 @@ from stages.ground.slope import Slope
 from stages.imu.sources.schema import Device
 from stages.imu.trial.body import mounting
 from tests.imu.stand_in import EVERY
+from tests.planar_start import ROUGH
 
 PERFECT = SensorSettings(100.0, 0.0, 40.0, 4.0, 2000.0, 16, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.1, 0.2, 0.05, 0.25)
@@ -160,10 +161,6 @@ def test_a_push_does_not_follow_the_blow_in_which_a_rigid_leg_takes_its_load() -
 
 
 # --- The spike at heel strike follows the contact set; the time above the sensor's range hardly does.
-
-
-#: A mid-stance that leads to steps; the numbers are no result of the study.
-ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
 
 
 def test_softer_ground_lowers_the_spike_and_not_the_time_above_range():

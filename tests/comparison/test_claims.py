@@ -3,14 +3,12 @@
 import dataclasses
 import re
 from math import inf, nan
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 import yaml
 
 from pipeline.commands import claims as shown
-from pipeline.study import Study
 from stages.comparison.claims import judge, numerics
 from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import BIPED, SETTINGS
@@ -19,11 +17,10 @@ from stages.comparison.result import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPE
 from stages.comparison.run import as_yaml, headlines
 from stages.tradeoff import constraint_ways, penalty_ways
 from tests.changed import changed
+from tests.study import parameters_of
 
-ROOT = Path(__file__).resolve().parents[2]
 #: At the level of which no numerical error is known.
-PARAMETERS = Study(ROOT, ROOT / "params", ROOT / "results", ("accuracy.level=reference",)).parameters(
-    ("comparison",))["comparison"]  # fmt: skip
+PARAMETERS = parameters_of("comparison", "accuracy.level=reference")
 LIMITS = PARAMETERS.settings
 PARTS = (("creep", -5e-4, 2e-5), ("slip", 2.5e-4, 0.0), ("finite stiffness", 3e-4, 2e-5))
 FALLS = (("speed to the side", "m/s", 0.1, 0.15), ("angle of yaw", "rad", 0.2, inf))

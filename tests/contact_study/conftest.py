@@ -5,24 +5,24 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipeline.study import locate
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
-from stages.biped.walk import StanceState
 from stages.contact_study.one_step import Scene, constraint_model
 from stages.contact_study.rigid_limit import Ruler
 from stages.penalty.walk import Settings, simulate
 from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from tests.changed import changed
+from tests.planar_start import ROUGH
+from tests.study import parameters_of
 
 PERIOD = 0.48
 STANDING_FORCE = 9.4
 
 
 @pytest.fixture(scope="session")
-def parameters(repository):
-    return locate(start=repository).parameters(["contact_study"])["contact_study"]
+def parameters():
+    return parameters_of("contact_study")
 
 
 @pytest.fixture(scope="session")
@@ -39,11 +39,10 @@ def solver(parameters):
 @pytest.fixture(scope="session")
 def stand_in(parameters, default, solver):
     """What the stage reads of an analytic result: a walk of the penalty model with the starting set."""
-    rough = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)  # a mid-stance that leads to a step, no result
-    start = rolling_state(parameters.biped, default, rough, STANDING_FORCE)
+    start = rolling_state(parameters.biped, default, ROUGH, STANDING_FORCE)
     run = simulate(parameters.biped, parameters.slope, default, start, solver, duration=PERIOD)
     walk = sample(run.trajectory, parameters.biped, parameters.slope, 2000.0)
-    return SimpleNamespace(walk=walk, mid_stance=rough, gait=SimpleNamespace(period_s=PERIOD))
+    return SimpleNamespace(walk=walk, mid_stance=ROUGH, gait=SimpleNamespace(period_s=PERIOD))
 
 
 @pytest.fixture(scope="session")

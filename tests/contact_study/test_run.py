@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from pipeline.cache import artefact
-from pipeline.study import locate
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_search import gaits_kept
 from stages.contact_study import rigid_limit
@@ -33,6 +32,7 @@ from stages.studies.walks import Machine
 from tests.changed import changed
 from tests.planar_start import rough
 from tests.similar import EXPONENT, differences, factor, similar
+from tests.study import parameters_of
 
 
 @pytest.fixture(scope="module")
@@ -135,12 +135,11 @@ def test_without_a_gait_with_slipping_feet_there_is_no_choice_but_a_result(
 
 
 @pytest.mark.slow
-def test_ground_yaml_holds_the_choice_of_the_study(parameters, repository):
+def test_ground_yaml_holds_the_choice_of_the_study(parameters):
     """The whole study from the analytic gait: is the set that every stage uses still the one the criterion chooses?"""
     from stages.analytic import run as analytic
 
-    own = locate(start=repository).parameters(["analytic"])["analytic"]
-    result = run(parameters, Inputs(analytic.run(own)))
+    result = run(parameters, Inputs(analytic.run(parameters_of("analytic"))))
     assert result.ground_is_choice and same_set(parameters.contact, result.chosen.law), result.summary()
     best, second = result.limit.finalists[:2]
     assert best.score < 0.9 * second.score, "by more than a tenth"

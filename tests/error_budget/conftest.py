@@ -2,13 +2,13 @@
 
 import pytest
 
-from pipeline.study import locate
 from stages.error_budget.path import OneStep
+from tests.study import parameters_of
 
 
 @pytest.fixture(scope="session")
-def parameters(repository):
-    return locate(start=repository).parameters(["error_budget"])["error_budget"]
+def parameters():
+    return parameters_of("error_budget")
 
 
 @pytest.fixture(scope="session")

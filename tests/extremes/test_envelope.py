@@ -27,6 +27,7 @@ from stages.extremes.parameters import (
 )
 from stages.extremes.points import points
 from stages.extremes.run import evaluate, in_words
+from tests.study import parameters_of
 
 STAGES = ("analytic", "multibody", "twin")
 
@@ -117,9 +118,9 @@ def test_the_kept_table_holds_the_kept_map(kept):
         assert Counter(point.status for point in warned.tried(engine)) == Counter(r["status"] for r in rows)
 
 
-def contradictions(repository, kept, wanted):
+def contradictions(kept, wanted):
     """Points of the coarse map that `wanted` picks, computed anew, whose answer is not the kept one."""
-    parameters = locate(start=repository).parameters(["extremes"])["extremes"]
+    parameters = parameters_of("extremes")
     known = {(row["engine"], row["axis"], row["value"]): row for row in kept}
     found = []
     for point in filter(wanted, points(parameters)):
@@ -130,13 +131,13 @@ def contradictions(repository, kept, wanted):
     return found
 
 
-def test_a_coarse_rerun_does_not_contradict_the_kept_map(repository, kept):
+def test_a_coarse_rerun_does_not_contradict_the_kept_map(kept):
     def quick(point):
         return (point.engine == STEP and point.value < 3) or (point.axis == USUAL and point.engine == GAIT)
 
-    assert contradictions(repository, kept, quick) == []
+    assert contradictions(kept, quick) == []
 
 
 @pytest.mark.slow
-def test_the_whole_coarse_rerun_does_not_contradict_the_kept_map(repository, kept):
-    assert contradictions(repository, kept, lambda point: True) == []
+def test_the_whole_coarse_rerun_does_not_contradict_the_kept_map(kept):
+    assert contradictions(kept, lambda point: True) == []

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.parameters.loading import load
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.model.walker import build_walker
 from stages.biped.design import Biped
@@ -34,19 +33,18 @@ from stages.extremes.parameters import (
     TWIN,
     UNCONFIRMED,
     WRONG,
-    Parameters,
 )
 from stages.extremes.points import AXES, BLOCK, KINDS, SIZE, Point, changes, detailed_draw, points
 from stages.extremes.result import Finding, judged
 from stages.extremes.run import as_result, evaluate
-from stages.stability.parameters import Parameters as Stability
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 from tests.changed import changed
+from tests.study import parameters_of
 
 
 @pytest.fixture(scope="module")
-def parameters(repository):
-    return load(repository / "params", [], {"extremes": Parameters}, [Parameters, Stability])["extremes"]
+def parameters():
+    return parameters_of("extremes")
 
 
 @pytest.fixture(scope="module")

@@ -4,17 +4,15 @@ from collections import Counter
 
 import pytest
 
-from pipeline.study import locate
 from stages.extremes import run as stage
 from stages.extremes.parameters import LIMIT, RIGHT
 from stages.extremes.result import Finding
+from tests.study import parameters_of
 
 
 @pytest.mark.parametrize("resolution", ["few", "coarse", "full"])
-def test_each_point_has_its_own_verdict(monkeypatch, repository, resolution):
-    study = locate(settings=(f"extremes.resolution={resolution}",), start=repository)
-    parameters = study.parameters(["extremes"])["extremes"]
-    usual = Counter()
+def test_each_point_has_its_own_verdict(monkeypatch, resolution):
+    parameters, usual = parameters_of("extremes", f"extremes.resolution={resolution}"), Counter()
 
     def evaluate(_, point):
         usual[point.engine] += not point.changes

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from benchmarks.unequal_designs import compared
-from pipeline.parameters.loading import load
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.ground.contact_law import ContactLaw, family_member
@@ -21,9 +20,8 @@ from stages.planar.limit_cycle import by_differences, fixed_point, gait_near, ne
 from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_state
-from stages.stability.parameters import Parameters as Stability
-from stages.twin_ladder.parameters import Parameters as Ladder
 from tests.planar_start import SCALES
+from tests.study import parameters_of
 
 FIXED = np.linspace(0.2, 1.1, 10) * SCALES
 BASIS = np.eye(10) + 0.1 * np.random.default_rng(3).normal(size=(10, 10))
@@ -221,14 +219,6 @@ def test_a_walk_that_does_not_settle_is_called_so(from_gait, changed):
     assert cycle.largest_multiplier > 1.05 and reason.startswith("its gait is unstable, largest multiplier")
 
 
-@pytest.mark.slow
-def test_a_gait_that_is_not_found_is_told(from_gait):
-    """Undamped legs on softer ground: the constraint model's gait is no start from which one is found."""
-    model, state, walked, walk = from_gait(3, damping=0.0)
-    cycle, found, reason = solve(model, state, walked, walk)
-    assert not cycle.solved and found is None and reason.startswith("no fixed point of its step was found (")
-
-
 def test_without_a_fixed_point_the_walk_is_measured(settled, monkeypatch):
     """Over its last four steps."""
     model, state, walked, walk, _ = settled
@@ -361,10 +351,9 @@ def test_joints_refuse_frames_on_rigid_legs_by_name(unequal, legs, assembly, key
 
 
 @pytest.mark.slow
-def test_ten_unequal_designs_agree_as_designs_with_legs_alike_do(repository):
+def test_ten_unequal_designs_agree_as_designs_with_legs_alike_do():
     """What parts Exudyn from the constraint model is, design by design, that of the same design with legs alike."""
-    parameters = load(repository / "params", [], {"twin_ladder": Ladder}, [Ladder, Stability])["twin_ladder"]
-    pairs = list(compared(parameters, 10, 20))
+    pairs = list(compared(parameters_of("twin_ladder"), 10, 20))
     assert max(abs(unequal.limps[0]) for _, unequal in pairs) > 0.1
     for alike, unequal in pairs:
         assert abs(alike.limps[1]) < 1e-5

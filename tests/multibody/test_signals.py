@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from stages.biped.walk import NotRecorded, StanceState, require
+from stages.biped.walk import NotRecorded, require
 from stages.ground.friction import Lane
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.multibody.assembly.system import VERSION
@@ -16,7 +16,6 @@ from stages.multibody.parameters import Parameters, Settings
 from stages.multibody.run import Inputs, run
 from stages.multibody.walking.cycle import walked_cycle
 from stages.multibody.walking.walk import simulate
-from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from stages.planar.signals import SIGNALS
 
@@ -125,17 +124,6 @@ def test_each_assembly_holds_what_is_named(scene, changes, lanes, held):
     assert (found.bodies, found.coordinates, found.joints, found.springs, found.contact_pairs) == held
 
 
-def test_the_record_grows_with_the_run_and_holds_its_sensors_alone(scene, start):
-    """Time and 6 coordinates, rates, accelerations; a foot's acceleration and two forces of 3: 33 numbers a row."""
-    coarse = scene.but(tolerance=1e-5, largest_step=2e-3)
-    machine = coarse.build()
-    assert take_inventory(machine.mbs).recorded_bytes == 0
-    run = coarse.walk(start, steps=1, assembly=machine)
-    found, rows = take_inventory(machine.mbs), len(machine.mbs.GetSensorStoredData(0))
-    assert found.sensors == 6 and found.recorded_bytes == 8 * (3 * 7 + 3 * 4) * rows
-    assert abs(rows - run.solver_steps) <= 2
-
-
 def test_what_a_scene_leaves_out_costs_nothing(scene, start):
     """Values of laws and scenes that are not chosen change neither the solver's steps nor a bit of the walk."""
     coarse = scene.but(tolerance=1e-5, largest_step=2e-3)
@@ -144,15 +132,6 @@ def test_what_a_scene_leaves_out_costs_nothing(scene, start):
     usual, other = (each.walk(start, steps=1) for each in (coarse, idle))
     assert other.solver_steps == usual.solver_steps
     assert np.array_equal(other.trajectory.position, usual.trajectory.position)
-
-
-@pytest.mark.parametrize(("legs", "coordinates"), [("rigid", 4), ("compliant", 6)])
-def test_rigid_legs_carry_no_idle_coordinate(scene, contact, legs, coordinates):
-    own = scene.but(legs=legs)
-    stance = StanceState(0.0, own.biped.leg_length, 0.27, own.biped.leg_length, 0.71, 0.0, 1.8, 0.0)
-    machine = own.build()
-    run = own.walk(rolling_state(own.biped, contact, stance, 9.4), duration=1e-3, assembly=machine)
-    assert machine.mbs.GetSensorStoredData(0).shape[1] == 1 + coordinates and len(run.trajectory.time) > 1
 
 
 # --- Exudyn's fast build, which has no range checks, walks as the checked one does.

@@ -8,15 +8,12 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from pipeline.parameters.loading import load
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import start_state
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.scales import scales_of
-from stages.contact_study.parameters import Parameters as ContactStudy
 from stages.ground.blocks import Blocks, BlocksDoNotFit
 from stages.ground.friction import SCALARS, Lane, lanes
-from stages.multibody.parameters import Parameters
 from stages.multibody.walking.watch import Look, Watch
 from stages.penalty.walk import Settings as PenaltySettings
 from stages.penalty.walk import begin, numbers_of
@@ -24,13 +21,12 @@ from stages.planar.energy import energy_balance, mass_moment
 from stages.planar.run import COMPLETED, DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR, PlanarState, rolling_state
 from stages.planar.sampling import find_events, sample
 from stages.stability.blocks.walks import Rough, heights_of, walk_on
-from stages.stability.parameters import Parameters as Stability
 from stages.twin.machine.machine import build as build_machine
-from stages.twin.parameters import Parameters as Twin
 from stages.twin.ramp import lay_blocks
 from stages.twin.walking.measures import energy_balance as spatial_balance
 from stages.twin.walking.record import find_events as spatial_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
+from tests.study import parameters_of
 
 
 @pytest.fixture(scope="module")
@@ -143,10 +139,9 @@ def test_the_two_assemblies_agree(scene, start, two_steps, solver, steps, rollin
 
 
 @pytest.fixture(scope="module")
-def chosen(repository):
+def chosen():
     """The contact set of the study's own ground.yaml."""
-    known = [Parameters, ContactStudy, Stability]
-    return load(repository / "params", [], {"multibody": Parameters}, known)["multibody"].contact
+    return parameters_of("multibody").contact
 
 
 @pytest.mark.slow
@@ -277,9 +272,9 @@ def test_events_and_energy_know_the_heights(scene, biped, slope, contact, gait, 
 
 
 @pytest.mark.parametrize("rows", [False, True])
-def test_the_twin_walks_on_them_too(repository, gait, rows):
+def test_the_twin_walks_on_them_too(gait, rows):
     *_, upright, force, apart = gait
-    given = load(repository / "params", [], {"twin": Twin}, [Twin, Stability])["twin"]
+    given = parameters_of("twin")
     machine, laid = build_machine(given.biped, given.settings), Blocks(3e-4).under(WALK, apart)
     ramp = lay_blocks(given.settings, Blocks(), 0.1612) if rows else None
     start = rolling_start(machine, given.contact, upright, force)

@@ -4,17 +4,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipeline.parameters.loading import load
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state, record
 from stages.analytic.walk.sampling import sample_walk
-from stages.stability.parameters import Parameters as Stability
-from stages.tradeoff.parameters import Parameters
+from tests.study import parameters_of
 
 
 @pytest.fixture(scope="session")
-def parameters(repository):
-    return load(repository / "params", [], {"tradeoff": Parameters}, [Parameters, Stability])["tradeoff"]
+def parameters():
+    return parameters_of("tradeoff")
 
 
 @pytest.fixture(scope="session")

@@ -5,23 +5,21 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.parameters.loading import load
 from stages.biped.walk import StanceState
-from stages.stability.parameters import Parameters as Stability
 from stages.twin.machine.contact import COUNT
 from stages.twin.machine.machine import build
-from stages.twin.parameters import Parameters
 from stages.twin.walking.simulate import Start, rolling_start, simulate_twin
+from tests import planar_start
+from tests.study import parameters_of
 
 #: Mid-stances from which walkers find their gait, by whether their legs are rigid; no result of the study.
-ROUGH = {False: StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0),
-         True: StanceState(0.0, 0.333, 0.27, 0.333, 0.72, 0.0, 1.85, 0.0)}  # fmt: skip
+ROUGH = {False: planar_start.ROUGH, True: StanceState(0.0, 0.333, 0.27, 0.333, 0.72, 0.0, 1.85, 0.0)}
 STANDING_FORCE = 9.4
 
 
 @pytest.fixture(scope="session")
-def parameters(repository):
-    return load(repository / "params", [], {"twin": Parameters}, [Parameters, Stability])["twin"]
+def parameters():
+    return parameters_of("twin")
 
 
 @pytest.fixture(scope="session")

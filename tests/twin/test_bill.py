@@ -13,6 +13,7 @@ from stages.twin.machine.bill import sums
 from stages.twin.machine.machine import Body, bodies, build, join, pieces
 from stages.twin.machine.parts import FEET, FRAMES, size_fault, solid
 from stages.twin.parameters import Parameters
+from tests.study import parameters_of
 
 
 def test_sums_agree_with_the_bodies(parameters):
@@ -47,14 +48,12 @@ def test_a_bill_that_does_not_add_up_is_one_sentence(parameters):
         build(parameters.biped, dataclasses.replace(parameters.settings, parts=parts))
 
 
-def test_parts_that_are_neither_designs_are_told_what_to_do(repository):
+def test_parts_that_are_neither_designs_are_told_what_to_do():
     """Shown by parts that no longer say which design they are drawn for, so that they should be the biped's."""
-    alone = ["biped.hip_mass=0.4", "twin.parts_hip_mass=null"]
     with pytest.raises(StudyError, match=r"hip mass \[kg\] 0.4, not 0.316") as refused:
-        load(repository / "params", alone, {"twin": Parameters}, [Parameters, Stability])
+        parameters_of("twin", "biped.hip_mass=0.4", "twin.parts_hip_mass=null")
     assert len(refused.value.sentences) == 1 and "twin.inertia = planar" in str(refused.value)
-    changed = ["biped.hip_mass=0.4", "twin.inertia=planar"]
-    loaded = load(repository / "params", changed, {"twin": Parameters}, [Parameters, Stability])["twin"]
+    loaded = parameters_of("twin", "biped.hip_mass=0.4", "twin.inertia=planar")
     assert build(loaded.biped, loaded.settings).mass == pytest.approx(loaded.biped.total_mass)
 
 

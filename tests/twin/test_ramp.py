@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.parameters.loading import load
 from stages.ground.blocks import Blocks, BlocksDoNotFit
-from stages.multibody.parameters import Parameters as Planar
 from stages.planar.run import COMPLETED
-from stages.stability.parameters import Parameters as Stability
-from stages.twin.parameters import Parameters
 from stages.twin.ramp import lay_blocks
 from stages.twin.walking.simulate import MISSED
+from tests.study import parameters_of
 
 STEP, BLOCKS = 0.16, Blocks()
 
@@ -93,10 +90,9 @@ def test_a_missed_block_ends_the_run_with_that_reason(on_blocks, changes, said):
         ("multibody.block_length=0.06", 'did you mean "ground.block_length"?'),
     ],
 )
-def test_impossible_blocks_are_refused_with_the_parameters(repository, change, said):
-    overrides = ["twin.scene=ramp", change]
+def test_impossible_blocks_are_refused_with_the_parameters(change, said):
     with pytest.raises(StudyError) as refused:
-        load(repository / "params", overrides, {"twin": Parameters}, [Parameters, Planar, Stability])
+        parameters_of("twin", "twin.scene=ramp", change)
     assert said in str(refused.value) and len(refused.value.sentences) == 1
 
 

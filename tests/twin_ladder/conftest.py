@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from pipeline.parameters.loading import load
-from stages.stability.parameters import Parameters as Stability
-from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.run import rungs
+from tests.study import parameters_of
 
 
 @pytest.fixture(scope="session")
-def parameters(repository):
-    return load(repository / "params", [], {"twin_ladder": Parameters}, [Parameters, Stability])["twin_ladder"]
+def parameters():
+    return parameters_of("twin_ladder")
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from pipeline.cache import artefact
-from stages.biped.walk import StanceState
 from stages.multibody.walking.cycle import SectionWalker
 from stages.planar.limit_cycle import gait_near
 from stages.planar.run import rolling_state
@@ -19,9 +18,7 @@ from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import SIDE_UNITS, Search, SectionState, Step
 from stages.twin_ladder.result import Result, RungGait, SameMachine
 from stages.twin_ladder.run import Inputs, again, run, without_gait
-from tests.planar_start import SCALES, SLOPE, TABLE_1
-
-ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
+from tests.planar_start import ROUGH, SCALES, SLOPE, TABLE_1
 
 
 def inputs(planar_gait):

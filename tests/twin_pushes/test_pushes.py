@@ -7,23 +7,20 @@ import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.parameters.loading import load
-from stages.biped.walk import StanceState
-from stages.stability.parameters import Parameters as Stability
-from stages.twin_pushes.parameters import Parameters
 from stages.twin_pushes.run import Inputs, again, run
+from tests.planar_start import ROUGH
+from tests.study import parameters_of
 
 
 @pytest.fixture(scope="module")
-def parameters(repository):
-    return load(repository / "params", [], {"twin_pushes": Parameters}, [Parameters, Stability])["twin_pushes"]
+def parameters():
+    return parameters_of("twin_pushes")
 
 
 @pytest.fixture(scope="module")
 def given(parameters):
     """Four steps after one soft and one deadly push to the side and a soft one of each other kind."""
-    stance = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
-    analytic = SimpleNamespace(mid_stance=stance, walk=SimpleNamespace(standing_force=9.4))
+    analytic = SimpleNamespace(mid_stance=ROUGH, walk=SimpleNamespace(standing_force=9.4))
     settings = dataclasses.replace(
         parameters.settings, steps=4, tolerance=1e-4, sideways_speeds=(0.05, 1.0), roll_rates=(0.2,), yaw_rates=(0.5,),
         yaw_angles=(0.05,),
@@ -75,7 +72,6 @@ def test_the_table_names_every_push(result):
 
 
 @pytest.mark.parametrize("sizes", ["[]", "[0.2, 0.1]", "[-0.1]"])
-def test_sizes_must_rise(repository, sizes):
+def test_sizes_must_rise(sizes):
     with pytest.raises(StudyError, match="each larger than the one before"):
-        load(repository / "params", [f"twin_pushes.sideways_speeds={sizes}"], {"twin_pushes": Parameters},
-             [Parameters, Stability])  # fmt: skip
+        parameters_of("twin_pushes", f"twin_pushes.sideways_speeds={sizes}")
