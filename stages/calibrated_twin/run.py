@@ -64,7 +64,7 @@ class Inputs:
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Correct, check, walk. Raises NoGait where the drawn design does not walk, SourceRefused."""
-    work = _Work(as_mounted(parameters), *at_rest(inputs))
+    work = _Work(as_mounted(parameters, inputs.database), *at_rest(inputs))
     robots: dict[str, Fitted] = {}
     for number, kind in enumerate(dict.fromkeys(fit.kind for fit in work.inputs.calibration.fits)):
         progress(0.1 + 0.3 * number, f"the twin with the numbers found, {kind}")

@@ -18,7 +18,7 @@ from stages.biped.design import Biped
 from stages.biped.processes import Progress, ignore
 from stages.biped.question import Asking, at_hand, refuse
 from stages.calibration.estimation.first_guess import first_guess
-from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.information.identifiability import EACH_RUNS, SLOPE, free_names
 from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun, Sampling, usable
@@ -48,9 +48,11 @@ USUAL_BANDWIDTH = 0.4
 FEWEST_STRIKES = 4
 
 
-def as_mounted(parameters: Given) -> Given:
+def as_mounted(parameters: Given, database: Path | None = None) -> Given:
     """The same with the foot sensor where the drawing has it, as the campaign mounts it: else what the model puts wrong
-    goes into its place."""
+    goes into its place. Where a lab's own `database` is fitted, its place is known as well as the settings say."""
+    if database is not None:
+        return parameters
     sd = MOUNTED * size(parameters.biped)
     return dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, lever_arm_sd=sd))
 
@@ -120,9 +122,9 @@ def recorded(
     """Runs of a database that can be used, one at a time, each cut to the steps that are fitted.
 
     `weighed` [kg] by the runs' names; for other runs the settings say it. Runs of the database `anew`, if any, take the
-    place of those of their names. Raises SourceRefused.
+    place of those of their names. Raises SourceRefused, and NotIdentified where none can be used.
     """
-    settings = parameters.settings
+    settings, refused, used = parameters.settings, list[str](), False
     closer = dict[str, MeasuredRun]()
     if anew:
         with tempfile.TemporaryDirectory() as folder:
@@ -130,11 +132,20 @@ def recorded(
             path.write_bytes(anew)
             closer = {one.name: one for one in read_runs(path, design, model, parameters) if not isinstance(one, str)}
     for run in read_runs(source, design, model, parameters):
-        if not isinstance(run, str):
-            run = closer.get(run.name, run)
+        if isinstance(run, str):
+            refused.append(run)
+        else:
+            used, run = True, closer.get(run.name, run)
             mass, sd = weighed.get(run.name, settings.weighed_mass), settings.weighed_sd
             known = () if mass is None else (Known(TOTAL_MASS, mass, sd * mass, "weighed"),)
             yield first_steps(run, settings.fitted_steps), known
+    if not used:
+        raise none_of(refused)
+
+
+def none_of(refused: Sequence[str]) -> NotIdentified:
+    """That no run can be used, and why the first ones cannot."""
+    return NotIdentified(f"no run can be used: {'; '.join(refused[:3]) or 'there is none'}")
 
 
 def first_steps(run: MeasuredRun, steps: int) -> MeasuredRun:

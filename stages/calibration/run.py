@@ -81,10 +81,10 @@ def run(
     parameters: Parameters, inputs: Inputs, progress: Progress = ignore, near: Near = MappingProxyType({})
 ) -> Result:
     """Say what runs can tell, fit some of them blind, and put the truth beside; fits `near` ones take one step from
-    there. Raises NoGait, SourceRefused.
+    there. Raises NoGait, NotIdentified, SourceRefused.
     """
     progress(0.1, "what the sensors can tell")
-    parameters = as_mounted(parameters)
+    parameters = as_mounted(parameters, inputs.database)
     settings = parameters.settings
     rows, not_seen = _rows(parameters)
     design = drawn_design(parameters)

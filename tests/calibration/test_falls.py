@@ -21,6 +21,7 @@ from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.observation.prediction import predict, taken, walk
 from stages.calibration.reports.sensor_report import _split
+from stages.imu.sources.units import STANDARD_GRAVITY
 from tests.calibration.runs import DESIGN, PARAMETERS, disturbed
 from tests.calibration.test_following import follower, made, model, true_times
 
@@ -207,16 +208,19 @@ def off(found, run, design, unknowns):
 
 @pytest.mark.slow
 def test_rows_tell_of_the_walk_that_they_came_from_and_are_taken_up_again():
-    """Twice: from a stand on, and from the middle of the walk on with the mounting that was found first."""
+    """Twice: from a stand on, and from the middle of the walk on with the first answer alone, which has the units."""
     run, design, unknowns = made(5, 18)
     lines = lines_of(run, 6)
-    stream, found = followed(lines, ABOUT)
+    g = [",".join([f"{float(cell) / STANDARD_GRAVITY:.9g}" if name in ("ax", "ay", "az") else cell
+                   for name, cell in zip(COLUMNS, line.split(","), strict=True)]) for line in lines[1:]]
+    lines = [lines[0], *g]
+    about = {**ABOUT, "devices": [{**one, "accelerometer_unit": "g"} for one in ABOUT["devices"]]}
+    stream, found = followed(lines, about)
     assert len(found) > 500 and np.sqrt((off(found, run, design, unknowns) ** 2).mean(axis=0)).max() < 2.0
-    mounting = json.loads(json.dumps({side: one.plain() for side, one in stream.mounted.items()}))
-    _, again = followed([lines[0], *lines[-1000:]], {**ABOUT, "mounting": mounting})
+    _, again = followed([lines[0], *lines[-1000:]], json.loads(json.dumps(stream.about())))
     assert 150 < len(again) < 500 and np.sqrt((off(again, run, design, unknowns) ** 2).mean(axis=0)).max() < 2.0
     with pytest.raises(NotIdentified, match="rows end before a walk is found: no still stand"):
-        followed([lines[0], *lines[-1000:]], ABOUT)
+        followed([lines[0], *lines[-1000:]], about)
 
 
 def test_rows_lost_late_doubled_or_of_words_change_little_and_are_said_once():
@@ -242,8 +246,16 @@ def test_rows_need_their_columns_and_a_clock_that_goes_on():
         list(rows_of(rows, lambda text: None, PERIODS))
     (row,) = rows_of([rows[0], "0,HIP,0,9,,0,0,1"], print, PERIODS)
     assert row.place == "hip" and np.isnan(row.readings[2])
-    for wrong in ({"devices": [{"place": "hip", "forward_axis": "w"}]}, {"mounting": {"hip": {"rotation": [1]}}}):
-        with pytest.raises(WrongOption, match=r"^--with: "):
+    for wrong, why in (
+        ({"devices": [{"place": "hip", "forward_axis": "w"}]}, "devices.0: forward_axis is"),
+        ({"devices": [{"place": "hip", "rate": 50}]}, "devices.0.rate: unknown key 'rate'; known are .*rate_hz"),
+        ({"devices": [{"place": "ankle"}]}, "devices.0.place is ankle, must be hip or foot"),
+        ({"devices": 5}, "devices: must be a list"), ({"device": []}, "device: unknown key"),
+        ({"experiment": {"slope_deg": "two"}}, "experiment.slope_deg is 'two', must be a number between"),
+        ({"mounting": {"hip": {}}}, "mounting: needs both hip and foot"),
+        ({"mounting": {"hip": {"rotation": [1]}, "foot": {}}}, "mounting.hip: needs rotation of 3 rows"),
+    ):
+        with pytest.raises(WrongOption, match=f"^--with: {why}"):
             Stream(follower(), wrong, PARAMETERS)
 
 

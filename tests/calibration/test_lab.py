@@ -15,9 +15,11 @@ from pipeline.questions.asking import Asked
 from pipeline.study import Study
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
+from stages.calibration import blind_score, recordings
+from stages.calibration import run as stage
 from stages.calibration.blind_score import draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
-from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified
 from stages.calibration.estimation.run_fit import RunFit, begun, fit_near, run_equations
 from stages.calibration.following import robot_file
 from stages.calibration.following.fitted import earlier_fits, earlier_runs, fitted_robot
@@ -161,6 +163,34 @@ def test_the_drawing_is_what_the_bill_of_parts_makes_seen_from_the_side(legs):
     assert not {"biped.hip_mass", "biped.frame_com", "biped.frame_inertia", "biped.leg_inertia",
                 "ground.gravity"} & names  # fmt: skip
     assert {"biped.frame_mass", "biped.leg_length", "biped.other_leg_length", "ground.slope_deg"} <= names
+
+
+def runs_of_a_lab(monkeypatch, runs):
+    """What the stage reads of a lab that has these runs."""
+    monkeypatch.setattr(recordings, "read_runs", lambda *_: iter(runs))
+    nobody = SimpleNamespace(runs=(), bare=(), files={})
+    return stage.Inputs(Path("synthetic.sqlite"), Path("bare.sqlite"), nobody, Path("lab.sqlite"))
+
+
+def test_a_labs_foot_sensor_is_where_the_lab_put_it(monkeypatch):
+    """Three sizes of `lever_arm_sd` off the drawing is leg_length off by as much where the drawing is believed."""
+    monkeypatch.setattr(blind_score, "free_names", lambda design: [*looked_for(design)])
+    biped = dataclasses.replace(DRAWN.biped, other_leg_length=None)
+    settings = dataclasses.replace(SHORT.settings, lever_arm_sd=3e-3, fitted_runs=1, held_out_runs=0, planned_steps=5)
+    detailed = dataclasses.replace(SHORT, biped=biped, settings=settings)
+    campaign = draw(4, 1, detailed)
+    (fit,) = stage.run(detailed, runs_of_a_lab(monkeypatch, campaign.runs)).fits
+    names = first_model(drawn_design(detailed), looked_for(drawn_design(detailed)), detailed).layout.names
+    truth, place = campaign.unknowns[0][names.index("foot_place")], fit.unknowns[names.index("foot_place")]
+    assert abs(truth) > 1e-3 and abs(place - truth) < 0.5 * abs(truth)
+    row = NAMES.index("biped.leg_length")
+    assert abs(fit.design[row] - campaign.design.value("biped.leg_length")) < 4.0 * np.sqrt(fit.covariance[row, row])
+
+
+def test_a_lab_without_a_run_that_can_be_used_is_said_so_with_the_reasons(monkeypatch):
+    why = [f"walk {number}: has not both sensors" for number in range(4)]
+    with pytest.raises(NotIdentified, match="no run can be used: walk 0: has not both sensors; walk 1"):
+        stage.run(SHORT, runs_of_a_lab(monkeypatch, why))
 
 
 def test_a_biped_that_says_its_details_is_taken_as_it_is():

@@ -54,6 +54,8 @@ def test_cells_become_numbers_or_nothing(tmp_path: Path) -> None:
         (("files", 0, "file"), 7, "name of a file"),
         (("files", 0, "delimiter"), "pipe", "delimiter"),
         (("files", 0, "header_rows"), -1, "header_rows"),
+        (("experiment", "slope"), 1, "unknown key 'slope'"),
+        (("experiment", "slope_deg"), "two", "slope_deg is 'two', must be a number between -90 and 90"),
         (("files", 0, "surprise"), 1, "unknown key 'surprise'"),
         (("files", 0, "device"), None, "mapping"),
         (("files", 0, "device", "rate_hz"), "fast", "rate_hz"),

@@ -2,6 +2,7 @@
 
 Where each is dated by its own clock, by their motion alone."""
 
+import dataclasses
 import functools
 import math
 import tempfile
@@ -28,7 +29,7 @@ from stages.imu.trial.agreement import (
     rmse,
 )
 from stages.imu.trial.trial import read_trial
-from stages.imu.trial.two_clocks import whole_lag
+from stages.imu.trial.two_clocks import brought_together, whole_lag
 from tests.imu.damage import edited
 from tests.imu.stand_in import PARAMETERS, make_database, make_run, result_of
 
@@ -81,6 +82,21 @@ def test_a_lag_of_the_foot_is_found_and_taken_out(lag: float) -> None:
     ahead = found.foot.time[0] - found.hip.time[0]
     assert ahead == pytest.approx(alone.foot.time[0] - alone.hip.time[0], abs=2e-3)
     assert found.report.evidence.lever_arm == pytest.approx(0.233, abs=0.01)
+
+
+@pytest.mark.parametrize("place", ["hip", "foot"])
+def test_a_hole_of_one_sensor_does_not_move_the_lag(place: str, tmp_path) -> None:
+    """A line drawn through it is not what the leg did: that made half a millisecond of a hole of 0.7 s."""
+    (tmp_path / "log.sqlite").write_bytes(database())
+    with SqliteSource(tmp_path / "log.sqlite") as source:
+        ((experiment, recordings),) = source.runs()
+    sensors = read_trial(experiment, recordings, PARAMETERS).sensors
+    whole = sensors[place]
+    there = np.abs(whole.time - whole.time[0] - 3.35) > 0.35
+    holed = dataclasses.replace(whole, time=whole.time[there], force=whole.force[there], rate=whole.rate[there])
+    alone, found = (brought_together(each, PARAMETERS.settings, PARAMETERS.limits)
+                    for each in (sensors, {**sensors, place: holed}))
+    assert found.lag == pytest.approx(alone.lag, abs=1e-4) and found.lag_error < 2 * alone.lag_error
 
 
 def test_registered_foot_and_hip_turn_as_one() -> None:

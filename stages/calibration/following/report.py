@@ -53,7 +53,7 @@ def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], ask
         for instant in stream.follow(rows_of(asking.lines(), asking.note, stream.periods)):
             if not said:
                 gc.freeze()  # else a collection looks through all that was loaded, for 80 ms
-                asking.say({"mounting": {side: one.plain() for side, one in stream.mounted.items()}})
+                asking.say(stream.about())
             asking.say(_row("-", _late(instant, robot)))
             said += 1
     except StepFailed as reason:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,8 @@ from stages.calibration.following.track import Track
 from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import FEWEST_STRIKES, FROM, measured
-from stages.imu.sources.cells import device_from_row, experiment_from_row, recording_from_columns
+from stages.imu.sources.cells import device_from_row, recording_from_columns
+from stages.imu.sources.column_map import Where, device_of, experiment_of, mapping_of, spelt
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import SAMPLE_VALUES, Device, Experiment, Recording
 from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor, Frame
@@ -63,6 +65,16 @@ class Mounted:
     bias: Vector
     stamp: float
     long: float
+
+    @classmethod
+    def of(cls, plain: Any, where: str) -> Mounted:
+        """That of `plain`. Raises SourceRefused, naming `where` it stands."""
+        try:
+            return cls(np.array(plain["rotation"], dtype=float).reshape(3, 3),
+                       np.array(plain["bias"], dtype=float).reshape(3), float(plain["stamp"]), float(plain["long"]))
+        except (KeyError, TypeError, ValueError):
+            raise SourceRefused(f"{where}: needs rotation of 3 rows of 3 numbers, bias of 3, stamp and long, as the "
+                                "first answer has them") from None
 
     def sample(self, row: Row, scales: tuple[float, float], begin: float) -> Sample:
         """A row as a sample, counted from the time `begin` [s]."""
@@ -134,22 +146,33 @@ class Stream:
         sensor = parameters.sensor
         usual = {"rate_hz": sensor.rate_hz, "bandwidth_hz": sensor.bandwidth_hz, "accelerometer_unit": "m/s^2",
                  "gyroscope_unit": "rad/s"}  # fmt: skip
+        where: Where = getattr(about, "place", spelt)
         try:
-            self.experiment: Experiment = experiment_from_row(about.get("experiment") or {})
-            given = {str(one.get("place")): one for one in about.get("devices") or ()}
+            mapping_of(about, where, {"experiment", "devices", "mounting"})
+            self.experiment: Experiment = experiment_of(about.get("experiment") or {}, partial(where, "experiment"))
             self.devices: dict[str, Device] = {
-                side: device_from_row({**usual, **given.get(side, {}), "place": side}, f"devices, {side}")
-                for side in SIDES}  # fmt: skip
-            self.mounted = {side: Mounted(np.array(one["rotation"], dtype=float).reshape(3, 3),
-                                          np.array(one["bias"], dtype=float).reshape(3), float(one["stamp"]),
-                                          float(one["long"]))
-                            for side, one in (about.get("mounting") or {}).items() if side in SIDES}  # fmt: skip
-        except (SourceRefused, KeyError, TypeError, ValueError, AttributeError) as wrong:
+                side: device_from_row({**usual, "place": side}, "campaign.yaml") for side in SIDES}
+            devices = about.get("devices") or ()
+            refuse((not isinstance(devices, list | tuple), f"{where('devices')}: must be a list of devices"))
+            for number, one in enumerate(devices):
+                beside = partial(where, "devices", number)
+                device = device_of({**usual, **mapping_of(one, beside)}, beside)
+                refuse((device.place not in SIDES, f"{beside('place')} is {device.place}, must be hip or foot"))
+                self.devices[device.place] = device
+            mounting = mapping_of(about.get("mounting") or {}, partial(where, "mounting"), {*SIDES})
+            refuse((len(mounting) == 1, f"{where('mounting')}: needs both hip and foot, or neither"))
+            self.mounted = {side: Mounted.of(one, where("mounting", side)) for side, one in mounting.items()}
+        except (SourceRefused, WrongOption) as wrong:
             raise WrongOption(f"--with: {wrong}") from None
         self._rows: list[Row] = []
         self._tried, self._why = -math.inf, "there are no rows"
         self._track: Track | None = None
         self._begin = 0.0
+
+    def about(self) -> dict[str, Any]:
+        """What is known of the rows, once they are followed, as `--with` takes it."""
+        return {"experiment": asdict(self.experiment), "devices": [asdict(one) for one in self.devices.values()],
+                "mounting": {side: one.plain() for side, one in self.mounted.items()}}
 
     @property
     def periods(self) -> dict[str, float]:

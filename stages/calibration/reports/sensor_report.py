@@ -38,7 +38,7 @@ from stages.calibration.intervals.left_out import FRICTION, OTHER, Cause, causes
 from stages.calibration.intervals.model_error import Judged, judged, structure_in_words, widening
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters, Settings
-from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, read_runs
+from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, none_of, read_runs
 from stages.calibration.result import HALF_WIDTH, HeldOut
 
 #: What is known of the sensors is said to be wrong beyond so many of its standard errors.
@@ -141,7 +141,7 @@ def _runs(
     runs = [run for run in found if isinstance(run, MeasuredRun)]
     refused = [run for run in found if isinstance(run, str)]
     if not runs:
-        raise NotIdentified(f"no run can be used: {'; '.join(refused[:3]) or 'there is none'}")
+        raise none_of(refused)
     return runs, refused
 
 

@@ -278,7 +278,9 @@ def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
     settings, limits, evidence = parameters.settings, parameters.limits, trial.evidence
     count, frequency = len(trial.strikes.time), trial.frequency[0]
     if count < settings.fewest_steps:
-        return (refusal(True, f"only {count} heel strikes"),)
+        return (refusal(True, f"only {count} heel strikes, {settings.fewest_steps} are needed (imu.fewest_steps)"),)
+    if not math.isfinite(frequency):
+        return (refusal(True, "no step frequency is found: no two steps are alike, or the hip has too long holes"),)
     return (
         refusal(
             not settings.slowest_step_hz <= frequency <= settings.fastest_step_hz,

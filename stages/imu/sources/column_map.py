@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from stages.imu.sources.cells import device_from_row, experiment_from_row, in_seconds, recording_from_columns
+from stages.imu.sources.cells import device_from_row, experiment_from_row, in_seconds, number, recording_from_columns
 from stages.imu.sources.formats import read
 from stages.imu.sources.opening import SourceRefused, printable, refuse
 from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
@@ -43,7 +43,7 @@ FILE_KEYS = TABLE_KEYS | {"device", "gyroscope"}
 ACCELERATION, ANGULAR_RATE = NEEDED[:3], NEEDED[3:]
 STAMPS = tuple(name for name in SAMPLE_VALUES if name.endswith("_stamp"))
 FARTHEST = 1.5  # sampling periods between two rows of a gyroscope's file that are bridged
-DEVICE_KEYS = {name for name, _, _ in TABLES["device"]}
+DEVICE_KEYS, EXPERIMENT_KEYS = ({name for name, _, _ in TABLES[table]} for table in ("device", "experiment"))
 #: Says where the entry under keys, one inside the other, stands in the map.
 Where = Callable[..., str]
 
@@ -70,10 +70,10 @@ class CsvSource:
         self.maps = []
         whole: Where = getattr(description, "place", spelt)
         listed = _list(description.get("runs", [description]), whole("runs"), "experiments with their files")
-        for number, one in enumerate(listed):
-            where = partial(whole, "runs", number) if "runs" in description else whole
-            run = _mapping(one, where, RUN_KEYS)
-            experiment = experiment_from_row(_mapping(run.get("experiment", {}), partial(where, "experiment")))
+        for row, one in enumerate(listed):
+            where = partial(whole, "runs", row) if "runs" in description else whole
+            run = mapping_of(one, where, RUN_KEYS)
+            experiment = experiment_of(run.get("experiment", {}), partial(where, "experiment"))
             files = _list(run.get("files"), where("files"), "files")
             self.maps.append((experiment, tuple(
                 _column_map(entry, partial(where, "files", place)) for place, entry in enumerate(files))))
@@ -148,16 +148,30 @@ def spelt(*keys: str | int) -> str:
 
 def _column_map(entry: Mapping[str, Any], where: Where) -> ColumnMap:
     """The map of a file, and of its gyroscope's, which is the same sensor's."""
-    _mapping(entry, where, FILE_KEYS)
-    beside_it = partial(where, "device")
-    said, apart = _mapping(entry.get("device", {}), beside_it), entry.get("gyroscope")
+    mapping_of(entry, where, FILE_KEYS)
+    apart = entry.get("gyroscope")
     file, layout, columns = _table_map(entry, NEEDED if apart is None else ACCELERATION, where)
-    device = device_from_row(_mapping(said, beside_it, DEVICE_KEYS), beside_it())
+    device = device_of(entry.get("device", {}), partial(where, "device"))
     if apart is None:
         return ColumnMap(file, layout, device, columns)
     inside = partial(where, "gyroscope")
-    own, own_layout, names = _table_map(_mapping(apart, inside, TABLE_KEYS), ANGULAR_RATE, inside)
+    own, own_layout, names = _table_map(mapping_of(apart, inside, TABLE_KEYS), ANGULAR_RATE, inside)
     return ColumnMap(file, layout, device, columns, ColumnMap(own, own_layout, device, names))
+
+
+def experiment_of(said: Any, where: Where) -> Experiment:
+    """The experiment that stands in a map. Raises SourceRefused with an unknown key, or a slope that is none."""
+    row = mapping_of(said, where, EXPERIMENT_KEYS)
+    slope = row.get("slope_deg")
+    refuse((slope is not None and not abs(number(slope)) < 90,
+            f"{where('slope_deg')} is {printable(slope)}, must be a number between -90 and 90; leave it out where "
+            "nobody read it off"))  # fmt: skip
+    return experiment_from_row(row)
+
+
+def device_of(said: Any, where: Where) -> Device:
+    """The sensor that stands in a map. Raises SourceRefused with an unknown key or a value without meaning."""
+    return device_from_row(mapping_of(said, where, DEVICE_KEYS), where())
 
 
 def _table_map(
@@ -167,8 +181,8 @@ def _table_map(
     usual = {"file": None, "delimiter": "comma", "header_rows": 0, "header": True, "decimal": None, "sheet": ""}
     file, delimiter, rows, header, decimal, sheet = (entry.get(key, value) for key, value in usual.items())
     within = partial(where, "columns")
-    columns = {str(key): str(name) for key, name in _mapping(entry.get("columns", {}), within).items()}
-    _mapping(columns, within, set(SAMPLE_VALUES))
+    columns = {str(key): str(name) for key, name in mapping_of(entry.get("columns", {}), within).items()}
+    mapping_of(columns, within, set(SAMPLE_VALUES))
     missing = [value for value in needed if value not in columns]
     refuse(
         (not isinstance(file, str), f"{where('file')}: needs the name of a file"),
@@ -193,7 +207,7 @@ def _list(value: Any, where: str, what: str) -> Sequence[Any]:
     return list(value)
 
 
-def _mapping(value: Any, where: Where, known: set[str] | None = None) -> Mapping[str, Any]:
+def mapping_of(value: Any, where: Where, known: set[str] | None = None) -> Mapping[str, Any]:
     """The value, if it is a mapping with no keys but those that are known."""
     refuse((not isinstance(value, Mapping), f"{where()}: must be a mapping of keys to values"))
     unknown = [(True, f"{where(key)}: unknown key {printable(key)}; known are {', '.join(sorted(known or ()))}")

@@ -85,36 +85,45 @@ def _by_stamps(sensors: dict[str, BodySensor], settings: Settings, drifting: boo
     """The foot's lag within half a step, taken off; of clocks that are `drifting` apart, that as well.
 
     Least difference of the two rates, one of which may be turned round, to a row of the grid; where that is no end of
-    the search, by least squares from there. The error takes what is left of a step as one piece of evidence.
+    the search, by least squares from there. The error takes what is left of a step as one piece of evidence. Rows count
+    where both have samples: a line drawn through a hole is not what the leg did.
     """
     dt = 1 / settings.grid_rate_hz
-    hip, foot = (filled(rate) for rate in _rates(sensors, settings)[1:])
+    _, hip, foot = _rates(sensors, settings)
     if len(hip) < 3 * settings.grid_rate_hz:
         return Together(sensors, 0.0)
-    period = step_period(hip, dt, (settings.slowest_step_hz, settings.fastest_step_hz))
+    period = step_period(filled(hip), dt, (settings.slowest_step_hz, settings.fastest_step_hz))
     if not math.isfinite(period):
         return Together(sensors, 0.0)
     reach = max(2, int(0.5 * period / dt))
     lags, inner = np.arange(-reach, reach + 1), slice(reach, len(hip) - reach)
-    moved = [np.roll(foot, -lag)[inner] for lag in lags]
-    error = np.array([min(np.mean((hip[inner] - one) ** 2), np.mean((hip[inner] + one) ** 2)) for one in moved])
-    best = int(np.argmin(error))
+    best = int(np.argmin([_difference(hip[inner], np.roll(foot, -lag)[inner]) for lag in lags]))
     lag, spread = float(lags[best] * dt), math.nan
     sensors = _later(sensors, -lag)
     if not 0 < best < len(lags) - 1:
         return Together(sensors, lag, at_edge=True)
     for _ in range(PASSES):
-        time, hip, foot = (filled(one) for one in _rates(sensors, settings))
+        time, hip, foot = _rates(sensors, settings)
         changing, middle = np.gradient(foot, dt), time.mean()
+        both = np.isfinite(hip) & np.isfinite(foot) & np.isfinite(changing)
+        if not both.any():
+            return Together(sensors, lag)
+        time, hip, foot, changing = (one[both] for one in (time, hip, foot, changing))
         columns = np.column_stack((changing, changing * (time - middle)))[:, : 1 + drifting]
         more = np.linalg.lstsq(columns, hip - foot, rcond=None)[0]
         growth = more[1] if drifting and abs(more[1]) < settings.rate_tolerance else 0.0
         sensors = _later(sensors, -more[0] - growth * (sensors["foot"].time - middle))
         lag += float(more[0])
-        starts = np.arange(0, len(time), max(1, round(period / dt)))
-        of_steps = np.add.reduceat((hip - foot - columns @ more) * changing, starts)
+        of_steps = np.bincount(((time - time[0]) / period).astype(int), (hip - foot - columns @ more) * changing)
         spread = math.sqrt(float(of_steps @ of_steps)) / float(changing @ changing)
     return Together(sensors, lag, spread)
+
+
+def _difference(hip: np.ndarray, foot: np.ndarray) -> float:
+    """Mean square of two rates' difference, one of which may be turned round, where both are there; else infinite."""
+    both = np.isfinite(hip) & np.isfinite(foot)
+    hip, foot = hip[both], foot[both]
+    return min(float(np.mean((hip - foot) ** 2)), float(np.mean((hip + foot) ** 2))) if both.any() else math.inf
 
 
 def _whole(sensors: Mapping[str, BodySensor], settings: Settings) -> tuple[float, float]:
