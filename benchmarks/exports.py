@@ -64,6 +64,7 @@ frame, its springs. The command prints what its format does not carry, with the 
 
 Point masses and frames without mass, as with `twin.inertia: planar`, get 1e-12 of the robot's mass, and moments as of
 that mass at a leg's length. A point foot gets a radius of a thousandth of the leg.
+Detailed robots have their plain design's shapes; no format knows `hip_gravity_mass`.
 
 ## What a format carries
 
@@ -83,19 +84,18 @@ within {euler} mm at 0.02 ms. At 0.1 ms the walker falls. `tests/twin/test_fmu.p
 
 ## The same bodies
 
-Each file was loaded again, and its accelerations were compared with Exudyn's along a tumbling flight. The largest
+Each file was loaded again, and accelerations compared with Exudyn's along a tumbling flight. The largest
 difference, as a share of the largest acceleration, is {agreement}. URDF's springs were added as forces.
 `tests/twin/test_exports.py` checks this, MuJoCo's sensors and the nodes of glTF.
 
 ## Contact in MuJoCo
 
-This is the twin's walk over the ramp's {sets} sets of blocks, beside MuJoCo's, whose contact law is another. `solref`
+The twin's walk over the ramp's {sets} sets of blocks, beside MuJoCo's, whose contact law is another. `solref`
 is the time constant [s] and damping ratio of MuJoCo's soft constraint. The exported file has `{solref}`, a step of
 {step} ms and {feet}; the first row of capsules is MuJoCo's default. Frequency and length are means of the last {last}
 steps, if the walk reaches the last set. Cost is processor time for a second of walking.
 
-A capsule touches with two circles, by a formula. A cylinder's contact points are searched, and wander as the foot
-rolls.
+A capsule touches with two circles. A cylinder's contact points are searched, and wander.
 
 {walks}
 """

@@ -248,11 +248,13 @@ class Result:
         if self.limit.chosen.outcome != COMPLETED:
             return f"{ended}no set chosen, the starting set: {self.limit.chosen.outcome}"
         law, found, hard = self.chosen.law, self.limit.chosen, self.limit.hard
+        damping = f"c_max {law.contact_damping:g} N s/m, d {1e3 * law.damping_depth:g} mm, "
+        damping *= law.normal_force == "impact"  # no other law uses them
         return (
             f"{len(self.candidates.outcome)} sets tried, chosen k_c {law.contact_stiffness:g} N/mm^e, "
-            f"c_max {law.contact_damping:g} N s/m, d {1e3 * law.damping_depth:g} mm, "
-            f"v_s {1e3 * law.stiction_velocity:g} mm/s: hip {1e3 * found.hip_position.max():.2f} mm from the rigid "
-            f"limit, which is {1e3 * hard.hip_position.max():.2f} mm from rolling feet; {ended}"
+            f"{damping}v_s {1e3 * law.stiction_velocity:g} mm/s: "
+            f"hip {1e3 * found.hip_position.max():.2f} mm from the rigid limit, "
+            f"which is {1e3 * hard.hip_position.max():.2f} mm from rolling feet; {ended}"
             + ("ground.yaml holds it" if self.ground_is_choice else "ground.yaml holds another")
             + f"; {self.engines.sentence()}"
         )

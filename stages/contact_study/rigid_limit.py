@@ -40,13 +40,13 @@ from stages.contact_study.result import (
     PARTS,
     SEARCHED,
     TOO_DEAR,
-    VARIED,
     Candidates,
     Distance,
     HardLimit,
     RigidLimit,
 )
 from stages.ground.contact_law import ContactLaw, family_member, with_creep, with_impact
+from stages.ground.laws import PointLaw
 from stages.ground.slope import Friction
 from stages.planar.limit_cycle import fixed_point
 from stages.planar.run import STEP_FLOOR
@@ -181,16 +181,19 @@ def unmeasured(law: ContactLaw, outcome: str, evaluations: int) -> Distance:
 
 
 def grid(default: ContactLaw, settings: Settings) -> Iterator[ContactLaw]:
-    """All contact laws of the search."""
+    """All contact laws of the search; of those that differ in what they do not use alone, the first."""
     options = (
         settings.searched_stiffness,
         settings.searched_damping,
         settings.searched_depth,
         settings.searched_stiction_velocity,
     )
+    once: dict[PointLaw, ContactLaw] = {}
     for values in itertools.product(*options):
         changes: dict[str, Any] = dict(zip(SEARCHED, values))
-        yield dataclasses.replace(default, **changes)
+        law = dataclasses.replace(default, **changes)
+        once.setdefault(law.numbers, law)
+    yield from once.values()
 
 
 def choose(
@@ -222,7 +225,8 @@ def choose(
 def from_rigid_limit(
     parameters: Parameters, scene: Scene, said: Callable[[float], None]
 ) -> tuple[RigidLimit, Candidates]:
-    """The search and its choice, all measured from the rigid limit. Raises NoGait or StepFailed if there is none."""
+    """The search and its choice, all measured from the rigid limit. Raises NoGait or StepFailed if there is none,
+    BeyondModel for a hip that rubs."""
     settings = parameters.settings
 
     def constraints(friction: Friction | None) -> ConstraintModel:
@@ -262,5 +266,5 @@ def from_rigid_limit(
 
 
 def same_set(one: ContactLaw, other: ContactLaw) -> bool:
-    """Whether two laws have the same values of all parameters that the study varies."""
-    return all(getattr(one, key) == getattr(other, key) for key in VARIED)
+    """Whether two laws are one: what a law does not use may differ."""
+    return bool(one.numbers == other.numbers)

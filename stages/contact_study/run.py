@@ -20,7 +20,7 @@ import numpy as np
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.scales import scales_of
-from stages.biped.design import require_alike, require_own_strikes
+from stages.biped.design import BeyondModel, require_alike, require_own_strikes
 from stages.biped.processes import Progress, ignore
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
 from stages.contact_study.parameters import Parameters, Settings
@@ -139,7 +139,8 @@ class Inputs:
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Vary one parameter at a time, then search. A step that fails is a row with its reason. Raises BeyondModel."""
+    """Vary one parameter at a time, then search. A step that fails is a row with its reason, and a rigid limit that the
+    constraint model does not know leaves the choice out with its own. Raises BeyondModel."""
     require_alike(parameters.biped, "the study of contact sets")
     require_own_strikes(parameters.biped, "the study of contact sets")
     analytic, settings = inputs.analytic, parameters.settings
@@ -172,7 +173,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
         limit, candidates = from_rigid_limit(
             parameters, scene, lambda done: progress(SHARES[0] + (SHARES[1] - SHARES[0]) * done, "choosing")
         )
-    except (NoGait, StepFailed) as reason:
+    except (NoGait, StepFailed, BeyondModel) as reason:
         outcome = str(reason)
     chosen = limit.chosen.law if limit else default
     chosen_step, chosen_force = walked(chosen)

@@ -62,14 +62,14 @@ class ContactLaw:
 
     def broken_rules(self) -> Iterator[Broken]:
         """Dynamic friction does not exceed static friction; the two transition velocities are in order."""
-        yield from self.coefficients.broken_rules()
+        yield from Friction(self.static_friction, self.dynamic_friction).broken_rules()
         if self.stiction_velocity >= self.friction_velocity:
             yield Broken("stiction_velocity", f"< friction_velocity = {self.friction_velocity:g} m/s")
 
     @property
     def coefficients(self) -> Friction:
-        """The two friction coefficients alone."""
-        return Friction(self.static_friction, self.dynamic_friction)
+        """Friction of the law's rigid limit, which no foot creeps in."""
+        return Friction(*self.numbers.friction.static_and_sliding)
 
     @property
     def stiffness_si(self) -> float:

@@ -26,6 +26,11 @@ class Coulomb(NamedTuple):
         """The number of these parameters."""
         return cls(contact.static_friction)
 
+    @property
+    def static_and_sliding(self) -> tuple[float, float]:
+        """Coefficients of a foot at rest and of one that slides, where none creeps."""
+        return self.static, self.static
+
     def coefficient(self, speed: Any, ops: Operations) -> Any:
         """Friction coefficient of a sliding foot."""
         return self.static
@@ -40,6 +45,11 @@ class Frictionless(NamedTuple):
     def of(cls, contact: ContactLaw) -> Frictionless:
         """It needs nothing of these parameters (but machine code wants no tuple to be empty)."""
         return cls()
+
+    @property
+    def static_and_sliding(self) -> tuple[float, float]:
+        """Coefficients of a foot at rest and of one that slides, where none creeps."""
+        return self.zero, self.zero
 
     def coefficient(self, speed: Any, ops: Operations) -> Any:
         """Friction coefficient of a sliding foot."""
@@ -64,6 +74,11 @@ class Stribeck(NamedTuple):
             contact.static_friction, contact.dynamic_friction, contact.stiction_velocity, contact.friction_velocity
         )
 
+    @property
+    def static_and_sliding(self) -> tuple[float, float]:
+        """Coefficients of a foot at rest and of one that slides, where none creeps."""
+        return self.static, self.dynamic
+
     def coefficient(self, speed: Any, ops: Operations) -> Any:
         """Friction coefficient of a sliding foot: STEP from mu_s at v_s to mu_d at v_d, and mu_d beyond."""
         if self.dynamic == self.static:
@@ -87,6 +102,10 @@ class Impact(NamedTuple):
     def of(cls, contact: ContactLaw) -> Impact:
         """The numbers of these parameters."""
         return cls(contact.stiffness_si, contact.contact_exponent, contact.contact_damping, contact.damping_depth)
+
+    def damping_under(self, load: float) -> float:
+        """Damping [N s/m] of a foot that has sunk in: the largest, whatever its load [N]."""
+        return self.damping
 
     def force(self, penetration: Any, rate: Any, ops: Operations) -> Any:
         """Normal force [N] at a penetration [m] and its rate [m/s]: max(0, k_c p^e + STEP(p, 0, 0, d, c_max) dp/dt).
@@ -145,6 +164,10 @@ class Restitution(NamedTuple):
         factor = damping_factor(contact.restitution, contact.impact_speed)
         return cls(contact.stiffness_si, contact.contact_exponent, factor)
 
+    def damping_under(self, load: float) -> float:
+        """Damping [N s/m] of a foot at rest under a load [N], with which it grows."""
+        return self.factor * load
+
     def force(self, penetration: Any, rate: Any, ops: Operations) -> Any:
         """Normal force [N] at a penetration [m] and its rate [m/s]: k_c p^e max(0, 1 + a dp/dt)."""
         spring = self.stiffness * ops.power(ops.maximum(penetration, 0.0), self.exponent)
@@ -155,7 +178,7 @@ class Restitution(NamedTuple):
 #: its rate in m/s. At rest every law carries eq. (9)'s spring force k_c p^e.
 NORMAL_FORCES: dict[str, Any] = {"impact": Impact, "restitution": Restitution}
 #: `coefficient(speed, ops)` of a foot that slides with this speed [m/s], not negative. Below the stiction velocity each
-#: law lets the foot creep alike, see `stages.ground.friction`.
+#: law lets the foot creep alike, see `stages.ground.friction`. `static_and_sliding` is what is left without creep.
 FRICTIONS: dict[str, Any] = {"stribeck": Stribeck, "coulomb": Coulomb, "none": Frictionless}
 
 

@@ -11,6 +11,8 @@ from stages.studies.result import COMPLETED, Table
 
 #: From where on the two steps of a stride are said to differ, as a share of their mean.
 LIMPS = 0.01
+#: From where on the twin's own walk is said to be another than its gait, as a share of period or length.
+AWAY = 0.01
 
 
 @dataclass(frozen=True)
@@ -112,9 +114,14 @@ class Result:
         longest = 1e3 * (self.twin.step_length_m - self.simple_step_length_m)
         limp = abs(self.twin.inner_outer_difference)
         limps = f"; it limps, its two steps last {100 * limp:.2g} % of their mean apart" * (limp >= LIMPS)
+        gait = np.array([self.twin.step_length_m, self.twin.period_s])
+        walk = np.array([self.walked_step_length_m, self.walked_period_s])
+        words = "{:.1f} mm in {:.0f} ms".format
+        walked = (f"; its own walk is not there: its last four steps are {words(*1e3 * walk)}, those of this gait "
+                  f"{words(*1e3 * gait)}") * bool(np.any(np.abs(walk / gait - 1.0) >= AWAY))
         return (
             f"{len(self.rungs)} variants{without}: the twin's step is {difference:+.1f} ms and {longest:+.1f} mm from "
-            f"the simple model's{own}, largest multiplier {pair_text(self.twin.plane_multipliers[0])}{limps}"
+            f"the simple model's{own}, largest multiplier {pair_text(self.twin.plane_multipliers[0])}{limps}{walked}"
         )
 
     def left(self) -> list[tuple[RungGait, SameMachine]]:

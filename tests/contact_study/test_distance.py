@@ -15,6 +15,7 @@ from stages.contact_study.rigid_limit import (
     grid,
     hard_limit,
     parts,
+    same_set,
     step_score,
     unmeasured,
 )
@@ -221,6 +222,16 @@ def test_the_grid_holds_the_starting_set_and_every_combination(parameters, defau
     laws = list(grid(default, parameters.settings))
     assert default in laws and len(set(laws)) == len(laws) == 3 * 2 * 3 * 5
     assert {law.contact_exponent for law in laws} == {default.contact_exponent}
+
+
+def test_laws_that_differ_in_what_they_do_not_use_are_one(parameters, default):
+    """A law of restitution has no damping of its own; Coulomb friction falls at no velocity."""
+    bouncing = dataclasses.replace(default, normal_force="restitution")
+    assert len(list(grid(bouncing, parameters.settings))) == 3 * 5
+    assert same_set(bouncing, dataclasses.replace(bouncing, contact_damping=1.0, damping_depth=1.0))
+    assert not same_set(default, dataclasses.replace(default, contact_damping=1.0))
+    rubbing = dataclasses.replace(default, friction="coulomb")
+    assert same_set(rubbing, dataclasses.replace(rubbing, friction_velocity=7.0))
 
 
 def test_scores_are_infinite_where_nothing_is_known(default):

@@ -130,6 +130,14 @@ def test_friction_limits():
 
 
 @all_friction
+def test_the_rigid_limit_has_what_is_left_of_the_law_without_creep(law):
+    slip, almost = np.logspace(-9, 1, 30_000), with_creep(law, 1e-6)
+    found = friction_coefficient(almost, slip)
+    assert found.max() == pytest.approx(law.coefficients.static_friction, rel=1e-4)
+    assert found[-1] == law.coefficients.dynamic_friction
+
+
+@all_friction
 def test_friction_is_continuous_and_steepest_at_rest(law):
     slip = np.linspace(-1.5, 1.5, 300_001)
     change = np.abs(np.diff(friction_coefficient(law, slip)))

@@ -49,7 +49,7 @@ def in_pinocchio(exported: Exported) -> Accelerations:
             value = position[joint.row]
             q[at.idx_q : at.idx_q + at.nq] = value if at.nq == 1 else (np.cos(value), np.sin(value))
             v[at.idx_v] = rate[joint.row]
-            force[at.idx_v] = -joint.stiffness * value - joint.damping * rate[joint.row]
+            force[at.idx_v] = -joint.stiffness * (value - joint.rest) - joint.damping * rate[joint.row]
         answer = pinocchio.aba(model, data, q, v, force)
         for joint, at in joints:
             found[joint.row] = answer[at.idx_v]
@@ -76,7 +76,7 @@ def in_drake(exported: Exported, form: str) -> Accelerations:
             (there.set_angle if joint.turns else there.set_translation)(context, position[joint.row])
             (there.set_angular_rate if joint.turns else there.set_translation_rate)(context, rate[joint.row])
             if form == "urdf":
-                force[there.velocity_start()] = -joint.stiffness * position[joint.row]
+                force[there.velocity_start()] = -joint.stiffness * (position[joint.row] - joint.rest)
         plant.get_applied_generalized_force_input_port().FixValue(context, force)
         rates = plant.EvalTimeDerivatives(context).CopyToVector()[COUNT:]
         for joint, there in joints:

@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from stages.ground.friction import normal_force, static_penetration
 from stages.twin.exports import gltf, mjcf, sdf, urdf
 from stages.twin.exports.exported import NAMES
 from stages.twin.exports.exported import exported as begun
@@ -20,8 +21,9 @@ from stages.twin.exports.formats import FORMATS
 from stages.twin.exports.gltf import Motion
 from stages.twin.exports.solids import shown_parts, surface
 from stages.twin.machine.contact import COUNT, SLIDE
-from stages.twin.machine.machine import build, join
+from stages.twin.machine.machine import join
 from stages.twin.machine.parts import solid
+from stages.twin.machine.projection import machine_of
 from stages.twin.questions.export import FORMATS as OFFERED
 from stages.twin.walking.record import find_events, pair_axes, point_motion
 from tests import commands
@@ -108,6 +110,9 @@ OWN = (
     {"legs": "rigid", "hip_mass": 0.0, "leg_inertia": 0.01},
     {"legs": "rigid"},
     {"outsole": 0.002},
+    {"other_leg_length": 0.33, "other_foot_radius": 0.08, "other_stiffness": 2700.0, "frame_mass": 0.05,
+     "frame_com": 0.1, "frame_offset": 0.002, "foot_offset": 0.003, "hip_stiffness": 0.05, "hip_rest_angle": 0.02,
+     "hip_damping": 0.002, "hip_friction": 0.01},
 )  # fmt: skip
 
 
@@ -117,7 +122,7 @@ def of_ones_own(exported, parameters):
 
     def other(own):
         given = changed(parameters, **own)
-        machine, seen = build(given.biped, given.settings), shown_parts(given.settings, given.biped)
+        machine, seen = machine_of(given.biped, given.settings), shown_parts(given.settings, given.biped)
         return dataclasses.replace(exported, settings=given.settings, machine=machine, seen=seen)
 
     return other
@@ -161,6 +166,46 @@ def test_it_flies_as_in_exudyn(exported, flight, program):
     accelerations = accelerations_in(program, exported)
     for q, v, a in zip(*some(flight), strict=True):
         assert abs(accelerations(q, v) - a).max() < 1e-9 * abs(a).max()
+
+
+@pytest.mark.parametrize("program", PEERS)
+def test_a_detailed_robot_flies_as_in_exudyn(of_ones_own, fly, program):
+    """Legs that differ, frames, masses off the line, spring and damper of the hip."""
+    given = of_ones_own({**OWN[-1], "hip_friction": 0.0})
+    accelerations, flown = accelerations_in(program, given), fly(given.machine, RATES)
+    for q, v, a in zip(*some(flown), strict=True):
+        assert abs(accelerations(q, v) - a).max() < 1e-9 * abs(a).max()
+
+
+def test_friction_at_the_hinge_stands_in_every_format(of_ones_own):
+    given = of_ones_own(OWN[-1])
+    roots = {form: ElementTree.fromstring(form.write(given)) for form in (mjcf, urdf, sdf)}
+    found = {
+        roots[mjcf].find(".//joint[@name='hinge']").get("frictionloss"),
+        roots[urdf].find(".//joint[@name='hinge']/dynamics").get("friction"),
+        roots[sdf].find(".//joint[@name='hinge']/axis/dynamics/friction").text,
+    }
+    assert found == {"0.01"}
+    (hinge,) = (value for key, value in unpacked(gltf.write(given))[0]["asset"]["extras"].items() if "hinge" in key)
+    assert hinge == [0.05, -0.02, given.machine.bearing_friction, 0.01]
+
+
+def test_ground_without_friction_has_none_and_a_restitution_has_its_own_damping(exported):
+    def numbers(**changes):
+        given = dataclasses.replace(exported, contact=dataclasses.replace(exported.contact, **changes))
+        soft = ElementTree.fromstring(sdf.write(given)).find(".//surface")
+        touches = ElementTree.fromstring(mjcf.write(given)).find(".//geom[@condim='3']")
+        mus = {soft.find(".//mu").text, soft.find(".//mu2").text, touches.get("friction").split()[0]}
+        return {*map(float, mus)}, float(soft.find(".//kd").text)
+
+    law, weight = exported.contact, exported.machine.mass * exported.slope.gravity
+    assert numbers() == ({law.static_friction}, 0.5 * law.contact_damping)
+    assert numbers(friction="none")[0] == {0.0}
+    damping = numbers(normal_force="restitution")[1]
+    bouncing, rate = dataclasses.replace(law, normal_force="restitution"), 1e-6
+    depth = static_penetration(bouncing, weight)
+    rise = (normal_force(bouncing, depth, rate) - normal_force(bouncing, depth, -rate)) / (2 * rate)
+    assert damping == pytest.approx(0.5 * rise, rel=1e-6)
 
 
 def test_mujoco_goes_where_exudyn_goes(in_mujoco, flight):
@@ -367,6 +412,8 @@ def test_of_a_walk_on_the_plane_the_ramp_has_its_sets_of_blocks_and_is_as_long_a
         (("twin", "--format", "urdf", "--set", "twin.scene=ramp", "--set", "twin.ramp_length=1.5"), 3,
          "twin.ramp_length = 1.5 m is not allowed for steps of"),
         (("twin", "--format", "urdf", "--set", "ground.slope_deg=0"), 3, "no periodic gait: on level ground"),
+        (("twin", "--format", "urdf", "--set", "biped.hip_gravity_mass=0.3"), 3,
+         "no exported format knows a weight without a mass (hip_gravity_mass)"),
     ],
 )
 def test_what_is_refused_leaves_no_file(export, tmp_path, arguments, code, sentence):

@@ -83,6 +83,15 @@ def test_a_twin_beyond_its_period_doubling_is_said_to_limp(made_up):
         made_up, rungs=uneven).summary()
 
 
+def test_a_walk_that_is_not_at_the_gait_is_said_to_be_elsewhere(made_up):
+    """A robot with large feet on soft ground drifts from an unstable gait to a stable one in hundreds of steps."""
+    assert "own walk" not in made_up.summary()
+    for changes in ({"walked_step_length_m": 0.13}, {"walked_period_s": 0.5}):
+        assert "its own walk is not there: its last four steps are" in dataclasses.replace(made_up, **changes).summary()
+    fallen = dataclasses.replace(made_up, walked_period_s=float("nan"), walked_step_length_m=float("nan"))
+    assert "own walk" not in fallen.summary()
+
+
 def test_a_planar_walker_without_gait_is_a_result(parameters):
     result = run(parameters, inputs(None))
     assert not any(rung.found for rung in result.rungs) and result.rungs[0].outcome

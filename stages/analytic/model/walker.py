@@ -148,7 +148,7 @@ def build_walker(
     gravity, rigid = (math.sin(slope.angle), -math.cos(slope.angle)), biped.legs == "rigid"
     if biped.hip_friction > 0 and friction and not rigid:
         raise BeyondModel("the constraint model does not know Coulomb friction at the hip (hip_friction) together with "
-                          "a trailing foot that may slip (transition: coulomb)")
+                          "a trailing foot that may slip; it knows hip_damping; stages multibody and twin know both")
     more: dict[str, float] = {}
     if biped.hip_friction > 0:
         more["tau_h"] = biped.hip_friction * (time / length) ** 2 / mass

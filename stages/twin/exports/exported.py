@@ -8,6 +8,7 @@ hip axis. So the joints' values are the coordinates of `stages.twin.machine.tree
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,12 +19,14 @@ import numpy as np
 
 from stages.analytic.gait.gait_search import describe, find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
+from stages.biped.design import BeyondModel
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.twin.exports.solids import BLOCK_HEIGHT, piece_place, shown_parts
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
-from stages.twin.machine.machine import LEGS, Body, Machine, build, join
+from stages.twin.machine.machine import LEGS, Body, Machine, join
 from stages.twin.machine.parts import FEET, FRAMES, Part
+from stages.twin.machine.projection import PLAIN, machine_of
 from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import Ramp, laid
 from stages.twin.walking.simulate import Start, rolling_start
@@ -52,11 +55,13 @@ BOARD = 0.01
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint that is a coordinate: its row, its spring [N/m] and damper."""
+    """A joint that is a coordinate: its row, spring, damper and Coulomb friction [SI], where the spring rests."""
 
     row: int
     stiffness: float = 0.0
     damping: float = 0.0
+    friction: float = 0.0
+    rest: float = 0.0
 
     @property
     def name(self) -> str:
@@ -131,7 +136,9 @@ class Exported:
     def links(self) -> tuple[Link, ...]:
         """Inner frame, its feet, outer frame, its feet; on rigid legs feet are part of their frame."""
         machine, found = self.machine, list[Link]()
-        base, hinge = [Joint(row) for row in (X, Y, Z, YAW, ROLL, PITCH)], [Joint(HINGE, 0.0, machine.bearing_friction)]
+        base = [Joint(row) for row in (X, Y, Z, YAW, ROLL, PITCH)]
+        hinge = [Joint(HINGE, machine.hip_stiffness, machine.bearing_friction, machine.hip_friction,
+                       0.0 - machine.hip_rest_angle)]  # fmt: skip
         socket = self.settings.foot_sensor(machine.drawn_foot_com)
         sensors = {FRAMES[0]: ("hip sensor", self.settings.hip_socket),
                    LEGS[0 if socket[2] > 0.0 else 1]: ("foot sensor", socket)}  # fmt: skip
@@ -211,14 +218,20 @@ SAMPLES_A_SECOND = 1000.0
 
 
 def exported(parameters: Parameters) -> Exported:
-    """The twin of these parameters as it starts in its stage. Raises NoGait, BlocksDoNotFit."""
+    """The twin of these parameters as it starts in its stage; what is seen is the bill of its plain design.
+
+    Raises NoGait, BlocksDoNotFit, BeyondModel.
+    """
     biped, slope, settings = parameters.biped, parameters.slope, parameters.settings
+    machine, plain = machine_of(biped, settings), dataclasses.replace(biped, **PLAIN)
+    if machine.hip_weight:
+        raise BeyondModel("no exported format knows a weight without a mass (hip_gravity_mass); stages multibody and "
+                          "twin do")
     walker, point = find_gait(biped, slope, TOLERANCE, None)
     walk, upright = walk_from_mid_stance(walker, point.z, 1, TOLERANCE, SAMPLES_A_SECOND)
-    machine = build(biped, settings)
     start = rolling_start(machine, parameters.contact, upright, walk.standing_force)
     ramp = laid(settings, parameters.blocks, describe(walker, point).step_length_m)
-    return Exported(machine, settings, slope, parameters.contact, start, ramp, shown_parts(settings, biped))
+    return Exported(machine, settings, slope, parameters.contact, start, ramp, shown_parts(settings, plain))
 
 
 Element: TypeAlias = ElementTree.Element

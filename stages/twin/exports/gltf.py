@@ -137,7 +137,11 @@ class Document:
 def write(exported: Exported, motion: Motion | None = None) -> bytes:
     """The file as bytes; without a motion the pose of the start."""
     machine = exported.machine
-    made = Document({"springs [N/m]": machine.stiffness.tolist(), "dampers [N s/m]": machine.damping.tolist()})
+    made = Document({
+        "springs [N/m]": machine.stiffness.tolist(), "dampers [N s/m]": machine.damping.tolist(),
+        "hinge: spring [N m/rad], its rest [rad], damper [N m s/rad], friction [N m]": [
+            machine.hip_stiffness, 0.0 - machine.hip_rest_angle, machine.bearing_friction, machine.hip_friction],
+    })  # fmt: skip
     half = 0.5 * exported.slope.angle
     turn = [0.0, 0.0, -float(np.sin(half)), float(np.cos(half))]
     numbers = [made.add("nodes", {"name": "slope", "rotation": turn})]

@@ -90,7 +90,7 @@ def _touch(side: str, pair: int, exported: Exported, ground: Ground) -> dict[str
     """Contact of a pair's feet (side contype) with the blocks of its lane (conaffinity), and with nothing else."""
     return {
         "contype": "0", "conaffinity": "0", side: str(1 << pair), "group": "0", "condim": "3",
-        "friction": (exported.contact.static_friction, 0.0, 0.0),
+        "friction": (exported.contact.coefficients.static_friction, 0.0, 0.0),
         "solref": (ground.time_constant, ground.damping_ratio),
     }  # fmt: skip
 
@@ -100,7 +100,8 @@ def _body(link: Link, exported: Exported, ground: Ground, asset: Element) -> Ele
     body = tag("body", name=link.name)
     for joint in link.joints:
         body.append(tag("joint", name=joint.name, type="hinge" if joint.turns else "slide", axis=joint.axis,
-                        stiffness=joint.stiffness, damping=joint.damping))  # fmt: skip
+                        stiffness=joint.stiffness, springref=joint.rest, damping=joint.damping,
+                        frictionloss=joint.friction))  # fmt: skip
     inertia = list(tensor(link.body.inertia).values())
     body.append(tag("inertial", pos=link.body.centre, mass=link.body.mass, fullinertia=inertia))
     body.extend(_piece(part, side, asset) for part, side in link.parts if part.shape != "point")

@@ -1,7 +1,8 @@
 """SDFormat, of Gazebo and Drake: a world with gravity, the ramp's blocks, and the twin on a tilted frame.
 
 Springs are `spring_stiffness` of a joint's axis. The contact of a foot is a linear spring and damper: a secant of the
-study's law at the force of one standing foot.
+study's law at the force of one standing foot, and the law's largest damping, or that at this force where it grows with
+it.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ CARRIES = {
     "sensors": "yes, `imu` on its link",
     "slope": "yes, the models stand tilted",
     "stepping blocks": "yes, one collision bit a pair",
-    "contact law": "a linear spring, the law's secant at a standing foot, and its largest damping",
+    "contact law": "a linear spring, the law's secant at a standing foot, and its damping",
     "friction": "one coefficient, the static one",
     "rule for scuffing": "no: blocks take its place, where the bits are kept",
     "shape": "boxes and cylinders; feet as full cylinders",
@@ -64,8 +65,8 @@ def write(exported: Exported) -> bytes:
 
 
 def _joint(joint: Joint, parent: str, child: str) -> Element:
-    moving = tag("dynamics", tag("damping", joint.damping), tag("spring_reference", "0"),
-                 tag("spring_stiffness", joint.stiffness))  # fmt: skip
+    moving = tag("dynamics", tag("damping", joint.damping), tag("friction", joint.friction),
+                 tag("spring_reference", joint.rest), tag("spring_stiffness", joint.stiffness))  # fmt: skip
     return tag("joint", tag("parent", parent), tag("child", child), tag("axis", tag("xyz", joint.axis), moving),
                name=joint.name, type="revolute" if joint.turns else "prismatic")  # fmt: skip
 
@@ -97,6 +98,8 @@ def _colour(name: str) -> Element:
 def _surface(pair: int, exported: Exported) -> Element:
     """What feet and blocks are made of: friction, and the secant of the law of a foot that carries half the machine."""
     law, load = exported.contact, exported.machine.mass * exported.slope.gravity
-    soft = tag("ode", tag("kp", 0.5 * load / static_penetration(law, load)), tag("kd", 0.5 * law.contact_damping))
-    sliding = tag("ode", tag("mu", law.static_friction), tag("mu2", law.static_friction))
+    damping = law.numbers.normal.damping_under(load)
+    soft = tag("ode", tag("kp", 0.5 * load / static_penetration(law, load)), tag("kd", 0.5 * damping))
+    held = law.coefficients.static_friction
+    sliding = tag("ode", tag("mu", held), tag("mu2", held))
     return tag("surface", tag("contact", tag("collide_bitmask", str(1 << pair)), soft), tag("friction", sliding))

@@ -37,7 +37,7 @@ def write(exported: Exported) -> bytes:
                _joint("slope", "fixed", "world", "slope", before=[tilted]), name="bipedstudy_twin")  # fmt: skip
     for link in exported.links:
         for joint, parent, child in exported.chain(link, "slope"):
-            moves = [tag("axis", xyz=joint.axis), tag("dynamics", damping=joint.damping)]
+            moves = [tag("axis", xyz=joint.axis), tag("dynamics", damping=joint.damping, friction=joint.friction)]
             moves += [] if joint.turns else [tag("limit", **WIDE)]
             root.append(_joint(joint.name, "continuous" if joint.turns else "prismatic", parent, child, after=moves))
             root.append(_link(link, exported) if child == link.name else tag("link", name=child))

@@ -94,17 +94,28 @@ def walked(given: Exported, steps: int) -> Motion:
 
 def values(given: Exported, what: str) -> Iterator[str]:
     """The study's numbers for what a format leaves out, so that they can be given in another way."""
+    from stages.twin.machine.machine import LEGS
+
     machine, law = given.machine, given.contact
     if what == "springs and dampers":
-        yield f"each leg {machine.stiffness[0]:g} N/m, {machine.damping[0]:g} N s/m"
+        legs = [f"{spring:g} N/m, {damper:g} N s/m"
+                for spring, damper in zip(machine.stiffness, machine.damping, strict=True)]  # fmt: skip
+        yield from ([f"each leg {legs[0]}"] if len({*legs}) == 1 else map("{} leg {}".format, LEGS, legs))
+        if machine.hip_stiffness or machine.bearing_friction or machine.hip_friction:
+            yield (f"hinge {machine.hip_stiffness:g} N m/rad at rest at {0.0 - machine.hip_rest_angle:g} rad, "
+                   f"{machine.bearing_friction:g} N m s/rad, {machine.hip_friction:g} N m")
     elif what == "start":
         yield from (f"{joint.name} {value:.6g} at {rate:.6g}/s" for joint, value, rate in given.coordinates()
                     if value or rate)  # fmt: skip
     elif what == "contact law":
         yield f"{law.normal_force}: {law.contact_stiffness:g} N/mm^{law.contact_exponent:g} a pair"
-        yield f"damping {law.contact_damping:g} N s/m from {1e3 * law.damping_depth:g} mm"
+        if law.normal_force == "impact":
+            yield f"damping {law.contact_damping:g} N s/m from {1e3 * law.damping_depth:g} mm"
+        else:
+            yield f"restitution {law.restitution:g} at {law.impact_speed:g} m/s"
     elif what == "friction":
-        yield f"{law.friction}: {law.static_friction:g} and {law.dynamic_friction:g}"
+        held = law.coefficients
+        yield f"{law.friction}: {held.static_friction:g} and {held.dynamic_friction:g}"
         yield f"{law.stiction_velocity:g} and {law.friction_velocity:g} m/s"
     elif what == "rule for scuffing":
         yield "no ground under a pair that swings"
