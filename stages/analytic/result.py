@@ -144,7 +144,7 @@ class Validity:
     impulse_friction_trailing: float = quantity("1", "friction the impulse needs at the trailing foot")
     impulse_normal_trailing: float = quantity("N s", "normal impulse on the trailing foot; negative is a pull")
     deepest_scuff: float = quantity("m", "depth of the swing foot below ground at mid-swing")
-    deepest_scuff_angle: float = quantity("rad", "stance angle at the deepest scuff")
+    deepest_scuff_angle: float = quantity("rad", "stance angle at the deepest scuff; not a number where no foot scuffs")
     feet_push_only: bool = quantity("1", "whether every normal force and impulse pushes")
 
 

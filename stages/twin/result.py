@@ -79,7 +79,7 @@ class Settling:
     step_length: np.ndarray = quantity(
         "m", "advance of the hip in each step, shape (s - 1,)", symbol="s", dimensions=("step",)
     )
-    steps_to_settle: int = quantity("1", "steps until period and length stay within 1% of the last four's; -1: never")
+    steps_to_settle: int = quantity("1", "steps until period and length stay within 1% of its leg's last two; -1: no")
     period_s: float = quantity("s", "mean duration of the last four steps", symbol="T", default=nan)
     step_frequency_hz: float = quantity("Hz", "steps per second, of these four", symbol="f", default=nan)
     step_length_m: float = quantity("m", "mean advance of the hip in these four steps", symbol="s", default=nan)

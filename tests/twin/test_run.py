@@ -163,6 +163,9 @@ def test_a_walk_has_settled_from_the_step_on_that_is_like_the_last_four():
     assert settled(periods[2:], lengths[2:])[0].steps_to_settle == 0
     late = settled(periods, np.array([0.16, 0.16, 0.16, 0.19, 0.16, 0.16]))[0]
     assert late.steps_to_settle == -1, "its last four are not alike"
+    limps = np.array([0.7, 0.46, 0.504, 0.464, 0.504, 0.464, 0.504])
+    for walked in (limps, limps[:-1]):
+        assert settled(walked, np.full(len(walked), 0.16))[0].steps_to_settle == 1, "legs differ, and so do their steps"
     short = settled(periods[:3], lengths[:3])[0]
     assert short.steps_to_settle == -1 and np.isnan(short.period_s) and short.yaw_change > 0.1
     assert len(settled([], [])[0].step_period) == 0

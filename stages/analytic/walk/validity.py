@@ -230,7 +230,7 @@ def assess_step(walker: Walker, segments: list[Segment], friction: float) -> Val
 
     deepest, (when, scuff) = max(((phase, phase.largest(depth)) for phase in alone), key=lambda found: found[1][1])
     least = min(least_normal(alone, FEET[0]), least_normal(before, FEET[0]))
-    unit = walker.force
+    unit, scuff = walker.force, 0.0 if walker.retracts else max(scuff, 0.0) * walker.length
     return Validity(
         least_normal_force_stance=least * unit,
         least_normal_force_trailing=least_normal(pressed, FEET[1]) * unit if pressed else 0.0,
@@ -242,7 +242,7 @@ def assess_step(walker: Walker, segments: list[Segment], friction: float) -> Val
         impulse_friction_landing=friction_used(landing[None, :]),
         impulse_friction_trailing=friction_used(trailing[None, :]),
         impulse_normal_trailing=float(trailing[1] * walker.mass * walker.length / walker.time),
-        deepest_scuff=0.0 if walker.retracts else max(scuff, 0.0) * walker.length,
-        deepest_scuff_angle=float(deepest.at(np.array([when]))[0][0, 0]),
+        deepest_scuff=scuff,
+        deepest_scuff_angle=float(deepest.at(np.array([when]))[0][0, 0]) if scuff else float("nan"),
         feet_push_only=bool(min(least, landing[1]) >= -1e-9 and trailing[1] >= -1e-9),
     )

@@ -19,7 +19,7 @@ from stages.twin.walking.record import Record, pair_axes, point_motion
 
 #: Steps at the end of a walk over which means are taken: two strides.
 SETTLED_STEPS = 4
-#: A step has settled when its period and its length are this close to the means of these.
+#: A step has settled when its period and its length are this close to the means of these that its leg takes.
 SETTLED_WITHIN = 0.01
 #: How the transient fades is seen by the largest of so many changes from stride to stride, and of those so many before.
 SEEN, BEFORE = 3, 4
@@ -41,8 +41,8 @@ def settling(record: Record, walk: Walk) -> Settling:
     if len(periods) < SETTLED_STEPS:
         return Settling(periods, lengths, -1, yaw_change=yaw, lateral_drift=sideways)
     period, length = float(periods[-SETTLED_STEPS:].mean()), float(lengths[-SETTLED_STEPS:].mean())
-    settled = (abs(periods / period - 1.0) < SETTLED_WITHIN) & (abs(lengths / length - 1.0) < SETTLED_WITHIN)
-    unsettled = np.flatnonzero(~settled)
+    off = np.array([measure / of_its_leg(measure) - 1.0 for measure in (periods, lengths)])
+    unsettled = np.flatnonzero((np.abs(off) >= SETTLED_WITHIN).any(axis=0))
     needed = int(unsettled[-1]) + 1 if len(unsettled) else 0
     left = transient_left(periods, lengths)
     return Settling(
@@ -61,6 +61,12 @@ def settling(record: Record, walk: Walk) -> Settling:
         period_transient_s=left[0],
         step_length_transient_m=left[1],
     )
+
+
+def of_its_leg(measure: np.ndarray) -> np.ndarray:
+    """Of each step (n,) the mean of the last two steps of the same leg: a robot may limp."""
+    legs: np.ndarray = measure[-SETTLED_STEPS:].reshape(-1, 2).mean(axis=0)
+    return legs[np.arange(-len(measure), 0) % 2]
 
 
 def transient_left(*measures: np.ndarray) -> list[float]:
