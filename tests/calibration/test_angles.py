@@ -144,6 +144,29 @@ def test_a_wrong_recording_is_refused_with_line_and_column(tmp_path):
             read_steps(path, {}, 7)
 
 
+@pytest.mark.parametrize("rate", [119.0, 400.0])
+def test_rows_are_where_their_stamps_have_them(tmp_path, rate):
+    """Of 119 Hz stamps of whole milliseconds are 8 or 9 apart: neither is the interval. Lost rows are no shorter step,
+    and a recording that was put together at an interruption is cut there."""
+    path, steps, long = tmp_path / "steps.csv", 6, round(rate / 2)
+    rows = np.arange(steps * long)
+    time, stands = rows / rate + np.where(rows > 3.4 * long, 5.0, 0.0), rows // long % 2 == 0
+    stance = np.sin(3.0 * time)
+    kept = np.random.default_rng(1).random(len(rows)) > 0.03
+    path.write_text("time_s,stance_angle_rad,hip_angle_rad,motor_signal,outer_pair_stands\n" + "".join(
+        f"{time[row]:.3f},{stance[row]:.9f},{-stance[row]:.9f},0,{int(stands[row])}\n" for row in rows[kept]))
+    found = read_steps(path, {}, 5)
+    assert len(found) == steps + 1
+    for step in found:
+        assert step.interval == pytest.approx(1.0 / rate, rel=5e-4)  # stamps are good to a millisecond of 3 s
+        seen = step.begins + step.interval * np.arange(len(step.stance))
+        np.testing.assert_allclose(-step.stance, np.sin(3.0 * seen), atol=4e-3)  # a millisecond at 3 rad/s
+    head, *lines = path.read_text().splitlines()
+    path.write_text("\n".join([head, *reversed(lines)]))
+    with pytest.raises(WrongOption, match="time does not grow from row to row"):
+        read_steps(path, {}, 5)
+
+
 AUTHORS = """
 design:
   legs: rigid

@@ -32,7 +32,7 @@ COLUMNS = {
 #: does not say others. Axes are x, y, z, or -x, -y, -z; "up" is normal to the ground.
 MARKERS = {"hip": "HIP", "leg_0": "LEG0", "leg_1": "LEG1", "signal": "MOTOR", "forward": "x", "up": "z"}
 AXES = ("x", "y", "z", "-x", "-y", "-z")
-#: Frames in a row that a marker may be hidden for: they are bridged by a straight line.
+#: Frames in a row that a marker may be hidden for, and rows that may be lost: they are bridged by a straight line.
 MOST_HIDDEN = 3
 #: Samples that a step needs.
 FEWEST = 9
@@ -85,27 +85,45 @@ def read_steps(
     path: Path, columns: Mapping[str, str], left_out: int, markers: Mapping[str, str] | None = None,
     reading: Callable[..., Iterator[Any]] = at_hand,
 ) -> tuple[DrivenStep, ...]:  # fmt: skip
-    """The steps of a file, cut where the standing leg changes, `left_out` samples shorter at both ends.
+    """The steps of a file, cut where the standing leg changes or time jumps, `left_out` samples shorter at both ends.
 
     In the file the stance angle is positive with the foot ahead, the angle between the legs is that of leg 1 before leg
     0, and 1 marks that leg 0 stands; a C3D file of motion capture has `markers` instead. Raises WrongOption with file,
     line and column.
     """
     (table,) = reading(tables, path, dict(columns), dict(markers or {}))
-    interval = float(np.median(np.diff(table["time"])))
+    interval, places = sampled(table["time"], path)
     stands = table["stands"] > 0.5
-    edges = [0, *(np.flatnonzero(np.diff(stands)) + 1), len(stands)]
-    steps = []
-    for number, (first, last) in enumerate(pairwise(edges)):
-        rows = slice(first + left_out, last - left_out)
-        if last - first - 2 * left_out < FEWEST:
+    jumps = (np.diff(places) < 1) | (np.diff(places) > MOST_HIDDEN + 1)
+    edges = [0, *(np.flatnonzero((np.diff(stands) != 0) | jumps) + 1), len(stands)]
+    steps = list[DrivenStep]()
+    for first, last in pairwise(edges):
+        at = places[first:last] - places[first]
+        grid = np.arange(left_out, at[-1] + 1 - left_out)
+        if len(grid) < FEWEST:
             continue
         leg, turn = (0, 1.0) if stands[first] else (1, -1.0)
-        (stance, first_odd), (between, odd) = (bridged(table[what][rows]) for what in ("stance", "between"))
-        steps.append(DrivenStep(number, leg, interval, -stance, -turn * between, -turn * table["signal"][rows],
-                                first_odd + odd, float(table["time"][rows][0])))
+        stance, between, signal = (np.interp(grid, at, table[what][first:last])
+                                   for what in ("stance", "between", "signal"))
+        (stance, first_odd), (between, odd) = bridged(stance), bridged(between)
+        steps.append(DrivenStep(len(steps), leg, interval, -stance, -turn * between, -turn * signal, first_odd + odd,
+                                float(table["time"][first] + left_out * interval)))
     refuse((not steps, f"{path}: no step is longer than the {2 * left_out} samples that are left out"))
     return tuple(steps)
+
+
+def sampled(time: Vector, path: Path) -> tuple[float, np.ndarray]:
+    """The interval between samples [s] of rows at times (n,) [s], and the sample that each row is (n,).
+
+    Stamps may be rounded, so that no two of them tell the interval: 8 and 9 ms of 119 Hz, 2 and 3 ms of 400 Hz. Raises
+    WrongOption.
+    """
+    steps = np.diff(time)
+    middle = float(np.median(steps))
+    refuse((not middle > 0.0, f"{path}: time does not grow from row to row"))
+    between = np.rint(steps / steps[(steps > 0.0) & (steps < 1.75 * middle)].mean()).astype(int)
+    close = (between >= 1) & (between <= MOST_HIDDEN + 1)
+    return float(steps[close].sum() / between[close].sum()), np.concatenate([[0], np.cumsum(between)])
 
 
 def tables(path: Path, columns: Mapping[str, str], markers: Mapping[str, str]) -> Iterator[dict[str, Vector]]:
