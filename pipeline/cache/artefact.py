@@ -80,8 +80,10 @@ def encoded(
                 file[path].attrs[ERROR] = float(f"{error:.2g}")
             group = file.create_group(CLOSER, track_order=True)
             hdf5.write_fields(group, closer)
-            for path, content in getattr(closer, "files", {}).items():
-                group[f"{_FILES}/{path}"] = np.frombuffer(content, np.uint8)
+            if files := getattr(closer, "files", {}):
+                group = group.create_group(_FILES)
+                hdf5.attach(group, {path: group.create_dataset(path, data=np.frombuffer(content, np.uint8))
+                                    for path, content in files.items()}, {})  # fmt: skip
         plain = image(file)
         for name, text in (about or {}).items():
             file.attrs[name] = text
@@ -166,7 +168,8 @@ def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
             if where not in file:
                 return None
             found = hdf5.read_fields(file[where], cls)
-            files = {path: item[()].tobytes() for path, item in file[where].get(_FILES, {}).items()}
+            kept = file[where].get(_FILES, {})
+            files = {path: kept[path][()].tobytes() for path in hdf5.members_of(kept)}
             return typing.cast(T, dataclasses.replace(found, files=files) if files else found)
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error

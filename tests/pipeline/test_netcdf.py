@@ -22,6 +22,7 @@ from stages.biped.quantity import quantity
 from stages.model_error.measures import MEASURES
 from stages.studies.result import EnginesDisagree
 from tests.pipeline.test_artefact import Everything, bits, example, inner
+from tests.pipeline.test_numerical_errors import motions
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGES = tuple(read_graph(ROOT).stages)
@@ -114,6 +115,12 @@ def test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(
         assert bits(artefact.decode(content, cls, stage)) == bits(result)
     (tmp_path / "made.h5").write_bytes(content)
     assert_all_tools_open(tmp_path / "made.h5", every)
+
+
+def test_files_of_a_closer_result_open_elsewhere(tmp_path):
+    _, content = artefact.encoded(motions(1.0), {}, {}, motions(1.5, **{"claims.yaml": b"x\0y", "log": b"abc"}))
+    (tmp_path / "made.h5").write_bytes(content)
+    assert_all_tools_open(tmp_path / "made.h5", every=True)
 
 
 @pytest.mark.slow
