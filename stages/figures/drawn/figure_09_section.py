@@ -90,6 +90,8 @@ def area(found: list[Cut]) -> float:
 AZIMUTH, ELEVATION = np.radians(38.0), np.radians(18.0)
 #: The section shows what lies above this height below the hip axis [m], and a margin around, for Table 1's leg.
 BELOW, MARGIN = 0.07, 0.012
+#: Where the parts' numbers stand above the section, from its middle, in halves of its width.
+NUMBERS = -0.1702, 0.9515
 
 
 def draw_section(axes: Axes, parts: Iterable[Part]) -> None:
@@ -138,7 +140,7 @@ def draw(given: Given) -> Figure:
     top = max(cut.y + cut.height for part in parts for cut in cuts(part))
     half = max(reach + 0.01, 0.9 * (below + top + 2 * margin))  # wide enough for the numbers above a high section
     named = numbered(parts, below)
-    for number, ((_, at), place) in enumerate(zip(named, np.linspace(-0.02, 1.04 * (half - 0.01), len(named))), 1):
+    for number, ((_, at), place) in enumerate(zip(named, half * np.linspace(*NUMBERS, len(named))), 1):
         x, y = 1e3 * at
         hip.annotate(str(number), (x, y), (1e3 * place, 1e3 * (top + margin)), ha="center", va="bottom", fontsize=7,
                      arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0})  # fmt: skip
