@@ -29,6 +29,7 @@ NOT_RUN = {
     "make test": "is what runs this test",
     "bipedstudy sweep slopes.yaml --cluster tls://scheduler:8786 --tls-ca-file cluster.pem --tls-cert cluster.pem "
     "--tls-key cluster.key": "needs a cluster: tests/pipeline/test_cluster_refusals",
+    "bipedstudy sweep slopes.yaml --cluster tcp://scheduler:8786": "needs a cluster, as the one above",
     "bipedstudy ingest env:LAB": "needs a server: tests/imu/test_source_sql",
     "bipedstudy ingest env:LAB --store measurements/lab.sqlite": "needs a server; a file is stored in docs/own_biped",
 }
