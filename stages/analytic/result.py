@@ -268,6 +268,11 @@ class RecordedFamily:
         """Steps after which the gait repeats."""
         return int(self.step_duration.shape[1])
 
+    def stable_at(self, value: float) -> bool:
+        """Whether there is a stable gait at a value of the parameter: between two that are, one after the other."""
+        side, both = self.value <= value, self.stable[1:] & self.stable[:-1]
+        return bool((both & (side[1:] != side[:-1])).any())
+
     @property
     def stable(self) -> np.ndarray:
         """Whether every multiplier lies inside the unit circle, (n,); at a turn one is on it."""

@@ -48,8 +48,8 @@ class Determinants:
     leg_compression: float = quantity("m", "largest compression of a leg", default=NAN)
 
 
-def of_walk(walk: Walk, radius: float, leg_length: float, gravity: float) -> Determinants:
-    """Determinants of a walk with feet of `radius` [m] on legs of `leg_length` [m]; empty if it has no whole stride.
+def of_walk(walk: Walk, radii: np.ndarray, lengths: np.ndarray, gravity: float) -> Determinants:
+    """Determinants of a walk with feet of `radii` (2,) [m] on legs of `lengths` (2,) [m]; empty without a whole stride.
 
     A foot is in stance from its heel strike to its toe-off. Clearance is eq. (3): hip height less the leg's.
     """
@@ -60,13 +60,13 @@ def of_walk(walk: Walk, radius: float, leg_length: float, gravity: float) -> Det
     inside = (walk.time > start) & (walk.time < end)
     hip_x = np.interp([start, end], walk.time, walk.hip_position[:, 0])
     period, length = (end - start) / count, float(hip_x[1] - hip_x[0]) / count
-    clearance = walk.hip_position[:, 1, None] - (walk.leg_length - radius) * np.cos(walk.leg_angle) - radius
+    clearance = walk.hip_position[:, 1, None] - (walk.leg_length - radii) * np.cos(walk.leg_angle) - radii
     signals = walk.hip_position[:, 1:], walk.hip_velocity[:, :1], walk.leg_angle, walk.leg_length, clearance
     times, found = sampled_at(
         walk.time, np.concatenate(signals, axis=1), np.concatenate([strikes, walk.toe_off_time]),
         np.concatenate([[start], walk.time[inside], [end]]))  # fmt: skip
     most, least = largest_sampled(times, found), -largest_sampled(times, -found)
-    height, forward, angle, legs, lift = ([least[columns].min(), most[columns].max()] for columns in COLUMNS)
+    height, forward, angle, legs, lift = ((least[columns], most[columns]) for columns in COLUMNS)
     ahead = [
         abs(float(np.interp(time, walk.time, walk.leg_angle[:, int(leg)])))
         for time, leg in zip(strikes[-1 - count : -1], walk.heel_strike_leg[-1 - count : -1])
@@ -77,16 +77,16 @@ def of_walk(walk: Walk, radius: float, leg_length: float, gravity: float) -> Det
         step_frequency=1 / period,
         step_length=length,
         speed=speed,
-        froude_number=speed**2 / (gravity * leg_length),
+        froude_number=speed**2 / (gravity * float(np.mean(lengths))),
         double_stance=double,
         duty_factor=(period + double) / (2 * period),
         hip_excursion=float(np.ptp(height)),
         speed_variation=float(np.ptp(forward)) / speed,
         strike_angle=math.degrees(float(np.mean(ahead))),
-        swing_range=math.degrees(float(np.ptp(angle))),
-        foot_clearance=float(lift[1]),
-        scuff_depth=max(0.0, -float(lift[0])),
-        leg_compression=leg_length - float(legs[0]),
+        swing_range=math.degrees(float(np.mean(angle[1] - angle[0]))),
+        foot_clearance=float(lift[1].max()),
+        scuff_depth=max(0.0, -float(lift[0].min())),
+        leg_compression=float((lengths - legs[0]).max()),
     )
 
 

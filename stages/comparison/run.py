@@ -13,6 +13,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import require
 from stages.comparison.claims.judge import another_biped, judge
@@ -83,8 +85,8 @@ def determinants(e: Evidence) -> dict[str, Determinants]:
     biped, gravity, layer = e.parameters.biped, e.parameters.slope.gravity, e.parameters.twin.outsole
 
     def of(name: str, layer: float = 0.0) -> Determinants | None:
-        radius, leg_length = biped.foot_radius + layer, biped.leg_length + layer
-        return known(lambda: of_walk(getattr(e.results, name).walk, radius, leg_length, gravity))
+        radii, lengths = np.array([[leg.foot_radius, leg.leg_length] for leg in map(biped.leg, (0, 1))]).T + layer
+        return known(lambda: of_walk(getattr(e.results, name).walk, radii, lengths, gravity))
 
     measured = known(lambda: e.measured)
     found = {

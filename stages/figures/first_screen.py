@@ -107,11 +107,13 @@ def answers(inputs: Inputs) -> tuple[Answer, ...]:
 
 def walks(inputs: Inputs) -> Answer:
     """Whether it walks on a plain ramp, and what that asks for."""
-    judged = on_a_ramp(inputs.analytic.validity, inputs.analytic.gait.stable)
+    settled = inputs.analytic.gait.stable
+    cycle = 0 if settled or inputs.stability is None else inputs.stability.cycle
+    judged = on_a_ramp(inputs.analytic.validity, settled, cycle)
     how, means = {
         WALKS: ("Yes, on a plain ramp.", "It needs neither stepping blocks nor feet that retract."),
         WALKS_IF: ("Yes, on conditions.", f"It walks if {'; and if '.join(judged.because)}."),
-        DOES_NOT: ("Not on a plain ramp.", f"Why not: {'; '.join(judged.because)}."),
+        DOES_NOT: (f"Not{' so' * bool(cycle)} on a plain ramp.", f"Why not: {'; '.join(judged.because)}."),
     }[judged.verdict]
     twin = inputs.missing.get("twin", "") or (
         f"The twin: {inputs.twin.outcome}, {count_of(inputs.twin.steps, 'step')}")

@@ -67,7 +67,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     design = DesignPoint(parameters.biped, parameters.slope, parameters.analytic.limited(parameters.friction))
     reason = refusal(design.walker())
     if reason or not analytic.gait.stable:
-        raise NoGait(reason or "the gait is unstable: it ends on even ground too")
+        raise NoGait(reason or "the gait is unstable: on even ground too a walk leaves it")
     z = section_of(design.walker(), analytic.gait.fixed_point)
     made, apart = walkers(parameters, analytic, z), analytic.gait.fixed_point.feet_apart(parameters.biped.foot_radii)
     ramp, length = parameters.blocks.block_sets - 1, min(parameters.blocks.block_length, apart)

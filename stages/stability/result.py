@@ -33,6 +33,11 @@ class Result:
         "-", "gaits over the slope [deg]: of one step, then of doubled periods; none where the gait cannot be followed")
     basin: Basin | None = quantity("-", "which starts lead to the gait; none where the gait is unstable")
 
+    @property
+    def cycle(self) -> int:
+        """Fewest steps of a gait of doubled period that is stable on the design's slope; 0 without one."""
+        return min((family.steps for family in self.families[1:] if family.stable_at(self.slope_deg)), default=0)
+
     def summary(self) -> str:
         """What was found, in one line."""
         cycles = ", ".join(f"{len(family.value)} gaits of cycle {family.steps}" for family in self.families)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.design.search import TARGETS
+from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
 from stages.analytic.questions import basin, continue_gait, gait, sensitivity
@@ -115,6 +116,15 @@ def test_basin_counts_the_starts_that_reach_the_gait(found):
         {words: 100 * count / 4 for words, count in ends.items() if words != answer.plain["endings"][0]})
 
 
+def test_beside_an_unstable_gait_there_is_a_stable_cycle_and_no_basin():
+    """At 4.8 degrees a start near the gait walks on in a cycle of two; a walk that passes by it does not reach it."""
+    steep = dataclasses.replace(PARAMETERS, slope=dataclasses.replace(PARAMETERS.slope, slope_deg=4.8))
+    said = gait.ask(steep, gait.Options(), Listener()).plain["on_a_ramp"]["because"]
+    assert said[0] == "a step enlarges what disturbs it; there is a stable cycle of 2 steps"
+    with pytest.raises(NoGait, match="the gait is unstable: no start stays with it"):
+        basin.ask(steep, basin.Options(points=2, steps=1), Listener())
+
+
 def test_the_rates_of_a_basin_follow_the_pace_of_the_robot():
     """A robot on the moon steps 2.5 times as slowly; rates of Table 1's would begin near where its own end."""
     on_the_moon = dataclasses.replace(PARAMETERS, slope=dataclasses.replace(PARAMETERS.slope, gravity=1.62))
@@ -200,6 +210,15 @@ def test_sensitivity_tells_elasticities_and_derivatives_that_agree():
     slopes = entries["biped.leg_inertia"]["derivatives"]
     for name, slope, _ in lines[zero + 1 : zero + len(slopes)]:
         assert float(slope) == pytest.approx(slopes[name], rel=1e-3)
+
+
+@pytest.mark.parametrize(("mass", "steps", "head"), [(None, 1, "leading multipliers: "), (
+    1.04 * TABLE_1.foot_mass, 2, "leading multipliers of two steps: ")])
+def test_sensitivity_says_of_how_many_steps_its_multipliers_are(mass, steps, head):
+    biped = dataclasses.replace(TABLE_1, other_foot_mass=mass)
+    answer = sensitivity.ask(dataclasses.replace(PARAMETERS, biped=biped), sensitivity.Options(("biped.hip_mass",)),
+                             Listener())
+    assert answer.lines[1].startswith(head) and answer.plain["multiplier_steps"] == steps
 
 
 def test_sensitivity_tells_which_digit_decides():

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from stages.analytic.gait import gait_search
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps, report_gait
 from stages.analytic.gait.gait_search import find_gait, gaits_kept
+from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID, SINGLE_STANCE
 from stages.analytic.phases.section import section_state
@@ -170,7 +172,17 @@ def test_each_force_that_the_ground_has_not_decides(change, verdict, word):
 
 
 def test_an_unstable_gait_does_not_walk():
-    assert on_a_ramp(GOOD, False).sentence == "does not walk on a plain ramp: a step enlarges what disturbs it"
+    said = "does not walk so on a plain ramp: a step enlarges what disturbs it"
+    assert on_a_ramp(GOOD, False).sentence == said
+    assert on_a_ramp(GOOD, False, 2).sentence == f"{said}; there is a stable cycle of 2 steps"
+
+
+def test_a_gait_without_double_stance_has_no_force_in_it():
+    """The trailing foot, which the ground would have to pull, leaves at once: -.69 N was the least force in no time."""
+    walker = DesignPoint(TABLE_1, dataclasses.replace(SLOPE, slope_deg=4.8)).walker()
+    point = fixed_point(walker, np.array([-0.3458118, 1.00189515, 0.99582865, 0.59129316, -0.25192298]), 1e-9)
+    report = assess(walker, record_steps(walker, point, 1e-9), 1.1)
+    assert point.steps[0].double_stance == report.least_normal_force_trailing == 0.0
 
 
 # --- The sampled walk: its signals belong together.

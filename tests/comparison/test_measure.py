@@ -22,6 +22,7 @@ from tests.comparison.made_up import make_budget, make_step, make_study, make_wa
 from tests.comparison.test_claims import CASES, PARAMETERS, of
 
 RADIUS = 0.08
+LEGS = np.full(2, RADIUS), np.full(2, 0.333)
 
 
 def rolling(steps=12, step=0.16, speed=0.32, count=20_001):
@@ -61,7 +62,7 @@ def test_feet_that_stand_one_step_apart_reach_as_far_as_they_roll():
 
 
 def test_determinants_of_a_known_walk():
-    found = of_walk(rolling(), RADIUS, 0.333, 9.81)
+    found = of_walk(rolling(), *LEGS, 9.81)
     assert found.step_length == pytest.approx(0.16, rel=1e-6) and found.speed == pytest.approx(0.32, rel=1e-6)
     assert found.step_frequency == pytest.approx(2.0, rel=1e-9)
     assert found.duty_factor == pytest.approx(0.5, abs=1e-6), "legs that change at once"
@@ -72,13 +73,25 @@ def test_determinants_of_a_known_walk():
     assert found.speed_variation == 0.0 and found.scuff_depth == pytest.approx(0.0, abs=1e-4)
     assert found.leg_compression == pytest.approx(0.0, abs=1e-12)
     longer = dataclasses.replace(rolling(), toe_off_time=rolling().heel_strike_time + 0.05)
-    assert of_walk(longer, RADIUS, 0.333, 9.81).duty_factor == pytest.approx(0.55)
+    assert of_walk(longer, *LEGS, 9.81).duty_factor == pytest.approx(0.55)
+
+
+def test_determinants_of_legs_that_differ_are_of_each_by_its_own_numbers():
+    walk, (radii, lengths) = rolling(), LEGS
+    foot = np.array([0.0, 0.02])
+    found = of_walk(
+        dataclasses.replace(walk, leg_length=walk.leg_length - foot), radii - foot, lengths - foot, 9.81)
+    assert found.leg_compression == pytest.approx(0.0, abs=1e-12)
+    assert found.foot_clearance == pytest.approx(0.02, abs=1e-4), "of the smaller foot on as long a leg above it"
+    assert found.froude_number == pytest.approx(0.32**2 / (9.81 * 0.323))
+    half = of_walk(dataclasses.replace(walk, leg_angle=walk.leg_angle * [1.0, 0.5]), *LEGS, 9.81)
+    assert half.swing_range == pytest.approx(1.5 * math.degrees(np.abs(walk.leg_angle).max()), rel=1e-2)
 
 
 def test_a_foot_that_leaves_as_the_other_lands_has_no_double_stance():
     """Rigid legs change at once; the next toe-off of the leg that leaves is a stride later."""
     walk = rolling()
-    found = of_walk(dataclasses.replace(walk, toe_off_time=walk.heel_strike_time), RADIUS, 0.333, 9.81)
+    found = of_walk(dataclasses.replace(walk, toe_off_time=walk.heel_strike_time), *LEGS, 9.81)
     assert found.double_stance == 0.0 and found.duty_factor == 0.5
 
 
@@ -87,7 +100,7 @@ def test_what_a_gait_does_not_tell_stays_empty():
     assert (title, columns) == ("title", ("", "one", "two"))
     assert rows[0] == ("step frequency [Hz]", "2", "") and rows[1][1:] == ("", "")
     assert rows[4][0] == "double stance in a step [ms]"
-    assert of_walk(make_walk(steps=2), RADIUS, 0.333, 9.81).speed_variation != 0, "NaN"
+    assert of_walk(make_walk(steps=2), *LEGS, 9.81).speed_variation != 0, "NaN"
 
 
 def test_a_table_has_numbers_for_people():

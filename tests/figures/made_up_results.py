@@ -23,6 +23,7 @@ from stages.model_error.measures import NAMES
 from stages.model_error.result import Result as ModelError
 from stages.rough_ground.result import MODELS, DesignNorm, OnHeight, Reached
 from stages.rough_ground.result import Result as RoughGround
+from stages.stability.result import Result as Stability
 from stages.studies.result import COMPLETED
 from stages.tradeoff.result import Errors, Reference, Row
 from stages.tradeoff.result import Result as Tradeoff
@@ -168,7 +169,7 @@ def stability():
     basin = Basin(np.linspace(0.1, 0.5, 6), np.linspace(1.0, 4.0, 7), ending + 1, np.where(ending == 0, 0, -1), ending,
                   0.26, 2.3, 30, 1e-3)  # fmt: skip
     basin.steps[0, 0] = 5
-    return SimpleNamespace(slope_deg=2.0, families=(one, two), basin=basin)
+    return Stability(2.0, (one, two), basin)
 
 
 def imu():

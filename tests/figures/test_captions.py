@@ -354,6 +354,14 @@ def test_the_first_screen_says_where_the_twin_is_not_stable(twins, words):
     assert said.endswith(f"end in this gait.{words}")
 
 
+@pytest.mark.parametrize(("slope", "cycle"), [(2.0, 0), (3.6, 2), (5.0, 0)])
+def test_it_says_where_a_cycle_beside_an_unstable_gait_is_stable(slope, cycle):
+    beside = dataclasses.replace(stability(), slope_deg=slope)
+    walks = answers(inputs(analytic=gaits(1.3), stability=beside))[0]
+    assert beside.cycle == cycle and (walks.answer == "Not so on a plain ramp.") == bool(cycle)
+    assert ("there is a stable cycle of 2 steps" in walks.means) == bool(cycle)
+
+
 @pytest.mark.parametrize(("found", "answer", "means"), [
     (gaits(validity=dataclasses.replace(GOOD, deepest_scuff=0.0)), "Yes, on a plain ramp.", "neither"),
     (gaits(1.3), "Not on a plain ramp.", "a step enlarges what disturbs it"),

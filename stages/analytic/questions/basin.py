@@ -29,8 +29,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Walk from every start of the grid. Raises NoGait."""
     import numpy as np
 
+    from stages.analytic.errors import NoGait
     from stages.analytic.gait.basin import basin_of_attraction
     from stages.analytic.gait.gait_search import find_gait
+    from stages.analytic.gait.poincare import by_stability
     from stages.analytic.result import ENDINGS
     from stages.biped.accuracy.scales import quickness
 
@@ -38,6 +40,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     quick = quickness(parameters.biped, parameters.slope.gravity)
     slow, fast = options.rate or (0.5 * quick, 6.0 * quick)
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, parameters.limited_friction)
+    if by_stability(point) >= 1.0:
+        raise NoGait("the gait is unstable: no start stays with it")
     mapped = basin_of_attraction(
         walker,
         [point.z],

@@ -90,7 +90,7 @@ QUESTION = Question(
     "continue",
     """Follow the design's gait in PARAMETER (as ground.slope_deg) within LIMITS (LOW:HIGH).
 
-    Prints the family's ends, turning points and period doublings; --json prints every point.
+    Prints ends, turning points and doublings; --json: every gait, with its cycle's period.
     """,
     Options,
     ask,

@@ -40,18 +40,19 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
     tolerance = parameters.settings.tolerance
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, parameters.limited_friction)
-    points, cycle = [point], None
+    points = [point]
     if options.every:
         every = find_gaits(walker, tolerance, unstable=True)
         points = sorted([point, *(each for each in every if is_new([point], each))], key=by_stability)
-        cycle = find_cycle(walker, points[0].z, tolerance) if by_stability(points[0]) >= 1 else None
+    cycle = find_cycle(walker, points[0].z, tolerance) if by_stability(points[0]) >= 1 else None
     lines: list[str] = []
     plain: list[dict[str, Any]] = []
     for number, each in enumerate(points, 1):
         found = report_gait(walker, each, tolerance, parameters.friction.static_friction)
         stable = "stable" if found.gait.stable else "unstable"
         lines += [f"gait {number} of {len(points)}, {stable}"] if options.every else []
-        more, about = in_words(found, gait_error(walker, each, tolerance), on_blocks(walker, each, tolerance))
+        more, about = in_words(found, gait_error(walker, each, tolerance), on_blocks(walker, each, tolerance),
+                               len(cycle.steps) if cycle else 0)
         lines += more
         plain.append(about)
     cycle_plain = None
@@ -72,11 +73,13 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
                   rows=[{"gait": number, **each} for number, each in enumerate(plain, 1)])  # fmt: skip
 
 
-def in_words(found: GaitReport, error: GaitError, rough: OnBlocks | None) -> tuple[list[str], dict[str, Any]]:
-    """A gait in words and as JSON."""
+def in_words(
+    found: GaitReport, error: GaitError, rough: OnBlocks | None, cycle: int
+) -> tuple[list[str], dict[str, Any]]:
+    """A gait in words and as JSON; `cycle`: steps of a stable cycle beside it, 0 without one."""
     from stages.analytic.walk.on_a_ramp import on_a_ramp
 
-    judged = on_a_ramp(found.validity, found.gait.stable)
+    judged = on_a_ramp(found.validity, found.gait.stable, cycle)
     own = {"limp": found.limp, "put_down": found.put_down, "on_blocks": rough}
     parts = {"numerical_error": error, "energy": found.energy, "validity": found.validity,
              **{name: record for name, record in own.items() if record}}  # fmt: skip

@@ -100,7 +100,8 @@ def lines(found: Sensitivity) -> Iterator[str]:
     changes, measures, multipliers = found.gait.changes, found.measures, found.multipliers
     yield (f"gait: {measures['step_frequency_hz']:.5g} Hz, steps of {measures['step_length_m']:.5g} m, "
            f"{measures['speed_m_s']:.5g} m/s")
-    yield f"leading multipliers: {', '.join(map(shown, multipliers.values))}"
+    of = " of two steps" if len(found.gait.point.steps) > 1 else ""
+    yield f"leading multipliers{of}: {', '.join(map(shown, multipliers.values))}"
     yield ""
     yield "Elasticities: by how many percent a measure changes for 1 % of a parameter."
     shares = found.gait.elasticities()
@@ -165,6 +166,7 @@ def as_plain(found: Sensitivity) -> dict[str, Any]:
     return {
         "gait": found.measures,
         "multipliers": [[float(value.real), float(value.imag)] for value in multipliers.values],
+        "multiplier_steps": len(found.gait.point.steps),
         "parameters": by_parameter,
         "refused": list(multipliers.refused),
         "left_by_dimensions": found.left,

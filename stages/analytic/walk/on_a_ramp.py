@@ -25,11 +25,11 @@ class OnARamp:
             return f"{WALKS} on a plain ramp"
         if self.verdict == WALKS_IF:
             return f"{WALKS} on a plain ramp if {'; and '.join(self.because)}"
-        return f"{DOES_NOT} on a plain ramp: {'; '.join(self.because)}"
+        return f"{DOES_NOT} so on a plain ramp: {'; '.join(self.because)}"
 
 
-def on_a_ramp(validity: Validity, stable: bool) -> OnARamp:
-    """Judge a gait by what it asks of the ground.
+def on_a_ramp(validity: Validity, stable: bool, cycle: int = 0) -> OnARamp:
+    """Judge a gait by what it asks of the ground; beside an unstable one there may be a stable cycle of so many steps.
 
     The model holds the foot that bears the robot whatever that takes: ground that cannot ends the gait. What it asks
     under the trailing foot, which is about to leave, and below ground in mid-swing can be had in other ways.
@@ -41,7 +41,8 @@ def on_a_ramp(validity: Validity, stable: bool) -> OnARamp:
     pulled = validity.impulse_normal_trailing < 0.0 or trailing == math.inf
     slips = trailing > there_is or validity.time_outside_cone > 0.0
     against = (
-        (not stable, "a step enlarges what disturbs it"),
+        (not stable, "a step enlarges what disturbs it"
+         + f"; there is a stable cycle of {cycle} steps" * bool(cycle)),
         (pull < 0.0 or alone == math.inf, f"the ground would have to pull the stance foot with {-pull:.3g} N"),
         (there_is < alone < math.inf, f"the stance foot needs friction {alone:.3g}, {ground}"),
         (there_is < landing < math.inf, f"the impulse on the landing foot needs friction {landing:.3g}, {ground}"),

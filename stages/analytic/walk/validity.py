@@ -218,7 +218,7 @@ def assess_step(walker: Walker, segments: list[Segment], friction: float) -> Val
     """`assess` of one step; `walker` is the one in it."""
     alone = [Phase(walker, segment) for segment in segments if in_single_stance(segment)]
     before = [Phase(walker, segment) for segment in segments[: -len(alone)]]
-    pressed = [phase for phase in before if in_contact(phase.segment.phase)]
+    pressed = [phase for phase in before if in_contact(phase.segment.phase) and phase.segment.duration > 0.0]
     time_outside, impulse_outside = outside_the_cone(pressed, friction)
     landing, trailing = impulses(walker, segments[-1].end)
     p = walker.p

@@ -84,7 +84,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     refuse(*senseless(parameters, options, refusal(design.walker()), held))
     _, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     refuse((options.goal in ON_BLOCKS and by_stability(point) >= 1.0,
-            f"--goal {options.goal}: the gait is unstable, and ends on even ground too"))
+            f"--goal {options.goal}: the gait is unstable, and on even ground too a walk leaves it"))
     goal = GOALS.get(options.goal) or Borne(parameters.blocks).goal
     before = lasts(parameters, design, point) if options.goal == STEPS else {}
 

@@ -45,7 +45,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     linear = on_blocks(walker, point, tolerance)
     if linear is None:
-        raise NoGait(refusal(walker) or "the gait is unstable: it ends on even ground too")
+        raise NoGait(refusal(walker) or "the gait is unstable: on even ground too a walk leaves it")
     found, ways = passage(parameters, options, asking, point.z.tolist())
     degrees = linear.sensitivity_norm_deg / linear.sensitivity_norm
     plain = {"block_height_rms_m": rms, "block_height_rms_deg": rms / degrees if degrees else None, **finite(found),
