@@ -20,7 +20,6 @@ def draft(folder, *changes):
 @pytest.mark.parametrize("changes", [
     ["biped.legs=rigid", "ground.slope_deg=0.8"],
     ["biped.stiffness=9000", "biped.damping=120"],
-    ["ground.slope_deg=4.5"],
     ["ground.normal_force=restitution"],
     ["analytic.transition=coulomb", "biped.foot_radius=0.05"],
     ["twin.inertia=planar", "biped.hip_mass=1.0", "biped.foot_com=0.06"],
@@ -28,6 +27,14 @@ def draft(folder, *changes):
 def test_a_study_of_another_robot_comes_to_its_end(tmp_path, changes):
     done = draft(tmp_path, *changes)
     assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "study/results/report.html").stat().st_size > 100_000
+
+
+def test_an_unstable_gait_has_its_report_and_no_steps_on_blocks(tmp_path):
+    done = draft(tmp_path, "ground.slope_deg=4.5")
+    assert done.returncode == 3
+    (refused,) = done.stderr.splitlines()
+    assert refused.startswith("error: stage rough_ground: the gait is unstable")
     assert (tmp_path / "study/results/report.html").stat().st_size > 100_000
 
 
