@@ -173,16 +173,22 @@ def draw(
     stage, drawn = _register(study)
     places = {Path(path).stem: path for path in reversed(stage.inputs)}
     chosen = [name for each in requested for name in _chosen(each, drawn.NAMES)]
-    shows = {name: _makers(study, [places[key] for key in drawn.figure(name).inputs]) for name in chosen}
+    shows = {name: _makers(study, [places[key] for key in drawn.figure(name).inputs if key in places])
+             for name in chosen}  # fmt: skip
     values = study.parameters((stage.name,))[stage.name]
     surveyed = status.Standing(study, set().union(*shows.values())) if marked else None
     refused = []
     for name, makers in shows.items():
         said = surveyed.sentence(makers) if surveyed else ""
+        about = drawn.figure(name)
+        without = getattr(about, "without", ())
+        if left_out := [key for key in about.inputs if key not in places and key not in without]:
+            refused.append(f"{name} is not drawn: this study's dvc.yaml leaves {left_out[0]} out of what stage "
+                           f"{stage.name} reads")  # fmt: skip
+            continue
         try:
-            about = drawn.figure(name)
             results = {key: _result(study, places[key]) for key in about.inputs
-                       if key not in getattr(about, "without", ()) or not _refused(study, places[key])}  # fmt: skip
+                       if key in places and (key not in without or not _refused(study, places[key]))}  # fmt: skip
             files, caption = drawn.draw(name, _parameters(study, values, makers), results, said)
         except Exception as error:
             if not is_answer(error, study.package):

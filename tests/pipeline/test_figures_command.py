@@ -135,6 +135,14 @@ def test_a_figure_that_cannot_be_drawn_says_why_after_the_others(ran):
     assert ran.says("figures --check").startswith("0 files, 0 differ"), "as there is none to compare with"
 
 
+def test_a_figure_of_what_the_study_leaves_out_says_so(ran):
+    ran.edit("stages/picture/drawn.py", 'inputs=("bounce",)', 'inputs=("bounce", "extremes")')
+    code, out, errors = ran.command("figures", "one", "two", "--set", "picture.extra=true")
+    assert code == 3 and out.endswith("this is two\n") and "extremes out of what stage picture reads" in errors
+    ran.edit("stages/picture/drawn.py", '"extremes")', '"extremes"), without=("extremes",)')
+    assert ran.says("figures one").endswith("this is one\n")
+
+
 def test_figures_of_another_processor_are_compared_within_a_tolerance(toy_with_commands):
     toy = toy_with_commands
     toy.says("run-all", environment={"NPY_DISABLE_CPU_FEATURES": "NONE_SUCH"})  # as good as another: said, not hidden
