@@ -30,6 +30,8 @@ NOT_RUN = {
     "bipedstudy sweep slopes.yaml --cluster tls://scheduler:8786 --tls-ca-file cluster.pem --tls-cert cluster.pem "
     "--tls-key cluster.key": "needs a cluster: tests/pipeline/test_cluster_refusals",
     "bipedstudy sweep slopes.yaml --cluster tcp://scheduler:8786": "needs a cluster, as the one above",
+    "bipedstudy follow lab.sqlite --as robot": "needs a robot, for which what is measured here is too short: test_lab",
+    "bipedstudy same lab.sqlite --as robot": "likewise: tests/calibration/test_change",
     "bipedstudy ingest env:LAB": "needs a server: tests/imu/test_source_sql",
     "bipedstudy ingest env:LAB --store measurements/lab.sqlite": "needs a server; a file is stored in docs/own_biped",
 }
