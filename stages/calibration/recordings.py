@@ -140,12 +140,12 @@ def recorded(
             known = () if mass is None else (Known(TOTAL_MASS, mass, sd * mass, "weighed"),)
             yield first_steps(run, settings.fitted_steps), known
     if not used:
-        raise none_of(refused)
+        raise none_of("used", refused)
 
 
-def none_of(refused: Sequence[str]) -> NotIdentified:
-    """That no run can be used, and why the first ones cannot."""
-    return NotIdentified(f"no run can be used: {'; '.join(refused[:3]) or 'there is none'}")
+def none_of(done: str, refused: Sequence[str]) -> NotIdentified:
+    """That no run can be so `done`, and why the first ones cannot."""
+    return NotIdentified(f"no run can be {done}: {'; '.join(refused[:3]) or 'there is none'}")
 
 
 def first_steps(run: MeasuredRun, steps: int) -> MeasuredRun:

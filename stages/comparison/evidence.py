@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
-import numpy as np
-
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.scales import quickness
 from stages.calibrated_twin.result import Result as CalibratedTwin
@@ -118,8 +116,3 @@ def known(read: Callable[[], T]) -> T | None:
         return read()
     except NoEvidence:
         return None
-
-
-def largest(multipliers: np.ndarray) -> float:
-    """Magnitude of the first of multipliers (j, 2); NaN without any."""
-    return float(np.hypot(*multipliers[0])) if len(multipliers) else NAN

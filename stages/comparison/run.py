@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 
 from stages.biped.processes import Progress, ignore
-from stages.biped.walk import require
+from stages.biped.walk import largest_of_a_step, require
 from stages.comparison.claims.judge import another_biped, judge
 from stages.comparison.claims.numerics import constraints_reduce_effort
 from stages.comparison.claims.paper import FREQUENCY_HZ
 from stages.comparison.determinants import Determinants, digits_of, of_walk
-from stages.comparison.evidence import NAN, Evidence, Inputs, known, largest
+from stages.comparison.evidence import NAN, Evidence, Inputs, known
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import DOES_NOT_APPLY, BipedSummary, Claim, Result, counted, tables_of
 from stages.comparison.tables import Table
@@ -45,7 +45,7 @@ def summarise(e: Evidence) -> BipedSummary:
         float(models.same_start.position.max()) if models is not None else NAN,
         twin.step_frequency if twin is not None else NAN,
         analytic.gait.largest_multiplier,
-        largest(rung.plane_multipliers) if rung is not None else NAN,
+        largest_of_a_step(rung.plane_multipliers, 1) if rung is not None else NAN,
         validity.friction_single_stance,
         max(validity.impulse_friction_landing, validity.impulse_friction_trailing),
         e.parameters.contact.static_friction,

@@ -223,7 +223,7 @@ class Ladder:
 
             every = uncertainties_of(self.design_point, self.derivatives, self.parameters.half_widths)
             found = next(each for each in every if each.name == "multiplier_1")
-            found = found.of_a_step(1 if self.parameters.biped.alike else 2)
+            found = found.of_a_step(len(self.derivatives.point.steps))
             return EVEN * WIDTH * math.hypot(found.independent, 0.5 * (found.slope_most - found.slope_least))
         gait = self.derivatives.only(inexact)
         widths = np.array([self.parameters.half_widths[each] for each in gait.changes.names]) / gait.changes.scales

@@ -106,13 +106,13 @@ def gait_near(walker: StepTaker, state: PlanarState, *, central: bool = True) ->
         return cycle_at(walker, fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers), None, central)
     close = _size(walker, found.numbers - begin) <= CLOSE
     gait = cycle_at(walker, found, derivative if close else None, central)
-    if np.hypot(*gait.floquet_multipliers[0]) >= 1.0:
+    if not gait.stable:
         with contextlib.suppress(NoLimitCycle):
             end = walker.walk(state, LEAVING_STEPS).numbers
             found = fixed_point(walker, end)
             if _size(walker, found.numbers - end) < _size(walker, gait.section_state - end):
                 other = cycle_at(walker, found, None, central)
-                return other if np.hypot(*other.floquet_multipliers[0]) < 1.0 else gait
+                gait = other if other.stable else gait
     return gait
 
 

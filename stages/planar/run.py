@@ -217,5 +217,10 @@ class LimitCycle:
     )
     residual: float = quantity(
         "1", "how far the fixed point moves in one step, in the scales of the section", without_error=LEFT)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every multiplier lies inside the unit circle."""
+        return bool(np.hypot(*self.floquet_multipliers[0]) < 1.0)
     solver_steps: int = quantity("1", "solver steps of one step")
     steps_walked: int = quantity("1", "steps walked to find the gait and its derivative")

@@ -53,14 +53,14 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         with style.drawing():
             save(families.draw_families(found, f"{name} [{design.unit(name)}]", here))
 
-    families = [(branch.cycle * design.with_value(name, branch.points[0].value).walker().gait_steps, branch)
-                for branch in branches]  # a gait of legs that differ has two steps
-    lines = [line for steps, branch in families for line in branch_lines(branch, steps)]
-    rows = [{"cycle": steps, **point_as_plain(point)} for steps, branch in families for point in branch.points]
+    with_steps = [(branch.cycle * design.with_value(name, branch.points[0].value).walker().gait_steps, branch)
+                  for branch in branches]  # a gait of legs that differ has two steps
+    lines = [line for steps, branch in with_steps for line in branch_lines(branch, steps)]
+    rows = [{"cycle": steps, **point_as_plain(point)} for steps, branch in with_steps for point in branch.points]
     plain = {"parameter": name, "branches": [
         {"cycle": steps, "ended": branch.ended, "points": list(map(point_as_plain, branch.points)),
          "special": [{"kind": kind, **point_as_plain(point)} for kind, point in branch.special]}
-        for steps, branch in families]}
+        for steps, branch in with_steps]}
     return Answer(lines, plain, draw=draw, rows=rows)
 
 

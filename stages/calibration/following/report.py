@@ -17,7 +17,6 @@ from stages.analytic.model.walker import Vector
 from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.angles.recording import read_steps
 from stages.calibration.angles.same import read as read_encoders
-from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import encoders, robot_file
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
@@ -27,7 +26,7 @@ from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import whiteness
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings import named_runs
+from stages.calibration.recordings import named_runs, none_of
 from stages.calibration.result import HALF_WIDTH
 
 #: Names of the state's entries with their units; rigid legs have no lengths.
@@ -79,7 +78,7 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
             plain[name] = _plain(instants, run)
             table.append([name, *(f"{value:.3g}" for value in plain[name].values())])
     if not plain:
-        raise NotIdentified(f"no run can be followed: {'; '.join(lines[:3]) or 'there is none'}")
+        raise none_of("followed", lines)
     columns = ["run", "steps", "samples", "innovation, sd", f"strikes forecast {BEFORE:g} step ahead",
                "of these inside", "error, ms", "half width, ms"]  # fmt: skip
     return Answer(lines=lines, tables=[("Runs followed, strikes with 95 % intervals", columns, table)],

@@ -13,13 +13,12 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.biped.question import Answer, Asking
-from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following import robot_file
 from stages.calibration.following.change import Comparison, Evidence
 from stages.calibration.following.score_test import LEVEL, Change, Verdict
 from stages.calibration.information.identifiability import finite, first_model, listed
 from stages.calibration.parameters import Parameters
-from stages.calibration.recordings import named_runs
+from stages.calibration.recordings import named_runs, none_of
 from stages.calibration.result import HALF_WIDTH
 
 #: Parts that a table has at most.
@@ -40,7 +39,7 @@ def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence
         except StepFailed as reason:
             lines.append(f"{name}: {reason}")
     if not held:
-        raise NotIdentified(f"no run can be held against the robot: {'; '.join(lines[:3]) or 'there is none'}")
+        raise none_of("held against the robot", lines)
     verdicts = {name: comparison.verdict(one) for name, one in held.items()}
     whole = comparison.verdict(reduce(add, held.values()))
     probability = whole.probability

@@ -141,7 +141,7 @@ def _runs(
     runs = [run for run in found if isinstance(run, MeasuredRun)]
     refused = [run for run in found if isinstance(run, str)]
     if not runs:
-        raise none_of(refused)
+        raise none_of("used", refused)
     return runs, refused
 
 

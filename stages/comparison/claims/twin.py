@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from stages.biped.walk import Walk
+from stages.biped.walk import Walk, largest_of_a_step
 from stages.comparison.claims.paper import BLOCK_SETS, RAMP_M
 from stages.comparison.claims.statement import OF_ITS_ROW, Statement
-from stages.comparison.evidence import NAN, Evidence, largest
+from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
 from stages.comparison.result import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, percent, yes_or_no
 from stages.rough_ground.result import CONSTRAINT, PENALTY
@@ -23,7 +23,7 @@ def twin_settles(e: Evidence) -> tuple[int, float, float, float, str]:
     first = float(settling.step_period[0]) if len(settling.step_period) else NAN
     period, multiplier = settling.period_s, NAN
     if rung is not None:
-        period, multiplier = rung.period_s, largest(rung.plane_multipliers)
+        period, multiplier = rung.period_s, largest_of_a_step(rung.plane_multipliers, 1)
     return settling.steps_to_settle, first, period, multiplier, settling.frequency_text()
 
 
@@ -110,8 +110,8 @@ def push_converges(e: Evidence) -> tuple[int, int, tuple[tuple[str, str, float, 
         sum(run.failed_attempts for run in runs),
         len(runs),
         tuple(e.results.twin_pushes.limits()),
-        largest(rung.plane_multipliers) if rung is not None else NAN,
-        largest(rung.side_multipliers) if rung is not None else NAN,
+        largest_of_a_step(rung.plane_multipliers, 1) if rung is not None else NAN,
+        largest_of_a_step(rung.side_multipliers, 1) if rung is not None else NAN,
     )
 
 

@@ -156,7 +156,7 @@ def read_trial(
     strikes, corner = strikes_of(sensors, settings, parameters.quick)
     used = HeelStrikes(strikes.time[settings.skipped_steps :], strikes.leg[settings.skipped_steps :])
     bounds, common = stride_bounds(used), grid_signals(sensors, settings)
-    clocks = [sensors[place].trace.rate_error for place in PLACES if place in sensors]  # the first one's dates strikes
+    dated_by = next((sensors[place].trace.rate_error for place in PLACES if place in sensors), 0.0)
     evidence = evidence_of(sensors, common, strikes, bounds, experiment.slope_deg, parameters)
     trial = Trial(
         experiment=experiment,
@@ -165,7 +165,7 @@ def read_trial(
         together=together,
         overlap=overlap_of(sensors["hip"], sensors["foot"]) if timed else math.nan,
         strikes=strikes,
-        frequency=step_frequency(used, at_slowest(sensors, parameters).strike_scatter_s, *clocks[:1]),
+        frequency=step_frequency(used, at_slowest(sensors, parameters).strike_scatter_s, dated_by),
         strides=registered(sensors, bounds, settings),
         leg=leg_of(sensors, common, used, corner, confirmed(evidence, parameters), parameters),
         evidence=evidence,

@@ -132,17 +132,22 @@ class Exported:
     ramp: Ramp
     seen: tuple[Part, ...] = ()
 
+    @property
+    def hinge(self) -> Joint:
+        """The joint of both pairs at the hip."""
+        machine = self.machine
+        return Joint(HINGE, machine.hip_stiffness, machine.bearing_friction, machine.hip_friction,
+                     0.0 - machine.hip_rest_angle)  # fmt: skip
+
     @cached_property
     def links(self) -> tuple[Link, ...]:
         """Inner frame, its feet, outer frame, its feet; on rigid legs feet are part of their frame."""
         machine, found = self.machine, list[Link]()
         base = [Joint(row) for row in (X, Y, Z, YAW, ROLL, PITCH)]
-        hinge = [Joint(HINGE, machine.hip_stiffness, machine.bearing_friction, machine.hip_friction,
-                       0.0 - machine.hip_rest_angle)]  # fmt: skip
         socket = self.settings.foot_sensor(machine.drawn_foot_com)
         sensors = {FRAMES[0]: ("hip sensor", self.settings.hip_socket),
                    LEGS[0 if socket[2] > 0.0 else 1]: ("foot sensor", socket)}  # fmt: skip
-        for pair, joints in enumerate((base, hinge)):
+        for pair, joints in enumerate((base, [self.hinge])):
             legs, frame = (2 * pair, 2 * pair + 1), len(found)
             bodies = machine.bodies[3 * pair : 3 * pair + 3]
             parts = [self._parts(pair, leg) for leg in (None, *legs)]

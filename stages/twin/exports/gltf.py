@@ -136,11 +136,11 @@ class Document:
 
 def write(exported: Exported, motion: Motion | None = None) -> bytes:
     """The file as bytes; without a motion the pose of the start."""
-    machine = exported.machine
+    machine, hinge = exported.machine, exported.hinge
     made = Document({
         "springs [N/m]": machine.stiffness.tolist(), "dampers [N s/m]": machine.damping.tolist(),
         "hinge: spring [N m/rad], its rest [rad], damper [N m s/rad], friction [N m]": [
-            machine.hip_stiffness, 0.0 - machine.hip_rest_angle, machine.bearing_friction, machine.hip_friction],
+            hinge.stiffness, hinge.rest, hinge.damping, hinge.friction],
     })  # fmt: skip
     half = 0.5 * exported.slope.angle
     turn = [0.0, 0.0, -float(np.sin(half)), float(np.cos(half))]

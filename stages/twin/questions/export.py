@@ -101,9 +101,10 @@ def values(given: Exported, what: str) -> Iterator[str]:
         legs = [f"{spring:g} N/m, {damper:g} N s/m"
                 for spring, damper in zip(machine.stiffness, machine.damping, strict=True)]  # fmt: skip
         yield from ([f"each leg {legs[0]}"] if len({*legs}) == 1 else map("{} leg {}".format, LEGS, legs))
-        if machine.hip_stiffness or machine.bearing_friction or machine.hip_friction:
-            yield (f"hinge {machine.hip_stiffness:g} N m/rad at rest at {0.0 - machine.hip_rest_angle:g} rad, "
-                   f"{machine.bearing_friction:g} N m s/rad, {machine.hip_friction:g} N m")
+        hinge = given.hinge
+        if hinge.stiffness or hinge.damping or hinge.friction:
+            yield (f"hinge {hinge.stiffness:g} N m/rad at rest at {hinge.rest:g} rad, {hinge.damping:g} N m s/rad, "
+                   f"{hinge.friction:g} N m")
     elif what == "start":
         yield from (f"{joint.name} {value:.6g} at {rate:.6g}/s" for joint, value, rate in given.coordinates()
                     if value or rate)  # fmt: skip
