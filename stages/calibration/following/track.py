@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import Vector
@@ -33,6 +34,8 @@ EARLY, SURE = 0.06, 0.006
 #: Forecasts of heel strikes are held against measured ones from so long before on, in steps; so many runs tell how they
 #: differ.
 BEFORE, ENOUGH = 0.2, 9
+#: Intervals of 95 % end there.
+QUANTILE = 0.975
 #: A push is where all of so many samples are so surprising, in mean squares of their standard deviations. Then the step
 #: is linearised anew after each sample.
 LATELY, PUSHED = 4, 25.0
@@ -52,14 +55,17 @@ def forecasts(instants: Sequence[Instant], strikes: Vector) -> np.ndarray:
     return np.array([(strike - some[-1].strike, some[-1].strike_sd) for strike, some in seen if some]).reshape(-1, 2)
 
 
-def with_forecasts(robot: FittedRobot, model: Model, settings: Settings) -> FittedRobot:
-    """A robot whose heel strikes are as late as its own runs' came after forecasts of them; of the last nine runs."""
+def with_forecasts(
+    robot: FittedRobot, model: Model, settings: Settings, held_out: Sequence[MeasuredRun] = ()
+) -> FittedRobot:
+    """A robot whose heel strikes are as late as those of its own runs, and of ones held out, came after forecasts of
+    them; of the last nine runs."""
     follower, found = Follower.of(robot.design, robot.model(model), robot.of_design(), robot.wider, settings), []
-    for one in robot.learned[-ENOUGH:]:
+    for run in [*(one.run for one in robot.learned), *held_out][-ENOUGH:]:
         instants = list[Instant]()
         with contextlib.suppress(StepFailed):  # as far as it goes
-            instants.extend(follow(follower, one.run))
-        found.append(forecasts(instants, one.run.strikes))
+            instants.extend(follow(follower, run))
+        found.append(forecasts(instants, run.strikes))
     late, sd = lateness(found)
     return replace(robot, late=late, late_sd=sd)
 
@@ -68,8 +74,9 @@ def lateness(found: Iterable[np.ndarray]) -> tuple[float, float]:
     """How late heel strikes of a further run come after forecasts, and the standard deviation [s] beside a forecast's
     own, by those of each of some runs (f, 2); zero without any.
 
-    Strikes scatter within a run, and whole runs among each other (R. A. Fisher's analysis of variance): a lone run does
-    not say how others are, and is taken to be off by all that it is late.
+    Strikes scatter within a run, and whole runs among each other (R. A. Fisher's analysis of variance). Few runs leave
+    that open: 1.96 deviations are Student's interval, with the freedom of F. E. Satterthwaite (Biometrics Bulletin 2,
+    1946, 110). A lone run does not say how others are, and is taken to be off by all that it is late.
     """
     each = [one for one in found if len(one)]
     runs = [one[:, 0] for one in each]
@@ -78,9 +85,12 @@ def lateness(found: Iterable[np.ndarray]) -> tuple[float, float]:
     means, count = np.array([one.mean() for one in runs]), sum(map(len, runs))
     within = sum(float(((one - one.mean()) ** 2).sum()) for one in runs) / max(count - len(runs), 1)
     by_chance = within * np.mean([1.0 / len(one) for one in runs])
-    between = max(means.var(ddof=1) - by_chance, 0.0) if len(runs) > 1 else means[0] ** 2
-    own = np.mean(np.vstack(each)[:, 1] ** 2)
-    return float(means.mean()), math.sqrt(max(within + between * (1.0 + 1.0 / len(runs)) + within / count - own, 0.0))
+    alike, freedom = (means.var(ddof=1), len(runs) - 1) if len(runs) > 1 else (means[0] ** 2, math.inf)
+    parts = np.array([max(alike, by_chance) * (1.0 + 1.0 / len(runs)), within - by_chance])
+    left_open = float((parts**2 / [freedom, max(count - len(runs), 1)]).sum())
+    widening = stdtrit(parts.sum() ** 2 / left_open, QUANTILE) / ndtri(QUANTILE) if left_open else 1.0
+    spread = parts.sum() * widening**2
+    return float(means.mean()), math.sqrt(max(spread - np.mean(np.vstack(each)[:, 1] ** 2), 0.0))
 
 
 class Track:

@@ -58,8 +58,8 @@ OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 class Calibrated:
     """What came out, from a `design` with the `settings`: the fit and why runs are left out of it, how well the robot
     explains those held out (None where it does not walk them), residuals in noises and the factor on intervals, values
-    with intervals, what the model leaves out, whether the bill of parts was begun with, what was `known`, and the robot
-    `before`."""
+    with intervals, what the model leaves out, whether the bill of parts was begun with, what was `known`, the robot
+    `before`, and the runs that are held `out`."""
 
     design: DesignPoint
     model: Model
@@ -74,6 +74,7 @@ class Calibrated:
     of_parts: bool = False
     known: tuple[Known, ...] = ()
     before: FittedRobot | None = None
+    out: Sequence[MeasuredRun] = ()
 
 
 def calibrated(
@@ -119,7 +120,7 @@ def calibrated(
     estimate = dataclasses.replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
         design, model, fit, estimate, parameters.settings, sigmas, wider, refused, held, others, of_parts, all_known,
-        before))
+        before, out))
 
 
 def _with_more(design: DesignPoint, request: Request) -> DesignPoint:
@@ -202,7 +203,7 @@ def _robot(result: Calibrated) -> FittedRobot:
     """The robot as its file keeps it."""
     found = fitted_robot(result.design, result.model, result.fit, result.estimate, (result.sigmas, result.wider),
                          result.known, result.of_parts)  # fmt: skip
-    return with_forecasts(found, result.model, result.settings)
+    return with_forecasts(found, result.model, result.settings, result.out)
 
 
 def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
