@@ -217,10 +217,10 @@ def _begin(send: int, *requested: Any) -> NoReturn:
 
 
 def _begun_afresh(path: list[str], module: str, name: str, source: str, given: list[Any], writes: str | None) -> None:
-    """The same in a process of its own, whose standard output is the answer."""
+    """The same in a process of its own, whose standard output is the answer; what a reader prints goes nowhere."""
     sys.path[:] = path
     send = os.dup(1)
-    os.dup2(2, 1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     file = Path(source)
     _answer(send, named(module, name), file, given, Path(writes) if writes else None, Limits(_size(file, file.name)))
 
