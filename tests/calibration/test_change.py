@@ -123,13 +123,14 @@ def test_scatters_of_few_runs_are_drawn_together_as_far_as_they_are_alike():
 
 
 def test_a_shift_of_a_part_is_found_with_its_size():
-    """In a model that is linear, from scores without noise."""
+    """In a model that is linear, from scores without noise; what it explains is chi-square with one freedom."""
     told, d = unchanged(), len(comparison().robot.names)
     for place, part in enumerate(comparison().parts):
-        right = told.matrix[:, d + place]
+        right = 3.0 * told.matrix[:, d + place]
         found = next(one for one in comparison().verdict(dataclasses.replace(told, right=right)).changes
                      if one.part == part)  # fmt: skip
-        assert found.change == pytest.approx(1.0, rel=1e-6), part.name
+        assert found.change == pytest.approx(3.0, rel=1e-6), part.name
+        assert found.explains == pytest.approx((3.0 / found.sd) ** 2, rel=1e-6), part.name
 
 
 def test_runs_are_added_and_parts_that_explain_as_much_are_named_together():

@@ -255,6 +255,17 @@ def study(count=8):
                   ("hip_clock",), (), (), misses, ())
 
 
+def test_closer_fits_of_further_robots_begin_at_what_theirs_found(monkeypatch):
+    """A miss is what was found less the truth, in shares of the values as drawn."""
+    told = study(2)
+    exact = dataclasses.replace(told, misses=dataclasses.replace(told.misses, shares=0.0 * told.misses.shares))
+    robots = [SimpleNamespace(name=name, robot=DRAWN.biped) for name in told.misses.runs]
+    inputs = SimpleNamespace(campaign=SimpleNamespace(runs=robots))
+    monkeypatch.setattr(stage, "run", lambda *_, near: np.array([near[each.name][0] for each in robots]))
+    found, true = (stage.again(PARAMETERS, inputs, each) for each in (told, exact))
+    np.testing.assert_allclose((found - true) / VALUES, told.misses.shares, atol=1e-12)
+
+
 def asked(told, names=NAMES, known=WEIGHED, design=DRAWN, pull=1e-3):
     order = [NAMES.index(name) for name in names if name in NAMES]
     return judged(names, VALUES[order], SD[order], known, design, pull, told)

@@ -10,7 +10,7 @@ import pytest
 from pipeline.cache import artefact
 from stages.comparison.stride import NoEvidence
 from stages.drawing import style
-from stages.error_budget.path import Limits, NotWalked, OneStep, contributions, switched
+from stages.error_budget.path import Cycles, Limits, NotWalked, OneStep, contributions, switched
 from stages.error_budget.result import (
     CONTACT,
     CREEP,
@@ -36,6 +36,7 @@ from stages.figures.drawn import model_difference
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient, static_penetration
 from tests.comparison.made_up import make_budget
+from tests.study import parameters_of
 
 LAW = ContactLaw(3e5, 2.2, 3e4, 1e-4, 1.1, 1.0, 0.03, 1.0)
 CURVE = np.random.default_rng(1).normal(size=(20, 4))
@@ -185,6 +186,14 @@ def test_creep_is_proportional_to_the_stiction_velocity(parameters, scene):
     assert first / second == pytest.approx(2.0, abs=0.04)
 
 
+def test_the_constraint_models_cycle_is_a_stride(parameters):
+    """After two steps the hip is as high as it was, and twice the step's length away."""
+    cycles = Cycles(parameters)
+    found = cycles.constraint(cycles.rolling)
+    hip, length = found[:-2].reshape(-1, 4), found[-1]
+    assert hip[-1, :2] == pytest.approx([2.0 * length, hip[0, 1]], abs=1e-7) and hip[0, 0] == 0.0
+
+
 def test_integration_errors_shrink_with_the_tolerance(parameters, scene):
     law = parameters.contact
     exact, fine = scene.penalty(law, 1e-8), scene.coarse_or_fine(1e-13)
@@ -279,3 +288,16 @@ def test_bars_add_up_to_the_total():
         widths = [bar.get_width() for bar in panel.patches]
         assert sum(widths[:-1]) == pytest.approx(widths[-1]) and widths[-1] == pytest.approx(ways.sum(axis=1).mean())
         assert ways.sum(axis=1) == pytest.approx(np.full(2, widths[-1]))
+
+
+# --- The study's own parameters, and a step in a scene that is walked once.
+
+
+@pytest.fixture(scope="session")
+def parameters():
+    return parameters_of("error_budget")
+
+
+@pytest.fixture(scope="session")
+def scene(parameters):
+    return OneStep(parameters)

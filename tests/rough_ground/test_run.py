@@ -1,19 +1,23 @@
 """The stage of rough ground: every model is counted alike, and its intervals are those of its draws."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pipeline.parameters.loading import load
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.parameters import Parameters as Analytic
 from stages.analytic.result import OTHERWISE, REACHES
 from stages.analytic.run import run as analytic
 from stages.ground.blocks import Blocks
+from stages.rough_ground import run as stage
 from stages.rough_ground.parameters import Parameters
 from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN
-from stages.rough_ground.run import Inputs, counting, run
+from stages.rough_ground.run import CHANGED, LONGEST, Inputs, counting, run
 from stages.stability.blocks.walks import Walk
+from tests.planar_start import SLOPE, TABLE_1
 
 
 def test_walks_are_counted_to_the_last_step_and_over_the_ramp():
@@ -28,6 +32,25 @@ def test_walks_are_counted_to_the_last_step_and_over_the_ramp():
     assert [most for _, most in made] == [23, 18, 13, 8, 3, 10, 10, 10] and len({number for number, _ in made}) == 8
     assert (counted.steps, counted.falls, counted.passed, counted.stopped) == (23, 4, 0, 7)
     assert counted.passage().steps_to_fall == 23 / 4
+
+
+def test_a_gait_is_searched_from_that_of_a_design_that_is_near(monkeypatch):
+    """What stands for a gait here is the design that it is of."""
+    strides = []
+
+    def searched(changed, there, *_):
+        here = np.array([changed.value(name) for name in CHANGED])
+        strides.append(np.abs(np.log(here / there)).max())
+        return here
+
+    monkeypatch.setattr(DesignPoint, "walker", lambda design: design)
+    monkeypatch.setattr(stage, "fixed_point", lambda *of: SimpleNamespace(z=searched(*of)))
+    monkeypatch.setattr(stage, "norm_of", lambda *of: (0.0, searched(*of)))
+    design = DesignPoint(TABLE_1, SLOPE)
+    own = np.array([design.value(name) for name in CHANGED])
+    rows = list(stage.norms(design, own, SimpleNamespace(designs=5, share_to=1.25)))
+    assert [row.share for row in rows] == pytest.approx([*1.25 ** np.linspace(-1.0, 1.0, 5)] * len(CHANGED))
+    assert 0.0 < max(strides) <= LONGEST
 
 
 @pytest.mark.slow

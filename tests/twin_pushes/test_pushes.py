@@ -71,7 +71,7 @@ def test_the_table_names_every_push(result):
     assert "0.05 m/s survived, 1 not" in result.summary()
 
 
-@pytest.mark.parametrize("sizes", ["[]", "[0.2, 0.1]", "[-0.1]"])
+@pytest.mark.parametrize("sizes", ["[]", "[0.2, 0.1]", "[0.2, 0.2]", "[-0.1]"])
 def test_sizes_must_rise(sizes):
-    with pytest.raises(StudyError, match="each larger than the one before"):
+    with pytest.raises(StudyError, match=r": sideways_speeds = .* allowed: .*each larger than the one before"):
         parameters_of("twin_pushes", f"twin_pushes.sideways_speeds={sizes}")
