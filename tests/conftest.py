@@ -1,7 +1,5 @@
 """What all tests share: the repository's root, and an environment in which nothing opens a window."""
 
-from __future__ import annotations
-
 import atexit
 import os
 import shutil

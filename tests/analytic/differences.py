@@ -1,7 +1,5 @@
 """Derivatives of the step map by differences, which the exact ones are held against."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
@@ -57,7 +55,7 @@ def step_slope(walker: Walker, z: Vector, change: Vector, size: float) -> Vector
     return extrapolated(there, size)
 
 
-def gait_slope(design: DesignPoint, z: Vector, weights: Mapping[str, float]) -> Vector:
+def gait_slope(design: DesignPoint, z: Vector, weights: Mapping[str, float], size: float = 2e-4) -> Vector:
     """Derivatives (2,) of period [s] and step length [m] of the gait near `z` for parameters that change together, each
     by so many whole shares.
     """
@@ -69,4 +67,4 @@ def gait_slope(design: DesignPoint, z: Vector, weights: Mapping[str, float]) -> 
         assert found is not None
         return np.array([found.period * walker.time, step_length(walker, found) * walker.length])
 
-    return extrapolated(there, 2e-4)
+    return extrapolated(there, size)

@@ -19,6 +19,7 @@ from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from stages.ground.slope import Friction
 from tests.analytic.designs import (
+    FRICTION,
     HEAVY_LEGS,
     SLOPE,
     TABLE_1,
@@ -29,7 +30,10 @@ from tests.analytic.designs import (
     stiff_gait,
     walker_of,
 )
+from tests.analytic.test_detailed import LAME, LAME_RIGID
+from tests.analytic.test_hip_friction import FREE
 from tests.analytic.test_transitions import landing_states
+from tests.similar import factor
 
 STIFF = changed(TABLE_1, damping=1e5)
 DESIGNS = {
@@ -43,11 +47,10 @@ DESIGNS = {
 }
 
 
-def gait_of(kind, tolerance=1e-12):
+def gait_of(kind):
     """(design, its gait)."""
     design = DESIGNS[kind]
-    _, point = found_gait(design.biped, design.friction)
-    return design, point if tolerance == 1e-12 else gait_beside(design.biped, point.z, design.friction, tolerance)[1]
+    return design, found_gait(design.biped, design.friction)[1]
 
 
 def slope_of(function, h, levels=3):
@@ -172,31 +175,35 @@ def test_leading_multipliers_answer_as_those_of_changed_designs(kind):
     assert off.max() <= 1e-6
 
 
-def sum_rules(names, elasticities, time, length):
-    """What dimensions leave of a measure's elasticities: zeros, for a measure of so many times and lengths."""
-    of = dict(zip((name.partition(".")[2] for name in names), elasticities))
-    k, b, inertia = (of.get(name, 0.0) for name in ("stiffness", "damping", "leg_inertia"))
-    return np.array([
-        of["hip_mass"] + of["foot_mass"] + k + b + inertia,
-        of["leg_length"] + of["foot_radius"] + of["foot_com"] + 2 * inertia + of["gravity"] - length,
-        -2 * k - b - 2 * of["gravity"] - time])
+#: Designs of every kind by their parameters, the tolerance of their gaits, and what sums of elasticities may leave.
+OF_DIMENSIONS = [
+    *(((design.biped, design.friction), tolerance, left)
+      for design in map(DESIGNS.get, ("rolling, heavy legs", "rigid, heavy legs", "friction of the paper"))
+      for tolerance, left in ((1e-13, 1e-10), (1e-8, 1e-7))),
+    *(((biped, friction), 1e-13, 1e-9) for biped, friction in (
+        (LAME_RIGID, None), (LAME, None), (LAME, FRICTION), (changed(FREE["rigid"], hip_friction=1e-3), None))),
+    ((changed(FREE["compliant"], hip_friction=1e-3), None), 1e-13, 1e-8),
+    ((changed(FREE["rigid"], feet_retract=True, strike_time=0.499), None), 1e-13, 1e-8),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("tolerance, left", [(1e-13, 1e-10), (1e-8, 1e-7)])
-@pytest.mark.parametrize("kind", ["rolling, heavy legs", "rigid, heavy legs", "friction of the paper"])
-def test_units_may_be_chosen(kind, tolerance, left):
+@pytest.mark.parametrize(("of", "tolerance", "left"), OF_DIMENSIONS)
+def test_units_may_be_chosen(of, tolerance, left):
     """Masses, lengths and times in other units: the elasticities of all that has a unit add up accordingly."""
-    design, point = gait_of(kind, tolerance)
-    names = names_with_shares(design)
-    gait = gait_derivatives(design, point, names, tolerance)
-    of = gait.elasticities()
-    assert np.abs(sum_rules(names, of["period_s"], 1, 0)).max() <= left
-    assert np.abs(sum_rules(names, of["step_length_m"], 0, 1)).max() <= left
-    assert np.abs(sum_rules(names, of["speed_m_s"], -1, 1)).max() <= left
-    if tolerance < 1e-12:
-        found = multiplier_derivatives(gait)
-        for row in found.elasticities():
-            assert np.abs(sum_rules(names, row, 0, 0)).max() <= 1e-6
+    biped, friction = of
+    design = DesignPoint(biped, SLOPE, friction)
+    point = gait_beside(biped, found_gait(biped, friction)[1].z, friction, tolerance)[1]
+    gait = gait_derivatives(design, point, names_with_shares(design), tolerance)
+
+    def exponents(unit):
+        """Of mass, length and time, by the table of these tests."""
+        return np.log([factor(unit, scale) for scale in np.exp(np.eye(3))])
+
+    by_units = np.array([exponents(unit) for unit in gait.changes.units])
+    for measure, unit in (("period_s", "s"), ("step_length_m", "m"), ("speed_m_s", "m/s"), ("step_frequency_hz", "Hz")):
+        assert np.abs(gait.elasticities()[measure] @ by_units - exponents(unit)).max() <= left, measure
+    if tolerance < 1e-12 and not gait.walker.alternates:
+        assert np.abs(multiplier_derivatives(gait).elasticities() @ by_units).max() <= 1e-6
 
 
 def test_elasticities_of_table_1():

@@ -5,7 +5,7 @@ import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import multiplier_derivatives
-from stages.analytic.derivatives.numbers import left_by_dimensions, sensitive_names
+from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.gait.continuation import TURNING_POINT, continue_gait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import limp_of, report_gait
@@ -22,7 +22,7 @@ from stages.analytic.walk.recording import record
 from stages.analytic.walk.sampling import sample_walk
 from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, changed, found_gait, gait_beside, random_states
 from tests.analytic.designs import found_gait as gait_of
-from tests.analytic.differences import extrapolated, together
+from tests.analytic.differences import extrapolated, gait_slope, together
 
 #: Every detail at work, and a gait with it.
 LAME = changed(
@@ -246,7 +246,6 @@ def test_gaits_by_the_difference_of_the_legs_are_a_closed_family():
 # dimensions.
 
 
-UNITS = {"period_s": "s", "step_length_m": "m", "speed_m_s": "m/s", "step_frequency_hz": "Hz"}
 DESIGNS = pytest.mark.parametrize(("legs", "friction"), [
     ("rigid", None), ("compliant", None), ("compliant", FRICTION)])
 
@@ -264,39 +263,18 @@ def test_derivatives_by_all_numbers_are_those_of_differences(legs, friction):
     design, point, gait = varied(changed(LAME, legs=legs), friction)
     assert "biped.other_frame_com" in gait.changes.names and "biped.hip_rest_angle" in gait.changes.names
     walker = gait.walker
-
-    def measures(values):
-        there = design.with_values(values).walker()
-        moved = fixed_point(there, point.z, 1e-13)
-        return np.array([moved.period * there.time, step_length(there, moved) * there.length])
-
     names = [name for name in gait.changes.names if not name.endswith("_friction") or name == "biped.hip_friction"]
     rows = [gait.changes.names.index(name) for name in names]
     shares = np.array([2e-6 if "length" in name else 2e-5 if "radius" in name or "com" in name else 1e-4
                        for name in names])  # fmt: skip
-    values, steps = np.array([design.value(name) for name in names]), shares * gait.changes.scales[rows]
     exact = np.array([gait.period[rows] * walker.time, gait.step_length[rows] * walker.length]) * shares
     for group, weights in together(np.abs(exact).max(axis=0), 18):
-
-        def at(by):
-            changed = values[group] + by * weights * steps[group]  # noqa: B023
-            return measures({names[row]: value for row, value in zip(group, changed, strict=True)})  # noqa: B023
-
-        wanted = extrapolated(at, 1.0)
+        by = {names[row]: weight * shares[row] for row, weight in zip(group, weights, strict=True)}
+        wanted = gait_slope(design, point.z, by, 1.0)
         # what each of them may be off by at most, if it is alone
         allowed = np.abs(weights) * (2e-6 * np.abs(exact[:, group]) + 1e-8 * shares[group])
         off = np.abs(exact[:, group] @ weights - wanted)
         assert (off <= allowed.min(axis=1)).all(), [names[row] for row in group]
-
-
-@DESIGNS
-def test_dimensions_set_the_sums_of_elasticities(legs, friction):
-    _, _, gait = varied(changed(LAME, legs=legs), friction)
-    there = [row for row, value in enumerate(gait.changes.values) if value != 0.0]
-    elasticities = gait.elasticities()
-    for measure, unit in UNITS.items():
-        left = left_by_dimensions(elasticities[measure][there], [gait.changes.units[row] for row in there], unit)
-        assert np.abs(left).max() < 1e-9, measure
 
 
 def test_a_number_of_both_legs_moves_as_the_two_legs_numbers_together():

@@ -1,7 +1,5 @@
 """Double stance in three index forms agrees, and differentiating the constraints twice loses nothing."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

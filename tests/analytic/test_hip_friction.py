@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives, step_tangents
-from stages.analytic.derivatives.multipliers import multiplier_derivatives
-from stages.analytic.derivatives.numbers import left_by_dimensions, moved, sensitive_names
+from stages.analytic.derivatives.numbers import moved
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
@@ -277,17 +276,3 @@ def test_a_gait_s_derivatives_are_those_of_differences(legs, values):
         # what each of them may be off by at most, if it is alone
         allowed = np.abs(weights) * np.maximum(1e-8, 2e-6 * np.abs(exact[:, group]))
         assert (np.abs(exact[:, group] @ weights - wanted) <= allowed.min(axis=1)).all(), group
-
-
-@pytest.mark.parametrize(("legs", "allowed"), [("rigid", 1e-9), ("compliant", 1e-8)])
-def test_dimensions_set_the_sums_of_elasticities_with_friction(legs, allowed):
-    """Of period and step length, and of the magnitudes of the multipliers, which no unit moves."""
-    design = DesignPoint(changed(FREE[legs], hip_friction=1e-3), SLOPE)
-    gait = gait_derivatives(design, gait_of(design.walker(), legs, 1e-13), sensitive_names(design), 1e-13)
-    assert "biped.hip_friction" in gait.changes.names
-    there = [row for row, value in enumerate(gait.changes.values) if value != 0.0]
-    units = [gait.changes.units[row] for row in there]
-    for measure, unit in (("period_s", "s"), ("step_length_m", "m")):
-        assert np.abs(left_by_dimensions(gait.elasticities()[measure][there], units, unit)).max() < allowed
-    of_multipliers = multiplier_derivatives(gait.only([gait.changes.names[row] for row in there]))
-    assert np.abs(left_by_dimensions(of_multipliers.elasticities()[0], units, "1")).max() < 1e-6

@@ -1,6 +1,7 @@
 """Compiled functions that compiled code calls: kept for callers that are compiled later, and Python's as well."""
 
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -10,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from stages.biped.machine_code import MachineCode
+from stages.biped.processes import each_in_a_process
 from tests import commands
 
 OPTIONS = {"nogil": True, "error_model": "numpy"}
@@ -177,3 +179,20 @@ def test_the_whole_study_and_what_needs_other_functions(command):
     first, again, other = (command(*words) for words in (("run-all", "--accuracy", "draft"),) * 2 + (("sensitivity",),))
     assert [done.returncode for done in (first, again, other)] == [0, 0, 0], first.stderr + again.stderr + other.stderr
     assert first.stdout.count("computed") > 10 and "computed" not in again.stdout
+
+
+# --- Calls that are spread over processes.
+
+
+@pytest.mark.parametrize("cores", [1, 2])
+def test_each_answer_comes_with_its_number_and_an_error_is_raised_here(cores, monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: cores)
+    assert dict(each_in_a_process(math.comb, [2, 3, 5], 7)) == {0: 21, 1: 35, 2: 21}
+    with pytest.raises(ValueError, match="non-negative"):
+        list(each_in_a_process(math.comb, [2, -3], 7))
+
+
+def test_one_argument_is_worked_on_in_this_process_and_none_in_none():
+    assert list(each_in_a_process(math.comb, [])) == []
+    assert [answer for _, answer in each_in_a_process(lambda one: (one, os.getpid()), ["alone"])] == [
+        ("alone", os.getpid())]  # fmt: skip

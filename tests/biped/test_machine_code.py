@@ -1,7 +1,5 @@
 """Machine code on disk is the user's own, and of the sources as they are: two users, moves, edits, planted code."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

@@ -1,18 +1,24 @@
 """The Exudyn twin as a robot with given numbers: its sensors show what the constraint model's would, nearly."""
 
 import dataclasses
+import math
+from functools import cache
 
 import numpy as np
 import pytest
 
 from stages.analytic.errors import StepFailed
+from stages.analytic.gait.gait_search import find_gait, gait_near
 from stages.calibrated_twin.robot import TwinRobot
+from stages.calibrated_twin.run import Fitted, design_of, frequency, pairs_of, robot_of
 from stages.calibration.information.identifiability import first_model
+from stages.calibration.intervals.model_error import Discrepancy
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling
 from stages.calibration.observation.prediction import predict
 from stages.calibration.recordings import drawn_design, looked_for
+from stages.calibration.result import HALF_WIDTH, FittedRun, Trace
 from stages.twin.machine.machine import build
-from tests.calibration.runs import BANDWIDTH_HZ, LATE
+from tests.calibration.runs import BANDWIDTH_HZ, DESIGN, LATE
 from tests.study import parameters_of
 
 EVERY = parameters_of("calibrated_twin")
@@ -85,3 +91,142 @@ def test_a_robot_that_falls_and_a_run_that_begins_on_the_other_leg_are_said(made
                          ("begins on the leg", (model.layout.middle, other))):  # fmt: skip
         with pytest.raises(StepFailed, match=words):
             robot.run(drawn, *given)
+
+
+# --- What is told of calibrated robots: errors, gaits and what an outsole does, from fits that are made up.
+
+
+NAMES = ("biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com")
+VALUES = np.array([DESIGN.value(name) for name in NAMES])
+NONE = Trace(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)))
+SD = np.array([3e-4, 2e-4, 1e-4, 1e-4])
+BIAS = np.array([3e-3, 1e-3, -2e-3, 5e-4])
+
+
+@cache
+def near():
+    """Section coordinates of the design's gait."""
+    return find_gait(DESIGN.biped, DESIGN.slope, 1e-6)[1].z
+
+
+def fit(name, kind, truth, off=0.0, wider=2.0):
+    return FittedRun(name, kind, truth + BIAS + off, np.array([2.0, 0.333]), np.zeros(25), np.diag((wider * SD) ** 2),
+                     truth, 1.5, wider, 30, True, "", NONE, NONE, np.arange(8.0))
+
+
+def corrections(bias=BIAS):
+    return {0: (bias, None)}
+
+
+def test_a_correction_takes_the_bias_off_and_all_of_it_counts_where_nothing_tells_what_it_leaves():
+    fitted = Fitted("with outsole", DESIGN, [fit("run 01", "with outsole", VALUES)], corrections(), VALUES)
+    robot = robot_of(fitted, NAMES, near())
+    assert "whole of what the correction took off" in robot.by_what
+    for row, number in enumerate(robot.numbers):
+        assert number.corrected == pytest.approx(number.truth, rel=1e-12)
+        assert number.found == pytest.approx(number.truth + BIAS[row])
+        assert number.sd == pytest.approx(math.hypot(2.0 * SD[row], BIAS[row]))
+        lower, upper = number.interval(2.0)
+        assert upper - lower == pytest.approx(4.0 * number.sd)
+    assert robot.frequency == pytest.approx(robot.true_frequency, rel=1e-9)
+    assert (robot.runs, robot.corrected_runs) == (1, 1)
+    np.testing.assert_allclose(robot.correlations, np.eye(4))
+
+
+def test_without_a_correction_intervals_stay_widened():
+    found = dataclasses.replace(fit("run 01", "lab", np.full(4, math.nan)), design=VALUES)
+    robot = robot_of(Fitted("lab", DESIGN, [found], {}, VALUES), NAMES, near())
+    assert robot.by_what == "the fit's noise and residuals alone"
+    for row, number in enumerate(robot.numbers):
+        assert number.corrected == number.found
+        assert number.sd == pytest.approx(2.0 * SD[row])
+        assert math.isnan(number.truth)
+    assert math.isnan(robot.true_frequency)
+
+
+def test_more_runs_tell_more_but_for_the_bias():
+    one = Fitted("lab", DESIGN, [fit("run 01", "lab", VALUES)], {}, VALUES)
+    four = Fitted("lab", DESIGN, [fit(f"run 0{number}", "lab", VALUES) for number in range(1, 5)], {}, VALUES)
+    np.testing.assert_allclose(np.diag(four.covariance) / np.diag(one.covariance), 0.25)
+    twin = dataclasses.replace(four, corrections=corrections())
+    assert (np.diag(twin.covariance) > BIAS**2).all()
+
+
+def test_where_other_machines_tell_what_fits_miss_that_is_taken_off_and_its_scatter_is_the_interval():
+    rng = np.random.default_rng(4)
+    pulls = rng.normal(size=12) * 1e-3
+    shares = BIAS / VALUES + 1e-3 * rng.normal(size=(12, 4)) + np.outer(pulls, [1.0, 0.0, -5.0, 0.0])
+    term = Discrepancy.of(shares, pulls)
+    one = fit("run 01", "with outsole", VALUES)
+    robot = robot_of(Fitted("with outsole", DESIGN, [one], corrections(), VALUES, 1e-3, term), NAMES, near())
+    expected, half = term.expected(VALUES, 1e-3), HALF_WIDTH * np.sqrt(np.diag(term.spread(VALUES, 1e-3)))
+    for row, number in enumerate(robot.numbers):
+        assert number.corrected == pytest.approx(one.design[row] - expected[row])
+        assert number.by_twin == pytest.approx(VALUES[row])
+        lower, upper = number.interval(HALF_WIDTH)
+        assert upper - lower == pytest.approx(2 * half[row])
+    assert robot.by_what == "the errors of fits of 12 other robots' runs"
+
+
+def test_a_frequencys_error_is_that_of_differences():
+    """Along one parameter alone: the slope that carries its error is the gait's own."""
+    covariance = np.zeros((4, 4))
+    covariance[1, 1] = 1e-8
+    value, sd = frequency(design_of(DESIGN, NAMES, VALUES), NAMES, covariance, near())
+    step = np.array([0.0, 1e-5, 0.0, 0.0])
+    ends = [frequency(design_of(DESIGN, NAMES, VALUES + part * step), NAMES, covariance, near())[0] for part in (1, -1)]
+    assert sd == pytest.approx(1e-4 * abs(ends[0] - ends[1]) / 2e-5, rel=1e-4)
+    assert value == pytest.approx(np.mean(ends), rel=1e-6)
+
+
+def test_a_pair_tells_what_the_outsole_does():
+    longer = np.array([0.01, 0.002, 0.002, 0.0])
+    with_it = fit("synthetic run 01", "with outsole", VALUES + longer)
+    usual = Fitted("with outsole", DESIGN, [with_it], corrections(), VALUES)
+    without = fit("synthetic bare run 01", "without outsole", VALUES)
+    bare = Fitted("without outsole", DESIGN, [without], corrections(0.9 * BIAS), VALUES)
+    (pair,) = pairs_of(usual, bare, NAMES, near())
+    assert pair.name == "synthetic run 01"
+    assert pair.longer == pytest.approx(0.002 - 0.1 * BIAS[1])
+    assert pair.true_longer == pytest.approx(0.002)
+    assert pair.longer_sd == pytest.approx(math.sqrt(8 * SD[1] ** 2 + (0.1 * BIAS[1]) ** 2))
+    assert pair.heavier == pytest.approx(0.01 - 0.1 * BIAS[0])
+    designs = (design_of(DESIGN, NAMES, each) for each in (VALUES + longer, VALUES))
+    ends = [frequency(design, NAMES, np.eye(4), near())[0] for design in designs]
+    assert pair.true_slower == pytest.approx(ends[0] / ends[1] - 1, rel=1e-9)
+    assert pair.slower == pytest.approx(pair.true_slower, abs=2 * pair.slower_sd)
+    assert pair.slower_sd < 5e-3
+    alone = Fitted("with outsole", DESIGN, [fit("synthetic run 09", "with outsole", VALUES)], corrections(), VALUES)
+    assert pairs_of(alone, bare, NAMES, near()) == ()
+
+
+def test_other_pairs_tell_how_far_a_pair_can_be_trusted():
+    """Four pairs: what the other three miss between them is taken off the fourth, and scatters in its interval."""
+    off = [{0: 2e-4, 1: 4e-4, 2: 3e-4, 3: 3e-4}[number] * np.array([0.0, 1.0, 0.0, 0.0]) for number in range(4)]
+    usual = Fitted("with outsole", DESIGN, [fit(f"synthetic run 0{n}", "with outsole", VALUES, off=off[n])
+                                            for n in range(4)], {}, VALUES)  # fmt: skip
+    bare = Fitted("without outsole", DESIGN, [fit(f"synthetic bare run 0{n}", "without outsole", VALUES)
+                                              for n in range(4)], {}, VALUES)  # fmt: skip
+    first = pairs_of(usual, bare, NAMES, near())[0]
+    assert first.longer == pytest.approx(2e-4 - np.mean([4e-4, 3e-4, 3e-4]))
+    misses = np.array([off[n] for n in (1, 2, 3)])
+    assert first.longer_sd == pytest.approx(np.sqrt(Discrepancy.of(misses).spread(np.ones(4))[1, 1]))
+
+
+def test_the_gait_near_anothers_is_the_one_that_a_search_finds():
+    other = design_of(DESIGN, NAMES, VALUES * 1.02)
+    _, found = find_gait(other.biped, other.slope, 1e-9)
+    for start in (near(), np.zeros(5), np.zeros(3)):  # from its neighbour's; from where nobody walks; of another walker
+        assert gait_near(other, start, 1e-9)[1].z == pytest.approx(found.z, abs=1e-8)
+
+
+def test_frames_belong_to_the_hip_as_table_1_counts_it():
+    biped = dataclasses.replace(DESIGN.biped, hip_mass=0.016, frame_mass=0.15, frame_com=0.015, frame_inertia=2e-4)
+    design = dataclasses.replace(DESIGN, biped=biped)
+    names = ("biped.frame_mass",)
+    one = dataclasses.replace(fit("run", "lab", VALUES, wider=1.0), design=np.array([0.151]), truth=np.array([0.15]),
+                              covariance=np.array([[1e-8]]))  # fmt: skip
+    (number,) = robot_of(Fitted("lab", design, [one], {}, one.design), names, near()).numbers
+    assert number.name == "biped.hip_mass"
+    assert (number.drawn, number.found, number.truth) == pytest.approx((0.316, 0.318, 0.316))
+    assert number.sd == pytest.approx(2e-4)

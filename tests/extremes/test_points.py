@@ -1,6 +1,7 @@
 """The map covers what it claims to cover, and a verdict calls an unannounced error wrong."""
 
 import dataclasses
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from stages.analytic.model.walker import build_walker
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.extremes import constraint_points, penalty_points
+from stages.extremes import run as stage
 from stages.extremes.parameters import (
     COMPILED,
     COULOMB,
@@ -23,6 +25,7 @@ from stages.extremes.parameters import (
     INACCURATE,
     JOINTS,
     KNOWING_DETAILS,
+    LIMIT,
     MARCH,
     OF_A_GAIT,
     REFUSED,
@@ -304,3 +307,24 @@ def test_the_result_counts_and_says_its_spans(full):
     (_, columns, rows), (_, _, spans) = result.tables()
     assert columns == ["engine", "right", "refused", "wrong", "all"] and rows == [["gait", "1", "1", "1", "3"]]
     assert spans[0][3].startswith("1 of 3")
+
+
+# --- The usual parameters are looked at once, while the code is compiled, and every point gets its own verdict.
+
+
+@pytest.mark.parametrize("resolution", ["few", "coarse", "full"])
+def test_each_point_has_its_own_verdict(monkeypatch, resolution):
+    parameters, usual = parameters_of("extremes", f"extremes.resolution={resolution}"), Counter()
+
+    def evaluate(_, point):
+        usual[point.engine] += not point.changes
+        return Finding(RIGHT, reason=told(point))
+
+    def told(point):
+        return f"{point.engine} {point.value if point.engine == LIMIT else ''} {point.changes}"
+
+    monkeypatch.setattr(stage, "evaluate", evaluate)
+    monkeypatch.setattr(stage, "compute", lambda evaluate, common, points, **_: [evaluate(common, p) for p in points])
+    assert stage.run(parameters).reason == tuple(told(point) for point in stage.points(parameters))
+    assert len(usual) > 2
+    assert {number for engine, number in usual.items() if engine != LIMIT} <= {0, 1}

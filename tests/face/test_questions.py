@@ -1,8 +1,12 @@
 """What people import: every question with parameters by name, arrays with units, and examples that run as shown."""
 
+import ast
 import doctest
 import importlib
+import json
 import re
+import subprocess
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +14,7 @@ import pytest
 
 import bipedstudy
 import bipedstudy as bs
+from bipedstudy.questions import names
 from pipeline.errors import StudyError
 from pipeline.questions.command import questions
 from pipeline.study import locate
@@ -150,3 +155,92 @@ def test_settings_are_texts_or_mappings_of_values():
     for wrong, words in ((3, "3 is no setting"), ({"biped.hip_mass": -1}, "hip_mass = -1 kg is not allowed")):
         with pytest.raises(bipedstudy.StudyError, match=words):
             bipedstudy.parameters("analytic", wrong)
+
+
+# --- Whole studies of robots that are not Table 1's come to an end: every stage, every figure, the report.
+
+
+def draft(folder, *changes):
+    """A new study of another robot, run as a draft from nothing."""
+    program = [sys.executable, "-m", "bipedstudy"]
+    subprocess.run([*program, "init", "study"], cwd=folder, check=True)
+    settings = [word for change in changes for word in ("--set", change)]
+    return subprocess.run([*program, "run-all", "--accuracy", "draft", *settings], cwd=folder / "study", text=True,
+                          capture_output=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("changes", [
+    ["biped.legs=rigid", "ground.slope_deg=0.8"],
+    ["biped.stiffness=9000", "biped.damping=120"],
+    ["ground.normal_force=restitution"],
+    ["analytic.transition=coulomb", "biped.foot_radius=0.05"],
+    ["twin.inertia=planar", "biped.hip_mass=1.0", "biped.foot_com=0.06"],
+])
+def test_a_study_of_another_robot_comes_to_its_end(tmp_path, changes):
+    done = draft(tmp_path, *changes)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "study/results/report.html").stat().st_size > 100_000
+
+
+@pytest.mark.slow
+def test_an_unstable_gait_has_its_report_and_no_steps_on_blocks(tmp_path):
+    done = draft(tmp_path, "ground.slope_deg=4.5")
+    assert done.returncode == 3
+    (refused,) = done.stderr.splitlines()
+    assert refused.startswith("error: stage rough_ground: the gait is unstable")
+    assert (tmp_path / "study/results/report.html").stat().st_size > 100_000
+
+
+@pytest.mark.slow
+def test_a_ramp_too_flat_to_walk_on_is_an_honest_no(tmp_path):
+    done = draft(tmp_path, "ground.slope_deg=0.2")
+    assert done.returncode == 3
+    assert "no periodic gait" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_no_compiled_line_reads_beyond_an_array(tmp_path, monkeypatch, repository):
+    """The whole draft study of Table 1 with numba's check of bounds, all compiled anew."""
+    monkeypatch.setenv("NUMBA_BOUNDSCHECK", "1")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    command = [sys.executable, "-m", "bipedstudy", "run-all", "--accuracy", "draft", "--results", tmp_path / "results"]
+    done = subprocess.run(command, cwd=repository, text=True, capture_output=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+# --- The notebook that asks every question runs from top to bottom, and leaves no declared question out.
+
+
+def test_the_notebook_asks_every_question(notebook):
+    called = {node.func.attr for cell in notebook for node in ast.walk(ast.parse(cell))
+              if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+              and getattr(node.func.value, "id", "") == "bs"}  # fmt: skip
+    assert [name for name in names() if name not in called] == []
+
+
+@pytest.mark.slow
+def test_the_notebook_runs_from_top_to_bottom(notebook, tmp_path, monkeypatch, capsys):
+    """A cell shows its last expression, as Jupyter does."""
+    monkeypatch.chdir(tmp_path)
+    known: dict[str, object] = {}
+    shown = []
+    for number, cell in enumerate(notebook):
+        tree = ast.parse(cell, f"cell {number}")
+        last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+        exec(compile(tree, f"cell {number}", "exec"), known)
+        if isinstance(last, ast.Expr):
+            shown.append(repr(eval(compile(ast.Expression(last.value), f"cell {number}", "eval"), known)))
+    shown = [text for text in shown if text != "None"]  # of the cells that run a command of the shell
+    assert len(shown) == len(names()) and all(len(text) > 10 for text in shown), shown
+    assert "0.64034 ->" in shown[7] and "of the twin's (2 % requested)" in shown[8], shown[7:9]
+    assert "synthetic" in shown[9] and (tmp_path / "lab/twin.urdf").read_text().startswith("<?xml")
+
+
+@pytest.fixture(scope="module")
+def notebook(repository):
+    """The code of each cell, without outputs: they are made where it is run."""
+    found = json.loads((repository / "docs/questions.ipynb").read_text(encoding="utf-8"))
+    cells = [cell for cell in found["cells"] if cell["cell_type"] == "code"]
+    assert found["nbformat"] == 4 and not any(cell["outputs"] for cell in cells)
+    return ["".join(cell["source"]) for cell in cells]

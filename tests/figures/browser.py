@@ -1,7 +1,5 @@
 """A headless Chromium driven through its own debugging pipe: no driver, no port, no network."""
 
-from __future__ import annotations
-
 import base64
 import contextlib
 import itertools

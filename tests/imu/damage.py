@@ -1,7 +1,5 @@
 """Ways in which a log goes wrong, each a function of a random generator and of the database's content."""
 
-from __future__ import annotations
-
 import sqlite3
 import tempfile
 from collections.abc import Callable, Mapping, Sequence

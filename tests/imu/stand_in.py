@@ -1,7 +1,5 @@
 """A stand-in for the twin: planar leg kinematics with known steps, sent through the synthetic sensor and radio."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The same readings in the forms that loggers write: every one gives the same recording, or one clear sentence."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from datetime import datetime, timedelta, timezone

@@ -1,7 +1,5 @@
 """Spreadsheets, parquet, bags of ROS 1 and 2, and MCAP give the recording that the same rows give as CSV."""
 
-from __future__ import annotations
-
 import sys
 from datetime import datetime, timezone
 from pathlib import Path

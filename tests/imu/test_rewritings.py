@@ -1,7 +1,5 @@
 """One log written down in many ways gives one verdict and the same curves, within rounding of what is written."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 import warnings

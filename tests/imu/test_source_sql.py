@@ -2,12 +2,16 @@
 
 import contextlib
 import os
+import pwd
+import shutil
 import signal
 import socket
 import sqlite3
 import subprocess
+import tempfile
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -20,23 +24,116 @@ from stages.imu.sources.databases import SqliteSource, SqlSource, TableSource
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import TABLES, create_statements
 from tests import commands
-from tests.imu import postgres
 from tests.imu.stand_in import make_database, make_run
+
+CERTIFICATE = ("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=lab.invalid")
+USER, PASSWORD = "lab", "hunter2-secret"
+
+
+@dataclass(frozen=True)
+class Server:
+    """Where the server listens."""
+
+    folder: Path
+    port: int
+
+    def url(self, database: str = "postgres", user: str = USER, password: str = PASSWORD) -> str:
+        return f"postgresql://{user}:{password}@/{database}?host={self.folder}&port={self.port}"
+
+    def by_network(self, *options: str, password: str = PASSWORD, port: int | None = None) -> str:
+        """The same server by its port, or another one at `port`."""
+        return f"postgresql://{USER}:{password}@127.0.0.1:{port or self.port}/postgres?{'&'.join(options)}"
+
+    @property
+    def certificate(self) -> Path:
+        """Its own certificate's file, where it offers TLS; the certificate says another host name."""
+        return self.folder / "server.crt"
+
+
+def missing() -> str:
+    """Why no server can be started here; empty where one can."""
+    if os.name != "posix":
+        return "the server's socket needs a posix system"
+    if _program("initdb") is None or _program("postgres") is None:
+        return "PostgreSQL's server is not installed (Debian: postgresql)"
+    if os.geteuid() == 0 and _unprivileged() is None:
+        return "PostgreSQL does not run as root, and there is no user postgres or nobody"
+    return ""
+
+
+@contextlib.contextmanager
+def running(tls: bool = False) -> Iterator[Server]:
+    """A fresh server, stopped and removed at the end; with `tls` it offers that, with a certificate of its own."""
+    account = _unprivileged() if os.geteuid() == 0 else None
+    folder = Path(tempfile.mkdtemp(prefix="bipedstudy-pg-"))
+    (folder / "password").write_text(PASSWORD)
+    if account is not None:
+        for path in (folder, folder / "password"):
+            shutil.chown(path, account)
+    how = {"cwd": folder, "user": account, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    initdb = [_program("initdb"), "-D", folder / "base", "-U", USER, "-A", "scram-sha-256", "-E", "UTF8"]
+    server = None
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    try:
+        subprocess.run([*initdb, f"--pwfile={folder / 'password'}", "--no-sync"], check=True, timeout=600, **how)
+        command = [_program("postgres"), "-D", folder / "base", "-k", folder, "-p", str(port), "-F"]
+        command += ["-c", "listen_addresses=127.0.0.1"]
+        if tls:
+            subprocess.run([*CERTIFICATE, "-keyout", folder / "server.key", "-out", folder / "server.crt"], check=True,
+                           **how)  # fmt: skip
+            (folder / "server.key").chmod(0o600)
+            command += ["-c", "ssl=on"]
+            command += ["-c", f"ssl_cert_file={folder}/server.crt", "-c", f"ssl_key_file={folder}/server.key"]
+        server = subprocess.Popen(command, **how)
+        _wait_for(folder / "base/postmaster.pid", server)
+        yield Server(folder, port)
+    finally:
+        if server is not None:
+            server.terminate()
+            server.wait(60)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _wait_for(state: Path, server: subprocess.Popen[bytes]) -> None:
+    """Until the server says in its file that it takes calls: its socket is there before."""
+    for _ in range(1800):
+        if state.exists() and "ready" in state.read_text():
+            return
+        if server.poll() is not None:
+            break
+        time.sleep(0.1)
+    raise RuntimeError("the PostgreSQL server did not start")
+
+
+def _program(name: str) -> str | None:
+    debian = sorted(Path("/usr/lib/postgresql").glob(f"*/bin/{name}"))
+    return str(debian[-1]) if debian else shutil.which(name)
+
+
+def _unprivileged() -> str | None:
+    names = {entry.pw_name for entry in pwd.getpwall()}
+    return next((name for name in ("postgres", "nobody") if name in names), None)
+
+
+# --- The source against that server.
+
 
 pytestmark = [
     pytest.mark.skipif(find_spec(name) is None, reason=f"{name} is not installed (extra [sql])")
     for name in ("sqlalchemy", "psycopg")
-] + [pytest.mark.skipif(bool(postgres.missing()), reason=postgres.missing() or "none")]
+] + [pytest.mark.skipif(bool(missing()), reason=missing() or "none")]
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[postgres.Server]:
-    with postgres.running() as server:
+def server() -> Iterator[Server]:
+    with running() as server:
         yield server
 
 
 @contextlib.contextmanager
-def writer(server: postgres.Server, *statements: str) -> Iterator[Any]:
+def writer(server: Server, *statements: str) -> Iterator[Any]:
     """A connection that may write, as the lab's own programs have; first it executes and keeps these."""
     import sqlalchemy  # here: every process that collects tests would load it
 
@@ -48,7 +145,7 @@ def writer(server: postgres.Server, *statements: str) -> Iterator[Any]:
         yield connection
 
 
-def contents(server: postgres.Server) -> dict[str, list[str]]:
+def contents(server: Server) -> dict[str, list[str]]:
     """Every row of every table as the server prints it, with its place on the disk, which any change moves."""
     with writer(server) as connection:
         return {
@@ -58,7 +155,7 @@ def contents(server: postgres.Server) -> dict[str, list[str]]:
 
 
 @pytest.fixture(scope="module")
-def filled(server: postgres.Server, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def filled(server: Server, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two runs on the server; the SQLite file they come from."""
     path = tmp_path_factory.mktemp("same") / "log.sqlite"
     path.write_bytes(make_database([make_run(seed, steps=6, rest_s=1.0) for seed in (1, 2)]))
@@ -82,7 +179,7 @@ def columns_of(source: TableSource) -> list[tuple[Any, Any, np.ndarray]]:
         ]
 
 
-def test_a_server_gives_what_a_file_gives(server: postgres.Server, filled: Path) -> None:
+def test_a_server_gives_what_a_file_gives(server: Server, filled: Path) -> None:
     before = contents(server)
     from_server, from_file = columns_of(SqlSource(server.url())), columns_of(SqliteSource(filled))
     assert len(from_server) == 4
@@ -92,7 +189,7 @@ def test_a_server_gives_what_a_file_gives(server: postgres.Server, filled: Path)
     assert contents(server) == before
 
 
-def test_views_stand_for_tables_of_other_names(server: postgres.Server, filled: Path) -> None:
+def test_views_stand_for_tables_of_other_names(server: Server, filled: Path) -> None:
     views = [f"CREATE VIEW shown.{table} AS SELECT * FROM public.{table}" for table in TABLES]
     with writer(server, "CREATE SCHEMA shown", *views, "CREATE ROLE guest LOGIN PASSWORD 'guest'",
                 "ALTER ROLE guest SET search_path = shown", "GRANT USAGE ON SCHEMA shown TO guest",
@@ -100,7 +197,7 @@ def test_views_stand_for_tables_of_other_names(server: postgres.Server, filled: 
         assert len(columns_of(SqlSource(server.url(user="guest", password="guest")))) == 4
 
 
-def test_nothing_can_be_written(server: postgres.Server, filled: Path) -> None:
+def test_nothing_can_be_written(server: Server, filled: Path) -> None:
     before = contents(server)
     with SqlSource(server.url()) as source:
         for change in ("INSERT INTO device (device_id) VALUES (99) RETURNING 1", "DELETE FROM sample RETURNING 1"):
@@ -109,7 +206,7 @@ def test_nothing_can_be_written(server: postgres.Server, filled: Path) -> None:
     assert contents(server) == before
 
 
-def test_nothing_of_the_connection_is_told(server: postgres.Server, filled: Path, tmp_path: Path) -> None:
+def test_nothing_of_the_connection_is_told(server: Server, filled: Path, tmp_path: Path) -> None:
     wrong = {
         server.url(password="swordfish-secret"): "user and password",
         server.url(user="nobody-secret"): "user and password",
@@ -139,9 +236,9 @@ def test_nothing_of_the_connection_is_told(server: postgres.Server, filled: Path
 def test_a_server_whose_certificate_is_not_trusted(tmp_path: Path) -> None:
     """Each reason is a sentence of its own; with the right authority, and no host name asked for, it is read."""
     stranger = tmp_path / "stranger.crt"
-    subprocess.run([*postgres.CERTIFICATE, "-keyout", tmp_path / "key", "-out", stranger], check=True,
+    subprocess.run([*CERTIFICATE, "-keyout", tmp_path / "key", "-out", stranger], check=True,
                    stderr=subprocess.DEVNULL)  # fmt: skip
-    with postgres.running(tls=True) as server:
+    with running(tls=True) as server:
         own, hba = f"sslrootcert={server.certificate}", server.folder / "base/pg_hba.conf"
         wrong = {
             server.by_network("sslmode=verify-full", f"sslrootcert={tmp_path}/none"): "is missing",
@@ -168,7 +265,7 @@ def test_a_server_whose_certificate_is_not_trusted(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_silent_server_is_left(server: postgres.Server, filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_silent_server_is_left(server: Server, filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One that takes the call and says nothing, and one whose process stops while it is read."""
     began = time.monotonic()
     with socket.socket() as silent:
@@ -189,7 +286,7 @@ def test_a_silent_server_is_left(server: postgres.Server, filled: Path, monkeypa
     assert time.monotonic() - began < 60
 
 
-def test_a_schema_of_its_own_is_named(server: postgres.Server, filled: Path) -> None:
+def test_a_schema_of_its_own_is_named(server: Server, filled: Path) -> None:
     views = [f"CREATE VIEW gait_lab.{table} AS SELECT * FROM public.{table}" for table in TABLES]
     empty = ("CREATE SCHEMA nothing_here", "CREATE SCHEMA gait_lab")
     with writer(server, *empty, *views):
@@ -200,7 +297,7 @@ def test_a_schema_of_its_own_is_named(server: postgres.Server, filled: Path) -> 
 
 
 def test_a_copy_has_each_row_in_its_place(
-    server: postgres.Server, filled: Path, repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    server: Server, filled: Path, repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a server and of that copy: identities with gaps, the sensors' rows mixed, times as a database has them."""
     shown = {name: name for name, _, _ in TABLES["sample"]}
@@ -230,7 +327,7 @@ def test_a_copy_has_each_row_in_its_place(
 
 
 @pytest.mark.slow
-def test_a_locked_table_and_an_endless_view_end(server: postgres.Server, filled: Path) -> None:
+def test_a_locked_table_and_an_endless_view_end(server: Server, filled: Path) -> None:
     with writer(server) as connection:
         connection.exec_driver_sql("LOCK TABLE sample IN ACCESS EXCLUSIVE MODE")
         began = time.monotonic()
@@ -241,7 +338,7 @@ def test_a_locked_table_and_an_endless_view_end(server: postgres.Server, filled:
         list(source.query("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i FROM n) SELECT max(i) FROM n"))
 
 
-def test_missing_and_hostile_tables(server: postgres.Server, filled: Path) -> None:
+def test_missing_and_hostile_tables(server: Server, filled: Path) -> None:
     hostile = '"x""; DROP TABLE sample; --"'
     with writer(server, f"ALTER TABLE device RENAME TO {hostile}"), pytest.raises(SourceRefused, match="named device"):
         SqlSource(server.url())

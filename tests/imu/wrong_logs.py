@@ -5,8 +5,6 @@ and first run when the limits stood, `LAST` when `LATER` had been answered; `CLO
 passed without a word until rules were added that are derived: not chosen on these.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 

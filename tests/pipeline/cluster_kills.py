@@ -4,8 +4,6 @@
 that are not those of an undisturbed sweep on this machine. *Without a sentence* are ends of the client that has none.
 """
 
-from __future__ import annotations
-
 import contextlib
 import random
 import subprocess

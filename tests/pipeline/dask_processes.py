@@ -1,7 +1,5 @@
 """A dask cluster of this machine in processes that can be killed one by one, and certificates made for it."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Makers of strange files: what no program should hang on, believe, or meet with a traceback. Each is given a path."""
 
-from __future__ import annotations
-
 import os
 import random
 import socket

@@ -1,8 +1,16 @@
 """Results go to HDF5 and come back, with the same bytes every time."""
 
+import contextlib
+import dataclasses
+import importlib
 import random
+import re
 import time
+import types
+import typing
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -11,10 +19,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from pipeline.cache import artefact, disk
+from pipeline.cache import artefact, disk, hdf5
+from pipeline.cache.hdf5 import ROWS
 from pipeline.errors import StudyError
+from pipeline.graph import read as read_graph
 from stages.biped.quantity import quantity
+from stages.model_error.measures import MEASURES
+from stages.studies.result import EnginesDisagree
 from tests.pipeline.strange_files import ARTEFACT
+from tests.pipeline.test_numerical_errors import motions
 
 
 @dataclass(frozen=True)
@@ -175,3 +188,211 @@ def test_an_artefact_cut_anywhere_is_never_a_traceback_and_never_taken_for_whole
         for read in (artefact.tree, lambda cut, name: artefact.decode(cut, Everything, name)):
             with pytest.raises(StudyError, match=r"x\.h5: (is empty|is truncated or not an HDF5 file)"):
                 read(content[:end], "x.h5")
+
+
+# --- Other people's tools understand the files: xarray, h5py and pandas in three lines each.
+
+
+ROOT = Path(__file__).resolve().parents[2]
+STAGES = tuple(read_graph(ROOT).stages)
+
+
+def made(kind, chance):
+    """Any value of a type that a field of a result declares."""
+    if typing.get_origin(kind) in (typing.Union, types.UnionType) and chance.random() < 0.3:
+        return None
+    kind = hdf5.present(kind)
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if dataclasses.is_dataclass(kind):
+        hints = typing.get_type_hints(kind)
+        for _ in range(100):
+            with contextlib.suppress(EnginesDisagree, ValueError):  # numbers that it does not take
+                return kind(**{field.name: {} if field.name == "files" else made(hints[field.name], chance)
+                               for field in dataclasses.fields(kind)})  # fmt: skip
+        raise AssertionError(f"no {kind.__name__} was found that may be")
+    if typing.get_origin(kind) in (dict, Mapping):
+        return {key: made(arguments[1], chance) for key in chance.choice(((), ("b", "a"), ("b", "a"), ("c",)))}
+    if origin is tuple:
+        count = chance.randint(0, 3) if arguments[-1] is Ellipsis else len(arguments)
+        return tuple(made(arguments[0], chance) for _ in range(count))
+    if kind is np.ndarray:
+        shape = chance.choice(((2,), (2, 3), (2, 3), (0, 2), (4, 2, 2), (2, len(MEASURES))))
+        return np.full(shape, chance.choice((np.nan, -0.0, 3.5, 7, True)))
+    return {float: chance.choice((float("nan"), float("inf"), -0.0, 0.1)), int: chance.randint(-(2**53), 2**53),
+            bool: chance.random() < 0.5, str: chance.choice(("", "x", "é", "two words"))}[kind]  # fmt: skip
+
+
+class Found(h5py.File):
+    """A file in which everything is found once: h5netcdf asks for a dataset forty times, and by references, whose names
+    HDF5 looks for in all of the file.
+    """
+
+    def __init__(self, path, every=False):
+        super().__init__(path)
+        names = []
+        self.visit(names.append)
+        if not every:  # of parts that differ in a row's number alone, the first and the last
+            ends = [{re.sub(r"/\d+(?=/|$)", "/#", name): name for name in order} for order in (names, reversed(names))]
+            names = {name: None for kinds in ends for name in kinds.values()}
+        self.named = {"": super().__getitem__("/"), **{name: super(Found, self).__getitem__(name) for name in names}}
+        self.placed = {h5py.h5o.get_info(item.id).addr: item for item in self.named.values()}
+        self.every = every
+
+    def __getitem__(self, name):
+        if isinstance(name, h5py.Reference):
+            return self.placed[h5py.h5o.get_info(h5py.h5r.dereference(name, self.id)).addr]
+        return self.named.get(name.strip("/")) or super().__getitem__(name)
+
+    def groups(self):
+        """Groups and, of tables, the number of rows. Unless every one is asked for, one of each kind: those of a kind
+        differ in their names, in values, and in sizes that are not 0.
+        """
+        found = {}
+        for name, item in self.named.items():
+            if isinstance(item, h5py.Group) and name != "provenance":
+                parts = [self[f"{name}/{part}"] for part in item]
+                sets = [(part.name.rpartition("/")[2], part.dtype, [not size for size in part.shape], [*part.attrs])
+                        for part in parts if isinstance(part, h5py.Dataset)]  # fmt: skip
+                count = item.attrs.get(ROWS)
+                found.setdefault(name if self.every else repr((count is None, not count, sets)), (name, count))
+        return dict(found.values())
+
+
+def assert_all_tools_open(path, every=False):
+    """Groups of each kind, or every group, in xarray with names for all dimensions, tables in pandas too."""
+    xarray, h5netcdf = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
+    with Found(path, every) as found:
+        file = h5netcdf.File(found, decode_vlen_strings=True)  # as xarray opens a path
+        for group, count in found.groups().items():  # as xarray.open_dataset(path, engine="h5netcdf", group=group)
+            opened = xarray.open_dataset(xarray.backends.H5NetCDFStore(file, group=group))
+            assert not [name for name in opened.dims if name.startswith("phony")], group
+            opened.load()
+            if count is not None:
+                frame = opened.drop_dims(set(opened.dims) - {"row"}).to_dataframe()
+                assert len(frame) == count and frame.index.name == "row"
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(
+    stage, tmp_path, seeds=(3, 4), every=False
+):
+    cls = importlib.import_module(f"stages.{stage}.result").Result
+    for seed in seeds:
+        result = made(cls, random.Random(f"{stage} {seed}"))
+        content = artefact.encode(result, {"key": "k"})
+        assert seed > seeds[0] or content == artefact.encode(result, {"key": "k"})
+        assert bits(artefact.decode(content, cls, stage)) == bits(result)
+    (tmp_path / "made.h5").write_bytes(content)
+    assert_all_tools_open(tmp_path / "made.h5", every)
+
+
+def test_files_of_a_closer_result_open_elsewhere(tmp_path):
+    _, content = artefact.encoded(motions(1.0), {}, {}, motions(1.5, **{"claims.yaml": b"x\0y", "log": b"abc"}))
+    (tmp_path / "made.h5").write_bytes(content)
+    assert_all_tools_open(tmp_path / "made.h5", every=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stage", STAGES)
+def test_twenty_results_of_a_stage_come_back(stage, tmp_path):
+    test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path, range(20), True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stage", STAGES)
+def test_every_artefact_that_is_there_opens_elsewhere(stage):
+    path = ROOT / "results" / f"{stage}.h5"
+    if not path.exists():
+        pytest.skip(f"results/{stage}.h5 is not there; make it with: bipedstudy run {stage}")
+    with h5py.File(path) as file:
+        if file.attrs["format"] != artefact.FORMAT:
+            pytest.skip(f"results/{stage}.h5 is of an earlier format; run its stage anew")
+    assert_all_tools_open(path, every=True)
+
+
+def test_the_files_of_a_run_say_what_they_are(done):
+    for path in (done.root / "results").glob("*.h5"):
+        assert_all_tools_open(path)
+        with h5py.File(path) as file:
+            assert file.attrs["stage"] == path.stem and file.attrs["source"].startswith("bipedstudy")
+
+
+def test_the_study_says_what_is_cited_and_licensed():
+    from stages.about import ATTRIBUTES
+
+    yaml = pytest.importorskip("yaml")
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    paper = cited["preferred-citation"]
+    assert (ATTRIBUTES["title"], ATTRIBUTES["license"]) == (cited["title"], cited["license"])
+    for part in (*(author["family-names"] for author in paper["authors"]), paper["title"], paper["journal"]):
+        assert part in ATTRIBUTES["references"]
+    assert ATTRIBUTES["references"].endswith(str(paper["year"]))
+    assert (ROOT / "LICENSE").read_text().startswith("BSD 3-Clause")
+
+
+def test_a_table_is_a_dataset_for_each_column(tmp_path):
+    path = tmp_path / "x.h5"
+    path.write_bytes(artefact.encode(example(rows=(inner(3), inner(3))), {}))
+    with h5py.File(path) as file:
+        assert list(file["rows"]) == ["row", "value", "samples", "samples_1", "samples_2"]
+        assert file["rows/samples"].shape == (2, 3, 2) and file["rows/value"].attrs["units"] == "m"
+        assert file["rows/value"].dims[0][0] == file["rows/row"]
+    path.write_bytes(artefact.encode(example(rows=(inner(3), inner(2))), {}))
+    with h5py.File(path) as file:  # no column for what has another shape in each row
+        assert list(file["rows"]) == ["row", "value", "0", "1"] and file["rows/1/samples"].shape == (2, 2)
+
+
+#: A row whose heights lie along its times, and a table of them.
+Step = dataclasses.make_dataclass("Step", [("time", np.ndarray, quantity("s", "time")), (
+    "height", np.ndarray, quantity("m", "height", dimensions=("time",)))])  # fmt: skip
+Steps = dataclasses.make_dataclass("Steps", [("steps", tuple[Step, ...])])
+
+
+def test_a_field_without_a_column_gives_no_dimension_its_name():
+    result = Steps((Step(np.ones(2), np.zeros(2)), Step(np.ones(3), np.zeros(2))))
+    assert bits(artefact.decode(artefact.encode(result, {}), Steps, "x")) == bits(result)
+
+
+def test_rows_of_several_classes_are_no_table():
+    other = dataclasses.make_dataclass("Other", [("value", float)], frozen=True)
+    with pytest.raises(TypeError, match="rows of several classes"):
+        artefact.encode(example(rows=(inner(3), other(1.0))), {})
+
+
+def test_a_table_that_lost_a_row_is_one_sentence(tmp_path):
+    path = tmp_path / "x.h5"
+    path.write_bytes(artefact.encode(example(rows=(inner(3), inner(3))), {}))
+    with h5py.File(path, "r+") as file:
+        file["rows"].attrs[ROWS] = 3
+    with pytest.raises(StudyError, match="value has 2 rows, not 3"):
+        artefact.decode(path.read_bytes(), Everything, path.name)
+
+
+@pytest.mark.parametrize(
+    ("cells", "column"),
+    [
+        ((1.0, None, -0.0), [1.0, np.nan, -0.0]),
+        ((None, None), [np.nan, np.nan]),
+        ((True, None), [True, False]),
+        ((1, 2.5), [1.0, 2.5]),
+        ((2**60 + 1, 2.5), None),  # no one type holds both
+        (("a", None), ["a", ""]),
+        (((1, 2), (3, 4)), [[1, 2], [3, 4]]),
+        (((1, 2), (3,)), None),
+        (((), ()), [[], []]),
+    ],
+)
+def test_cells_make_a_column_or_none(cells, column):
+    found = hdf5.stacked(cells)
+    assert (found is None) if column is None else np.array_equal(found, column, equal_nan=found.dtype.kind == "f")
+
+
+def test_dimensions_are_named_as_declared_where_that_is_consistent():
+    shapes = {"time": (5,), "place": (5, 2), "legs": (0, 2), "square": (2, 2), "count": (), "count_0": (4,),
+              "sub": None}  # fmt: skip
+    declared = {"place": ("time", "axis"), "legs": ("time", "axis"), "square": ("axis", "axis"), "count_0": ("sub",)}
+    assert hdf5.names(shapes, declared) == {
+        "time": ("time",), "place": ("time", "axis"), "legs": ("legs_0", "axis"), "square": ("axis", "square_1"),
+        "count": (), "count_0": ("count_0_0",), "sub": (),
+    }  # fmt: skip
+    assert hdf5.names({"x": (3, 2), "x_1": (7, 7)}, {}, "row")["x"] == ("row", "x_1_")

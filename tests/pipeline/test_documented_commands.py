@@ -28,7 +28,7 @@ NOT_RUN = {
     "make study": "installs an environment; .ci/run and the workflows call make, and every stage it runs is run here",
     "make test": "is what runs this test",
     "bipedstudy sweep slopes.yaml --cluster tls://scheduler:8786 --tls-ca-file cluster.pem --tls-cert cluster.pem "
-    "--tls-key cluster.key": "needs a cluster: tests/pipeline/test_cluster_refusals",
+    "--tls-key cluster.key": "needs a cluster: tests/pipeline/test_sweep_cluster",
     "bipedstudy sweep slopes.yaml --cluster tcp://scheduler:8786": "needs a cluster, as the one above",
     "bipedstudy follow lab.sqlite --as robot": "needs a robot, for which what is measured here is too short: test_lab",
     "bipedstudy same lab.sqlite --as robot": "likewise: tests/calibration/test_change",

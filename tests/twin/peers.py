@@ -4,8 +4,6 @@ A function takes what is exported and returns a function of coordinates and rate
 not installed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

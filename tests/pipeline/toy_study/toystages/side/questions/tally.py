@@ -1,7 +1,5 @@
 """`tally`: numbers of several seeds; a part at a time, so that it can be stopped between them."""
 
-from __future__ import annotations
-
 import os
 import random
 import time
