@@ -140,6 +140,7 @@ class Result:
     failed: tuple[Failed, ...] = quantity("-", "runs that could not be fitted or walked")
     followed: tuple[Followed, ...] = quantity(
         "-", "the first run that was fitted, followed; none if it is lost", default=())
+    lever_arm_sd: float = quantity("m", "what was known of the foot sensor's place, standard error", default=np.nan)
 
     def of_kind(self, kind: str) -> list[FittedRun]:
         """Fits of one kind of robot."""

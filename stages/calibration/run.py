@@ -115,7 +115,8 @@ def run(
         np.array([design.value(name) for name in model.shared]), model.own, model.layout.names,
         _judged(found, truths, model.shared), tuple(one for one in found if isinstance(one, HeldOut)),
         _misses_of(missed, design, model),
-        tuple(one for one in found if isinstance(one, Failed)), () if shown is None else (shown,))
+        tuple(one for one in found if isinstance(one, Failed)), () if shown is None else (shown,),
+        settings.lever_arm_sd)
 
 
 def _rows(parameters: Parameters) -> tuple[tuple[Determined, ...], tuple[str, ...]]:

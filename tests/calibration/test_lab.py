@@ -20,12 +20,14 @@ from stages.calibration import run as stage
 from stages.calibration.blind_score import draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified
+from stages.calibration.estimation.request import PARTS, Request
 from stages.calibration.estimation.run_fit import RunFit, begun, fit_near, run_equations
 from stages.calibration.following import robot_file
 from stages.calibration.following.fitted import earlier_fits, earlier_runs, fitted_robot
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import ALONE, Discrepancy, Judged, judged, widening
 from stages.calibration.recordings import WITH_OUTSOLE, drawn_design, first_steps, looked_for, sources, table_value
+from stages.calibration.reports import sensor_report
 from stages.calibration.result import HALF_WIDTH, Misses, Result
 from stages.campaign.run import MOUNTING, database_bytes, device, sensed_run
 from stages.campaign.twin_run import first_state, walk_twin
@@ -118,7 +120,8 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     shares = np.outer(pulls, np.full(len(names), 1.0)) + 0.02 * np.array([1.0, -1.0, 1.0, -1.0, 0.0])[:, None]
     values = np.array([drawn.value(name) for name in names])
     study = Result(30, (), (), names, tuple(drawn.unit(name) for name in names), values, (), (), (), (),
-                   Misses(tuple(f"run {number}" for number in range(5)), shares, *np.zeros((2, 5, 0)), pulls), ())
+                   Misses(tuple(f"run {number}" for number in range(5)), shares, *np.zeros((2, 5, 0)), pulls), (),
+                   lever_arm_sd=1e-5)
     results = folder / "of_the_study"
     results.mkdir()
     (results / "calibration.h5").write_bytes(artefact.encode(study, {}))
@@ -127,7 +130,7 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     (folder / "parts.yaml").write_text(yaml.safe_dump(about))
     robot = folder / "robot_of_parts"
     done = commands.run("calibrate", folder / "lab.sqlite", "--with", folder / "parts.yaml", "--into", robot,
-                        "--results", results, "--json", cwd=repository)  # fmt: skip
+                        "--set", "calibration.lever_arm_sd=1e-5", "--results", results, "--json", cwd=repository)  # fmt: skip
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout)
     assert answer["model_error_runs"] == 5, answer["model_error"]
@@ -185,6 +188,20 @@ def test_a_labs_foot_sensor_is_where_the_lab_put_it(monkeypatch):
     assert abs(truth) > 1e-3 and abs(place - truth) < 0.5 * abs(truth)
     row = NAMES.index("biped.leg_length")
     assert abs(fit.design[row] - campaign.design.value("biped.leg_length")) < 4.0 * np.sqrt(fit.covariance[row, row])
+
+
+def test_a_bill_of_parts_does_not_say_where_a_lab_put_its_foot_sensor(monkeypatch):
+    """It was believed to 10 um, whatever `lever_arm_sd` said."""
+    class Seen(Exception):
+        """What the fit was given."""
+
+    def seen(_design, _names, parameters):
+        raise Seen(parameters.settings.lever_arm_sd)
+
+    monkeypatch.setattr(sensor_report, "first_model", seen)
+    with pytest.raises(Seen) as found:
+        sensor_report.calibrated(PARAMETERS, Request(design=PARTS), Path("lab.sqlite"), None)
+    assert found.value.args == (pytest.approx(0.01 * PARAMETERS.biped.leg_length),)
 
 
 def test_a_lab_without_a_run_that_can_be_used_is_said_so_with_the_reasons(monkeypatch):
@@ -252,7 +269,7 @@ def study(count=8):
         size=(count, len(NAMES)))  # fmt: skip
     misses = Misses(tuple(f"run {number:02d}" for number in range(count)), shares, *np.zeros((2, count, 0)), pulls)
     return Result(30, (), (), NAMES, tuple(DRAWN.unit(name) for name in NAMES), VALUES, ("ground.slope_deg",),
-                  ("hip_clock",), (), (), misses, ())
+                  ("hip_clock",), (), (), misses, (), lever_arm_sd=1e-5)
 
 
 def test_closer_fits_of_further_robots_begin_at_what_theirs_found(monkeypatch):
@@ -266,9 +283,9 @@ def test_closer_fits_of_further_robots_begin_at_what_theirs_found(monkeypatch):
     np.testing.assert_allclose((found - true) / VALUES, told.misses.shares, atol=1e-12)
 
 
-def asked(told, names=NAMES, known=WEIGHED, design=DRAWN, pull=1e-3):
+def asked(told, names=NAMES, known=WEIGHED, design=DRAWN, lever_arm_sd=1e-5, pull=1e-3):
     order = [NAMES.index(name) for name in names if name in NAMES]
-    return judged(names, VALUES[order], SD[order], known, design, pull, told)
+    return judged(names, VALUES[order], SD[order], known, design, lever_arm_sd, pull, told)
 
 
 def test_what_other_runs_miss_is_taken_off_and_widens_the_interval():
@@ -291,6 +308,7 @@ def test_what_other_runs_miss_is_taken_off_and_widens_the_interval():
     ({"told": (study(), "it"), "known": ()}, "the mass is known and nothing else"),
     ({"told": (study(), "it"), "known": (*WEIGHED, Known("biped.leg_length", 0.333, 1e-4))}, "nothing else"),
     ({"told": (study(), "it"), "design": DRAWN.with_value("biped.leg_length", 0.34)}, "another leg_length"),
+    ({"told": (study(), "it"), "lever_arm_sd": 3e-3}, "is said to be within 1e-05 m, here within 0.003 m"),
 ])  # fmt: skip
 def test_where_the_studys_runs_do_not_tell_it_the_answer_says_so_and_stays_as_it_is(change, said):
     found = asked(**change)

@@ -236,15 +236,16 @@ class Judged:
 
 def judged(
     names: Sequence[str], values: Vector, sd: Vector, known: Sequence[Known], design: DesignPoint,
-    pull: float, calibration: tuple[Any, str],
+    lever_arm_sd: float, pull: float, calibration: tuple[Any, str],
 ) -> Judged:
     """What was found (d,) with noise `sd` (d,), less what fits of the study's runs miss on average and widened by
     their scatter, where the study has made fits of this kind; else as it is, and why.
 
-    `pull`: by how much the fit moved clocks. `calibration` is the study's own and its file, or none and why.
+    `lever_arm_sd` [m]: how well the foot sensor's place was known. `pull`: by how much the fit moved clocks.
+    `calibration` is the study's own and its file, or none and why.
     """
     study, source = calibration
-    why = source if study is None else unfit(names, known, design, study, source)
+    why = source if study is None else unfit(names, known, design, lever_arm_sd, study, source)
     if why:
         return Judged(values, sd, f"{ALONE}: {why}")
     term = Discrepancy.of(study.misses.shares, study.misses.pulls)
@@ -263,7 +264,7 @@ def judged(
 
 
 def unfit(
-    names: Sequence[str], known: Sequence[Known], design: DesignPoint, study: Result, source: str
+    names: Sequence[str], known: Sequence[Known], design: DesignPoint, lever_arm_sd: float, study: Result, source: str
 ) -> str:
     """Why a study's fits do not tell what these miss; nothing where they do."""
     if Discrepancy.from_misses(study.misses) is None:
@@ -275,6 +276,9 @@ def unfit(
                 "parts begins such a fit (design: parts)")
     if {one.name for one in known} != {TOTAL_MASS}:
         return f"{source} tells it of robots of which the mass is known and nothing else"
+    if not math.isclose(lever_arm_sd, study.lever_arm_sd, rel_tol=0.1):
+        return (f"{source} tells it of robots whose foot sensor is where it is said to be within {study.lever_arm_sd:.2g} "
+                f"m, here within {lever_arm_sd:.2g} m (calibration.lever_arm_sd)")
     other = [short(name) for name, drawn in zip(study.names, study.drawn, strict=True)
              if abs(design.value(name) - drawn) > SAME * abs(drawn)]
     return f"{source} is of a robot with another {listed(other)}" if other else ""

@@ -38,7 +38,7 @@ from stages.calibration.intervals.left_out import FRICTION, OTHER, Cause, causes
 from stages.calibration.intervals.model_error import Judged, judged, structure_in_words, widening
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters, Settings
-from stages.calibration.recordings import as_mounted, drawn_design, guess, looked_for, none_of, read_runs
+from stages.calibration.recordings import drawn_design, guess, looked_for, none_of, read_runs
 from stages.calibration.result import HALF_WIDTH, HeldOut
 
 #: What is known of the sensors is said to be wrong beyond so many of its standard errors.
@@ -86,7 +86,6 @@ def calibrated(
     Raises WrongOption, NoGait, NotIdentified.
     """
     of_parts = request.design == PARTS if before is None else before.of_parts
-    parameters = as_mounted(parameters) if of_parts else parameters
     if before is None:
         design = _with_more(drawn_design(parameters) if of_parts else guess(parameters), request)
         there = looked_for(design) if of_parts else (
@@ -115,6 +114,7 @@ def calibrated(
     held = {run.name: _explained(found, run, model, parameters.settings.begun_s) for run in out}
     sigmas, wider = widening(fit.equations)
     estimate = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, all_known, design,
+                      parameters.settings.lever_arm_sd,
                       float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
     others = causes(design, fit, model, all_known)
     estimate = dataclasses.replace(estimate, sd=widened(estimate.sd, others))
