@@ -26,6 +26,7 @@ from stages.imu.sources.column_map import CsvSource
 from stages.imu.strikes.heel_strikes import filled
 from stages.imu.strikes.step_times import INNER
 from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor, common_grid, on_grid
+from stages.imu.trial.sensor import trace_sensor
 from stages.imu.trial.trial import read_sensor
 from stages.imu.trial.walk import strikes_of
 from tests.imu.real_recordings import FOLDER, ipol
@@ -89,7 +90,7 @@ def main() -> None:
         marks = json.loads((FOLDER / f"ipol_{name}.json").read_text())
         ((_, recordings),) = CsvSource(ipol(name), FOLDER).runs()
         for recording in recordings:
-            sensor, _, _ = read_sensor(recording, STUDY.settings, STUDY.limits)
+            sensor, _, _ = read_sensor(trace_sensor(recording, STUDY.settings), STUDY.settings, STUDY.limits)
             side, _, part = recording.device.place.partition(" ")
             if sensor is None:
                 continue

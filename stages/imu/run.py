@@ -21,7 +21,7 @@ from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.trial.body import BodySensor
-from stages.imu.trial.trial import Trial, read_trial
+from stages.imu.trial.trial import Trial, read_trials
 from stages.imu.trial.walk import ensemble_of
 
 #: Why the stage is not run once more at closer settings of solvers.
@@ -48,10 +48,10 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 def trials(
     runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], parameters: Reading, progress: Progress = ignore
 ) -> Iterator[Trial]:
-    """Each run of a source as a trial, one at a time."""
+    """Each walk of each run of a source as a trial, one at a time."""
     for number, (experiment, recordings) in enumerate(runs):
         progress(1 - 1 / (1 + number / 10), f"run {experiment.name}")
-        yield read_trial(experiment, recordings, parameters)
+        yield from read_trials(experiment, recordings, parameters)
 
 
 def collect(found: Iterable[Trial]) -> Result:

@@ -129,8 +129,8 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     del about["fixed"]
     (folder / "parts.yaml").write_text(yaml.safe_dump(about))
     robot = folder / "robot_of_parts"
-    done = commands.run("calibrate", folder / "lab.sqlite", "--with", folder / "parts.yaml", "--into", robot,
-                        "--set", "calibration.lever_arm_sd=1e-5", "--results", results, "--json", cwd=repository)  # fmt: skip
+    done = commands.run("calibrate", folder / "lab.sqlite", "--with", folder / "parts.yaml", "--into", robot, "--set",
+                        "calibration.lever_arm_sd=1e-5", "--results", results, "--json", cwd=repository)  # fmt: skip
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout)
     assert answer["model_error_runs"] == 5, answer["model_error"]

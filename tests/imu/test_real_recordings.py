@@ -17,6 +17,7 @@ from stages.imu.sources.column_map import CsvSource
 from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.step_times import INNER
 from stages.imu.trial.body import BodySensor
+from stages.imu.trial.sensor import trace_sensor
 from stages.imu.trial.trial import read_sensor, read_trial
 from stages.imu.trial.walk import strikes_of
 from tests.imu.real_recordings import FOLDER, ipol, xio
@@ -45,7 +46,7 @@ def marked(name: str, side: str) -> np.ndarray:
 @functools.cache
 def sensed(name: str, place: str) -> tuple[BodySensor | None, SensorReport]:
     """What one of a person's sensors showed, and the report on it."""
-    sensor, report, _ = read_sensor(at(name, place), SETTINGS, LIMITS)
+    sensor, report, _ = read_sensor(trace_sensor(at(name, place), SETTINGS), SETTINGS, LIMITS)
     return sensor, report
 
 
@@ -54,7 +55,7 @@ def reports(description: dict[str, Any], **said: str) -> list[SensorReport]:
     for file in description["files"]:
         file["device"] = file["device"] | said
     ((_, recordings),) = CsvSource(description, FOLDER).runs()
-    return [read_sensor(one, SETTINGS, LIMITS)[1] for one in recordings]
+    return [read_sensor(trace_sensor(one, SETTINGS), SETTINGS, LIMITS)[1] for one in recordings]
 
 
 @pytest.mark.parametrize(("name", "fewest", "most"), [("8-5", 572, 783), ("3-3", 532, 651), ("7-4", 0, 0)])

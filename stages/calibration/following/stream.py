@@ -243,14 +243,14 @@ class Stream:
 
     def _found(self, recordings: Mapping[str, Recording]) -> dict[str, BodySensor]:
         """The sensors as the ingest finds them."""
-        found = {}
+        found, settings, limits = {}, self._reading.settings, self._reading.limits
         for side, recording in recordings.items():
-            sensor, _, against = read_sensor(recording, self._reading.settings, self._reading.limits)
+            sensor, _, against = read_sensor(trace_sensor(recording, settings), settings, limits)
             why = next((one.sentence for one in against if one.refused), "no still stand: the frame cannot be found")
             if sensor is None or any(one.refused for one in against):
                 raise StepFailed(why)
             found[side] = sensor
-        return brought_together(found, self._reading.settings, self._reading.limits).sensors
+        return brought_together(found, settings, limits).sensors
 
     def _known(self, recording: Recording) -> BodySensor:
         """A sensor whose mounting is known."""

@@ -277,8 +277,8 @@ def unfit(
     if {one.name for one in known} != {TOTAL_MASS}:
         return f"{source} tells it of robots of which the mass is known and nothing else"
     if not math.isclose(lever_arm_sd, study.lever_arm_sd, rel_tol=0.1):
-        return (f"{source} tells it of robots whose foot sensor is where it is said to be within {study.lever_arm_sd:.2g} "
-                f"m, here within {lever_arm_sd:.2g} m (calibration.lever_arm_sd)")
+        return (f"{source} tells it of robots whose foot sensor is where it is said to be within "
+                f"{study.lever_arm_sd:.2g} m, here within {lever_arm_sd:.2g} m (calibration.lever_arm_sd)")
     other = [short(name) for name, drawn in zip(study.names, study.drawn, strict=True)
              if abs(design.value(name) - drawn) > SAME * abs(drawn)]
     return f"{source} is of a robot with another {listed(other)}" if other else ""

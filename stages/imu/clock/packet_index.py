@@ -107,10 +107,10 @@ def index_samples(recording: Recording) -> IndexedRecording:
     index = packet * batch + position[order]
     rank = np.argsort(order[np.lexsort((index, segment))])
     late, unusable = int((rank < np.maximum.accumulate(rank)).sum()), int((~usable).sum())
-    return _numbered(recording.take(order), segment, index, batch, BY_COUNTER, exact, late, unusable, sent_again)
+    return numbered(recording.take(order), segment, index, batch, BY_COUNTER, exact, late, unusable, sent_again)
 
 
-def _numbered(
+def numbered(
     recording: Recording, segment: np.ndarray, index: np.ndarray, batch: int, by: str,
     exact: int, out_of_order: int, unusable: int, sent_again: int = 0,
 ) -> IndexedRecording:
@@ -197,7 +197,7 @@ def index_without_counter(recording: Recording, exact: int) -> IndexedRecording:
         return _index_by_device_stamp(recording, exact, stored - recording.rows)
     order, falls = arrival_order(np.zeros(len(stamp)), stamp), int((np.diff(stamp) < 0).sum())
     segment, rank = np.zeros(len(order), dtype=np.int64), np.arange(len(order))
-    return _numbered(recording.take(order), segment, rank, 1, BY_ROWS, exact, falls, stored - recording.rows)
+    return numbered(recording.take(order), segment, rank, 1, BY_ROWS, exact, falls, stored - recording.rows)
 
 
 def _index_by_device_stamp(recording: Recording, exact: int, unusable: int) -> IndexedRecording:
@@ -214,4 +214,4 @@ def _index_by_device_stamp(recording: Recording, exact: int, unusable: int) -> I
     usual = float(np.median(step)) if len(step) else 1.0
     periods = np.append(0, np.cumsum(np.where(np.diff(life[at]) == 0, np.maximum(1, np.rint(step / usual)), 1)))
     index = (periods[which] * batch + np.minimum(rank, batch - 1)).astype(np.int64)
-    return _numbered(recording.take(order), life, index, batch, BY_DEVICE_STAMP, exact, falls, unusable)
+    return numbered(recording.take(order), life, index, batch, BY_DEVICE_STAMP, exact, falls, unusable)

@@ -131,8 +131,8 @@ class Recording(Rows):
     experiment: Experiment
     device: Device
 
-    def take(self, keep: np.ndarray) -> Recording:
-        """The same recording with the rows `keep` (indices or mask) only."""
+    def take(self, keep: np.ndarray | slice) -> Recording:
+        """The same recording with the rows `keep` (indices, mask or slice) only."""
         return replace(self, **{field.name: getattr(self, field.name)[keep] for field in dataclasses.fields(Rows)})
 
 

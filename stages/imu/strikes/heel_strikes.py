@@ -23,6 +23,7 @@ VARIANCE_FLOOR = 0.3  # of the median variance of the strikes: no point of the t
 SMOOTHED = 5  # points of the template over which that variance is averaged
 TINY = 1e-300
 ROUNDED = 1e-3  # of the grid's step
+SMOOTHED_STEPS = 0.06  # standard deviation of what smoothes a rate before its turns are looked for, in steps
 SEARCH_STEPS = 0.3  # half width of the search around a turn, in steps
 LOBE_STEPS = 0.45  # how soon before and after a turn the leg must have moved, in steps
 FAINT = 0.6  # of a leg's median pulse: a fainter one is not the strike, which then lies in a hole
@@ -45,7 +46,7 @@ def find_heel_strikes(
     period = step_period(lateral_rate, dt, step_band_hz)
     if not np.isfinite(period):
         return NO_STRIKES
-    smooth = gaussian_filter1d(filled(lateral_rate), 0.06 * period / dt)
+    smooth = gaussian_filter1d(filled(lateral_rate), SMOOTHED_STEPS * period / dt)
     sharpness = pulse_sharpness(np.column_stack([filled(axis) for axis in force.T]), dt)
     half = max(1, int(SEARCH_STEPS * period / dt))
     found = turns(smooth, period, dt)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from stages.imu.clock.clock import Clock, repair_clock
-from stages.imu.clock.packet_index import IndexedRecording, index_samples
+from stages.imu.clock.packet_index import IndexedRecording, index_samples, numbered
 from stages.imu.parameters import Settings, filter_delay
-from stages.imu.sources.schema import Recording
+from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import Scale, scale_of
 
 CLIPPED = 1 - 1e-4  # of full scale: the topmost count is a little below it
@@ -65,9 +66,21 @@ class SensorTrace:
 
 def trace_sensor(recording: Recording, settings: Settings) -> SensorTrace:
     """Index, clock, unit, clipping and still stand of a recording. Raises SourceRefused for counts without scale."""
-    scale = scale_of(recording)
-    indexed = index_samples(recording)
-    clock = repair_clock(indexed, settings.clock_tolerance_s)
+    scale, indexed = scale_of(recording), index_samples(recording)
+    return _traced(indexed, repair_clock(indexed, settings.clock_tolerance_s), scale, settings)
+
+
+def part_of(trace: SensorTrace, rows: slice, experiment: Experiment, settings: Settings) -> SensorTrace:
+    """These rows of a trace as a run of their own, with the still stand among them, on the clock of the whole."""
+    whole, segment = trace.indexed, trace.indexed.segment[rows]
+    recording = dataclasses.replace(whole.recording.take(rows), experiment=experiment)
+    if len(segment) == len(trace.time) and experiment == whole.recording.experiment:
+        return trace
+    indexed = numbered(recording, segment - segment[0], whole.index[rows], whole.batch_size, whole.numbered_by, 0, 0, 0)
+    return _traced(indexed, dataclasses.replace(trace.clock, time=trace.clock.time[rows]), trace.scale, settings)
+
+
+def _traced(indexed: IndexedRecording, clock: Clock, scale: Scale, settings: Settings) -> SensorTrace:
     force, clipped_force = mask_clipped(indexed.recording.acceleration, scale.acceleration_full_scale)
     rate, clipped_rate = mask_clipped(indexed.recording.angular_rate, scale.angular_rate_full_scale)
     force, rate = force * scale.acceleration, rate * scale.angular_rate
@@ -75,7 +88,7 @@ def trace_sensor(recording: Recording, settings: Settings) -> SensorTrace:
         indexed=indexed,
         clock=clock,
         scale=scale,
-        time=clock.time - filter_delay(recording.device.bandwidth_hz),
+        time=clock.time - filter_delay(indexed.recording.device.bandwidth_hz),
         specific_force=force,
         angular_rate=rate,
         clipped_acceleration=clipped_force,
@@ -91,26 +104,33 @@ def mask_clipped(value: np.ndarray, full_scale: float) -> tuple[np.ndarray, int]
 
 
 def find_rest(force: np.ndarray, rate: np.ndarray, rate_hz: float, settings: Settings) -> np.ndarray:
-    """Mask (n,) of the longest stretch where a window of `rest_window_s` is still; all False where none is.
+    """Mask (n,) of the longest still stand; all False where there is none."""
+    still = np.zeros(len(force), dtype=bool)
+    starts, ends = stands(force, rate, rate_hz, settings)
+    if len(starts):
+        longest, length = int(np.argmax(ends - starts)), math.ceil(settings.rest_window_s * rate_hz)
+        # A window at the edge still passes when a movement begins in it: half a window is given up at each end.
+        margin = min(length // 2, (ends[longest] - starts[longest]) // 4)
+        still[starts[longest] + margin : ends[longest] - margin] = True
+    return still
+
+
+def stands(
+    force: np.ndarray, rate: np.ndarray, rate_hz: float, settings: Settings
+) -> tuple[np.ndarray, np.ndarray]:
+    """First rows (s,) of all stretches where each window of `rest_window_s` is still, and the rows after them (s,).
 
     Still: angular rate and specific force vary by less than the settings' rms about the window's mean.
     """
-    none = np.zeros(len(force), dtype=bool)
+    none = np.zeros(0, dtype=np.int64)
     length = math.ceil(settings.rest_window_s * rate_hz) if math.isfinite(rate_hz) else 0
     if length < 5 or len(force) < length:
-        return none
+        return none, none
     quiet = (_window_rms(rate, length) < math.radians(settings.rest_rate_deg_s)) & (
         _window_rms(force, length) < settings.rest_acceleration
     )
     edges = np.flatnonzero(np.diff(np.concatenate(([0], quiet.astype(int), [0]))))
-    if not len(edges):
-        return none
-    starts, ends = edges[::2], edges[1::2] - 1 + length
-    longest = int(np.argmax(ends - starts))
-    # A window at the edge still passes when a movement begins in it: half a window is given up at each end.
-    margin = min(length // 2, (ends[longest] - starts[longest]) // 4)
-    none[starts[longest] + margin : ends[longest] - margin] = True
-    return none
+    return edges[::2], edges[1::2] - 1 + length
 
 
 def _window_rms(value: np.ndarray, length: int) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,17 +26,18 @@ from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import PLACES, BodySensor, frame_of, grid_signals
-from stages.imu.trial.sensor import trace_sensor
+from stages.imu.trial.sensor import SensorTrace, part_of, trace_sensor
 from stages.imu.trial.two_clocks import Together, brought_together, overlap_of
 from stages.imu.trial.walk import at_slowest, leg_of, registered, strikes_of
+from stages.imu.trial.walks_in import walks_in
 
 
 def read_sensor(
-    recording: Recording, settings: Settings, limits: Limits
+    trace: SensorTrace, settings: Settings, limits: Limits
 ) -> tuple[BodySensor | None, SensorReport, tuple[Finding, ...]]:
     """One sensor in body axes (None where no frame can be found), with its report and what speaks against it."""
+    recording = trace.indexed.recording
     missing = int((~np.isfinite(np.hstack((recording.acceleration, recording.angular_rate)))).sum())
-    trace = trace_sensor(recording, settings)
     frame = frame_of(trace, settings)
     indexed, clock, device = trace.indexed, trace.clock, trace.indexed.recording.device
     reading, batches = trace.static_reading(), batch_sizes(indexed)
@@ -44,7 +46,8 @@ def read_sensor(
         run=indexed.recording.experiment.name,
         place=device.place,
         bandwidth_hz=math.nan if device.bandwidth_hz is None else device.bandwidth_hz,
-        rows=recording.rows,
+        rows=recording.rows + indexed.exact_duplicates + indexed.sent_again + indexed.key_duplicates
+        + indexed.unusable_rows,
         smallest_batch=int(batches.min(initial=indexed.batch_size)),
         largest_batch=int(batches.max(initial=0)),
         clock_settings=len(clock.settings),
@@ -130,17 +133,50 @@ class Trial:
 def read_trial(
     experiment: Experiment, recordings: tuple[Recording, ...], parameters: Reading
 ) -> Trial:
-    """Take one run from raw rows to registered strides and a verdict."""
+    """The first of `read_trials`."""
+    return next(read_trials(experiment, recordings, parameters))
+
+
+def read_trials(
+    experiment: Experiment, recordings: tuple[Recording, ...], parameters: Reading
+) -> Iterator[Trial]:
+    """Take each walk of a run from raw rows to registered strides and a verdict.
+
+    Sensors may have clocks of their own, so that the first walk of one is the first of the other.
+    """
+    settings = parameters.settings
+    traces = [trace_sensor(recording, settings) for recording in recordings]
+    walks = [walks_in(trace, settings, parameters.limits) for trace in traces]
+    count = max(map(len, walks), default=0)
+    uneven = Finding(True, (), "the sensors show " + " and ".join(map(str, map(len, walks))) + " walks: give each walk "
+                     "a run of its own")  # fmt: skip
+    if count > 1 and any(len(one) not in (0, count) for one in walks):
+        yield _trial(experiment, traces, parameters, [uneven])
+        return
+    for number in range(max(count, 1)):
+        name = f"{experiment.name}, walk {number + 1} of {count}" if count > 1 else experiment.name
+        mine = dataclasses.replace(experiment, name=name)
+        parts = [part_of(trace, one[number] if one else slice(None), mine, settings)
+                 for trace, one in zip(traces, walks)]
+        out = max((1.0 - len(part.time) / len(trace.time) for part, trace in zip(parts, traces) if len(trace.time)),
+                  default=0.0)
+        why = f"{out:.0%} of the recording is left out, as not of this walk and the stand before it"
+        yield _trial(mine, parts, parameters, [Finding(False, (), why)] if out > 0.0 else [])
+
+
+def _trial(
+    experiment: Experiment, traces: Sequence[SensorTrace], parameters: Reading, left_out: list[Finding]
+) -> Trial:
+    """One walk, from what its sensors show, and what is known against it."""
     settings, limits = parameters.settings, parameters.limits
     sensors: dict[str, BodySensor] = {}
     reports: list[SensorReport] = []
-    left_out: list[Finding] = []
-    for recording in recordings:
-        sensor, report, against = read_sensor(recording, settings, limits)
+    for trace in traces:
+        sensor, report, against = read_sensor(trace, settings, limits)
         reports.append(report)
-        place, believed = recording.device.place.strip().lower(), True
+        place, believed = trace.indexed.recording.device.place.strip().lower(), True
         if place not in PLACES:
-            why = f"the sensor at {printable(recording.device.place)} is not used: not hip or foot"
+            why = f"the sensor at {printable(trace.indexed.recording.device.place)} is not used: not hip or foot"
         elif place in sensors:
             why = f"a second sensor at the {place} is not used"
         elif sensor is None or not report.accepted:
