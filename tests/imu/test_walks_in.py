@@ -95,6 +95,18 @@ def test_sensors_that_show_other_numbers_of_walks_are_refused(log: Log) -> None:
     assert "the sensors show 2 and 1 walks: give each walk a run of its own" in found.report().reason
 
 
+def test_a_sensor_that_restarts_where_nothing_else_dates_it_is_said_so(log: Log) -> None:
+    """It was "100% of the samples are lost"."""
+    recordings = []
+    for one in log.recordings:
+        rows = alone(one)
+        rows[len(rows) // 2 :, STAMP] -= rows[len(rows) // 2, STAMP] + 5.0
+        recordings.append(recording_from_columns(one.experiment, one.device, rows))
+    (found,) = read_trials(log.experiment, tuple(recordings), PARAMETERS)
+    assert found.verdict.outcome == REFUSED and "lost" not in found.report().reason
+    assert "the sensor's stamps begin anew within the recording" in found.report().reason
+
+
 def test_a_walk_alone_is_taken_as_it_is(log: Log) -> None:
     (found,) = read(log, "walk")
     assert [one.rows for one in found.reports] == [one.rows for one in log.recordings]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stages.imu.clock.packet_index import BY_ROWS
+from stages.imu.clock.packet_index import BY_DEVICE_STAMP, BY_ROWS
 from stages.imu.judgement.evidence import mean_gain
 from stages.imu.judgement.sensor_evidence import (
     FEWEST_ROWS,
@@ -99,7 +99,12 @@ def against_sensor(
             "the clock cannot be repaired: the smallest delays of its samples differ by "
             f"{report.clock_error_s * 1e3:.2g} ms {look}",
         ),
-        remark(share > settings.loss_tolerance, f"{share:.0%} of the samples are lost"),
+        remark(
+            indexed.resets > 0 and report.stamp == "device" and indexed.numbered_by == BY_DEVICE_STAMP,
+            "the sensor's stamps begin anew within the recording, and no other stamp tells how long it paused: give "
+            "each part a run of its own",
+        )
+        or remark(share > settings.loss_tolerance, f"{share:.0%} of the samples are lost"),
         refusal(
             report.swing_share < limits.swing_share,
             f"only {report.swing_share:.0%} of the motion turns about one axis: one of a walk that is not in a plane, "

@@ -35,6 +35,8 @@ UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 CONFIRMED = 3.0  # factor within which stamps advance at the nominal rate
 FEWEST = 10  # stamps from which a rate is read
 APART = 30  # rows between which it is, so that packets and jitter hardly count, and pauses neither
+COUNTER_BITS = (16, 24, 31, 32)
+LATE = 5  # rows at most that one comes late
 DAY = 86400.0
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*$")
 _POINTS = re.compile(r"\s*(\d{1,2})\.(\d{1,2})\.(\d{4})[ T](.*)$")
@@ -78,22 +80,46 @@ def text_of(cell: Any) -> str:
     return "" if cell is None else str(cell).strip()
 
 
-def unit_of(stamp: np.ndarray, rate_hz: float) -> str | None:
-    """The unit in which stamps (n,) advance at about the nominal rate; None where that is no unit, or too few."""
+def step_of(stamp: np.ndarray) -> float:
+    """By how much stamps (n,) advance from row to row; NaN where they do not, or are too few."""
     known = stamp[np.isfinite(stamp)]
     if len(known) < FEWEST:
-        return None
+        return math.nan
     apart = min(APART, len(known) // 2)
     step = float(np.median(known[apart:] - known[:-apart])) / apart
-    if not step > 0:
+    return step if step > 0 else math.nan
+
+
+def unit_of(stamp: np.ndarray, rate_hz: float) -> str | None:
+    """The unit in which stamps (n,) advance at about the nominal rate; None where that is no unit, or too few."""
+    step = step_of(stamp)
+    if math.isnan(step):
         return None
     near = {unit: abs(math.log(step * size * rate_hz)) for unit, size in UNITS.items()}
     best = min(near, key=near.__getitem__)
     return best if near[best] < math.log(CONFIRMED) else None
 
 
+def counted_on(stamp: np.ndarray) -> np.ndarray:
+    """The stamps (n,) of a counter that began anew after so many bits, as if it had gone on.
+
+    It falls by nearly that many, where a sensor that restarts falls by another number; soon after that a rise by as
+    many is a row from before it that comes late.
+    """
+    known, near = np.flatnonzero(np.isfinite(stamp)), APART * step_of(stamp)
+    steps, turns = np.diff(stamp[known]), np.zeros(max(len(known) - 1, 0))
+    for modulus in (2.0**bits for bits in COUNTER_BITS if 2.0**bits > 2.0 * near):
+        fell, rose = np.abs(steps + modulus) < near, np.abs(steps - modulus) < near
+        soon = np.convolve(fell, np.ones(LATE), "full")[: len(steps)] > 0
+        turns += modulus * (fell * 1.0 - (rose & soon))
+    found = stamp.copy()
+    found[known[1:]] += np.cumsum(turns)
+    return found
+
+
 def in_seconds(stamp: np.ndarray, rate_hz: float) -> np.ndarray:
-    """The stamps (n,) in seconds, whatever unit the nominal rate confirms."""
+    """The stamps (n,) in seconds, whatever unit the nominal rate confirms; of a counter that began anew, counted on."""
+    stamp = counted_on(stamp)
     size = UNITS[unit_of(stamp, rate_hz) or "s"]
     if size == 1.0:
         return stamp

@@ -97,7 +97,7 @@ MAKERS = (
           "each channel has a column of times; of several sensors the first is taken"),
     Maker("Shimmer (Consensys)", (r"Accel_(LN|WR)_X",), "m/s^2", "deg/s", {},
           "of two accelerometers the low-noise one (LN) is taken; its range is 2 g"),
-    Maker("phyphox", (r"^(Acceleration|Linear Acceleration|Gyroscope) x \(",), "m/s^2", "rad/s", {},
+    Maker("phyphox", (r"^(Linear )?Acceleration x \(m|^Gyroscope x \(rad",), "m/s^2", "rad/s", {},
           "export the accelerometer with g, not the linear acceleration"),
     Maker("Sensor Logger", ("^seconds_elapsed$",), "m/s^2", "rad/s", {"device_stamp": "^seconds_elapsed$"},
           "Accelerometer has no gravity: take TotalAcceleration, or AccelerometerUncalibrated"),

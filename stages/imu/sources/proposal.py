@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stages.imu.sources.cells import UNITS, moments
+from stages.imu.sources.cells import UNITS, counted_on, moments
 from stages.imu.sources.formats import ARRAY_FILE, BAG, COLUMNS, IMU, format_of, groups_of, read, topics
 from stages.imu.sources.head import APDM, OTHER_UNITS, Head, Maker, head_of, maker_of
 from stages.imu.sources.opening import SourceRefused, printable, refuse
@@ -283,7 +283,7 @@ def _rate(head: Head, columns: dict[str, int]) -> tuple[float, str]:
 
 def _rate_of(stamps: np.ndarray, units: Sequence[str], name: str) -> tuple[float, str]:
     """The rate [Hz] at which a column of stamps (n,) advances in the first of the units in which it is a usual one."""
-    values = stamps[np.isfinite(stamps)]
+    values = counted_on(stamps)[np.isfinite(stamps)]
     step = float((values[-1] - values[0]) / max(len(values) - 1, 1)) if len(values) else 0.0
     for unit in units:
         rate = 1 / (step * UNITS[unit]) if step > 0 else 0.0

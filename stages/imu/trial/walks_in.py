@@ -18,11 +18,12 @@ from stages.imu.trial.sensor import SensorTrace, stands
 def walks_in(trace: SensorTrace, settings: Settings, limits: Limits) -> list[slice]:
     """The rows of each walk, with the stand before it; none where no walk follows a stand."""
     starts, ends = stands(trace.specific_force, trace.angular_rate, trace.rate_hz, settings)
-    rate = np.column_stack([filled(axis) for axis in trace.angular_rate.T])
-    rows = np.append(starts, len(rate))
     least = settings.rest_window_s * trace.rate_hz
+    apart = starts[1:] - ends[:-1] > least  # a slow push begins so gently that its first part looks still by itself
+    starts, ends = starts[np.append(True, apart)[: len(starts)]], ends[np.append(apart, True)[: len(ends)]]
+    rate = np.column_stack([filled(axis) for axis in trace.angular_rate.T])
     walks = list[slice]()
-    for first, stood, after in zip(rows, ends, rows[1:]):
+    for first, stood, after in zip(starts, ends, np.append(starts[1:], len(rate))):
         walked = _walked(rate[stood:after] - rate[first:stood].mean(axis=0), trace.rate_hz, settings, limits)
         if walked:
             walks.append(slice(0 if first < least else int(first), int(stood) + walked))
