@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives, step_tangents, walk_derivatives
-from stages.analytic.derivatives.multipliers import APART, LEADING, multiplier_derivatives
+from stages.analytic.derivatives.multipliers import APART, LEADING, along_the_gait, multiplier_derivatives
 from stages.analytic.derivatives.numbers import changes_of, moved, sensitive_names
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe, step_length
@@ -323,6 +323,14 @@ def test_multipliers_that_meet_have_no_derivatives_and_a_sentence_says_so():
     found = multiplier_derivatives(near)
     assert len(found.refused) == 2 and "has no derivative of its own" in found.refused[0]
     assert np.isnan(found.derivatives[:2]).all() and np.isfinite(found.derivatives[2:]).all()
+
+
+@pytest.mark.parametrize("power", [1, 2, 6], ids=["bend", "smooth", "smoother"])
+def test_what_is_left_of_a_multipliers_derivative_holds_beside_a_bend(power):
+    """There differences fall by two where the step is halved, and extrapolation gains nothing."""
+    one = np.ones((1, 1))
+    found, left = along_the_gait(lambda share: one + 1e3 * abs(share) ** power, one, one)
+    assert abs(found[0] - 1.0) < left + 1e-12 < 0.2
 
 
 def test_step_length_is_that_of_the_gait():
