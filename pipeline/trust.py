@@ -83,14 +83,15 @@ def content(root: Path, files: Iterable[Path]) -> str:
 
 def _code(root: Path, package: str) -> Iterator[Path]:
     """Files that can be run: all of the package of stages but what is compiled of them, which is not read, and what
-    can be imported from elsewhere in the study. Links are followed, as Python does.
+    can be imported from elsewhere in the study. Links are followed, as Python does; in order, as what two names have is
+    told by the first.
     """
     suffixes, seen = tuple(all_suffixes()), set[str]()
     for place, folders, names in os.walk(root, followlinks=True):
         here, real = Path(place), os.path.realpath(place)
         inside = (root / package) in (here, *here.parents)
-        folders[:] = [name for name in folders if not name.startswith(".") and not (inside and name == _COMPILED)
-                      and here / name != root / _RESULTS and real not in seen]  # fmt: skip
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and real not in seen and not (
+            inside and name == _COMPILED) and here / name != root / _RESULTS)  # fmt: skip
         yield from (here / name for name in names if (here / name).is_file() and real not in seen and
                     (inside or name.endswith(suffixes)))  # fmt: skip
         seen.add(real)

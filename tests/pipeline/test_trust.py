@@ -18,7 +18,6 @@ from pipeline.errors import StudyError
 from pipeline.home import engine, face
 from pipeline.study import locate
 from tests import commands
-from tests.pipeline.toy import HOME
 
 unix = pytest.mark.skipif(os.name != "posix", reason="uses owners of files")
 as_root = pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0, reason="gives files to another user")
@@ -30,7 +29,7 @@ COMMANDS = ("run-all", "run side", "status", "graph", "sweep grid.yaml", "show s
 
 def each(folder: Path, *words: str, **environment: str) -> dict[str, tuple[int, str]]:
     """Exit code and errors of commands in a folder, as a user of this program calls them there."""
-    told = commands.each(*words, cwd=folder, env={**os.environ, "PYTHONPATH": str(HOME), **environment})
+    told = commands.each(*words, cwd=folder, **environment)
     return {typed: (code, " ".join(errors.split())) for typed, (code, _, errors) in told.items()}
 
 
@@ -99,7 +98,20 @@ def test_what_could_be_imported_in_place_of_a_package_is_part_of_the_content(tra
     assert more == {"numpy.py", "yaml/__init__.py", "yaml/__pycache__/x.pyc", "stages/table.csv"}
 
 
-def test_compiled_code_that_came_along_is_not_run(trapped, monkeypatch):
+def test_what_a_link_names_is_told_once_in_whatever_order_a_disk_lists_folders(trapped, monkeypatch):
+    def backwards(*of, walk=os.walk, **how):
+        for place, folders, names in walk(*of, **how):
+            folders.reverse()
+            yield place, folders, names[::-1]
+
+    (trapped.root / "stages/again").symlink_to("side")
+    found = sorted(trust._code(trapped.root, "stages"))
+    assert len({path.resolve() for path in found}) == len(found)
+    monkeypatch.setattr(os, "walk", backwards)
+    assert sorted(trust._code(trapped.root, "stages")) == found
+
+
+def test_compiled_code_that_came_along_is_not_run(trapped):
     """Whoever agreed to the sources has not seen it. It has the right seal, and times and size of its source."""
     clean = trapped.path("stages/fall/parameters.py")
     text, found = clean.read_text(), clean.stat()
