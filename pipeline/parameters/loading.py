@@ -273,6 +273,6 @@ def _unfounded(where: str, entries: Mapping[str, Node], units: Mapping[str, str]
         return
     for key, parts in stated.items():
         lacks = [f"no {part}" for part in ("unit", "source") if part not in parts]
-        if lacks and "rows" not in parts and units.get(key, "-") not in ("-", "1"):
+        if lacks and units.get(key, "-") not in ("-", "1"):
             yield (f"{where}:{entries[key].line}: {key} states {' and '.join(lacks)}, which others of this file do; it "
                    f"is taken in {units[key]}")  # fmt: skip

@@ -39,6 +39,12 @@ def test_an_answer_is_read_by_key_and_prints_as_the_command_does():
     assert bs.sensitivity(settings={"ground.slope_deg": 2.2}).plain == found.plain
 
 
+def test_axes_of_a_plot_carry_units():
+    height, angle = bs.plot(bs.walk(steps=1), "hip_position", "leg_angle").axes
+    assert (height.get_ylabel(), angle.get_ylabel()) == ("hip position\n[m]", "leg angle\n[rad]")
+    assert angle.get_xlabel() == "time [s]"
+
+
 def test_a_mapping_stands_for_a_file_and_an_answer_draws_itself(tmp_path):
     found = bs.map(BOX, study=_study(tmp_path), jobs=1)
     assert found["designs"] == 3

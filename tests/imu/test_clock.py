@@ -122,7 +122,11 @@ def test_losses_are_counted_exactly_and_without_a_counter_not_guessed() -> None:
     (np.array([65533, 65534, 65535, 0, 1, 3]), [0] * 6, [65533, 65534, 65535, 65536, 65537, 65539]),
     (np.r_[500:700, 0:150], [0] * 200 + [1] * 150, [*range(500, 700), *range(150)]),
     (np.array([10, 11, 13, 14, 12, 15, 16, 17]), [0] * 8, [10, 11, 13, 14, 12, 15, 16, 17]),
-], ids=["a wrap", "a restart", "a late packet"])  # fmt: skip
+    (np.r_[500:520, 100:102, 520:540], [0] * 42, [*range(500, 520), 100, 101, *range(520, 540)]),
+    (np.r_[500:520, 0:2], [0] * 20 + [1] * 2, [*range(500, 520), 0, 1]),
+    (np.r_[0:10, 0:2], [0] * 10 + [1] * 2, [*range(10), 0, 1]),
+], ids=["a wrap", "a restart", "a late packet", "two that are very late", "a restart at the end",
+        "a restart of a short life"])  # fmt: skip
 def test_a_restart_alone_starts_a_segment(counter: np.ndarray, segments: list[int], numbers: list[int]) -> None:
     segment, number = unwrap_counter(counter, 65536)
     assert (segment.tolist(), number.tolist()) == (segments, numbers)

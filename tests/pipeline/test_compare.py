@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pipeline.cache import artefact, hdf5
-from pipeline.changes.command import _change, _claims, changes, share
+from pipeline.changes.command import _change, _claims, _numbers, changes, share
 from tests.pipeline.toy import copied
 
 Row = make_dataclass("Row", [("width", float, field(metadata={"unit": "m"})), ("name", str)])
@@ -176,6 +176,15 @@ def test_a_change_is_a_share_of_what_was(before, after, expected):
         assert found[0] is None or str(found[0]) == str(expected[0])
         assert str(found[1]) == str(expected[1])
         assert found[2] == (None if expected[2] is None else pytest.approx(expected[2]))
+
+
+def test_single_numbers_are_listed_that_changed_by_more_than_round_off():
+    """Not arrays nor words, which have no one value before and after."""
+    found = (("curve", "array 3", "differs by 1 at most", 0.2), ("outcome", "fell", "walked", None),
+             ("drift", 0.0, 1e-12, np.inf), ("height", 2.0, 3.0, 0.5))  # fmt: skip
+    rows = [{"stage": "fall", "path": path, "unit": "m", "before": before, "after": after, "relative": relative}
+            for path, before, after, relative in found]  # fmt: skip
+    assert [*_numbers(rows, 0)][2:] == ["  fall height", "    2 -> 3 m (+50 %)"]
 
 
 def test_a_share_is_read_as_per_cent():

@@ -14,6 +14,7 @@ import pytest
 from pipeline.cache import artefact
 from pipeline.cache.artefact import SAFE, SHARED
 from pipeline.cache.differences import ROUND_OFF, closer, differences
+from pipeline.execution.display import Display
 from pipeline.execution.inputs import _read_whole
 from pipeline.home import stage_module
 from pipeline.study import Study
@@ -47,8 +48,11 @@ def errors(toy, stage):
     return {each.path: each.error for each in artefact.tree(content, stage) if each.error is not None}, why
 
 
-def test_a_number_carries_its_error_and_hands_it_on(falling):
-    falling.run(names=("bounce", "side"))
+def test_a_number_carries_its_error_and_hands_it_on(falling, monkeypatch):
+    told = []
+    monkeypatch.setattr(Display, "progress", lambda *of: told.append(of[-1]))
+    falling.run(names=("bounce", "side"), jobs=1)
+    assert told.count("once more, closer, for the errors of its numbers") == 2, "side has no solver"
     found, why = errors(falling, "fall")
     assert found["height"] == SAFE * 0.25 and not why
     assert found["mass/ball"] == pytest.approx(ROUND_OFF * np.spacing(0.1), rel=0.05), "no less than round-off"
