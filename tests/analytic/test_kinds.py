@@ -1,7 +1,5 @@
 """What kind of walker it is stands in the type of its numbers, and decides what is compiled."""
 
-import os
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -112,7 +110,7 @@ for d in ({", ".join(DIRECTIONS)}):
     functions = {{id(f): f for values in modules for f in values if is_jitted(f)}}.values()
     print(*sorted(f"{{f.__module__}}.{{f.__name__}}" for f in functions if f.stats.cache_misses))
 """
-    done = commands.python(program, cwd=Path(__file__).parents[2], env={**os.environ, "NUMBA_CACHE_DIR": str(code)})
+    done = commands.python(program, cwd=commands.HOME, NUMBA_CACHE_DIR=str(code))
     assert done.returncode == 0, done.stderr
     return map(str.split, done.stdout.splitlines())
 

@@ -4,8 +4,7 @@ import json
 import math
 import os
 import shutil
-import subprocess
-import sys
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -94,12 +93,11 @@ def test_an_error_comes_out_of_what_is_called(toys):
 
 
 @pytest.fixture
-def called(tmp_path, repository):
+def called(tmp_path):
     """What a new process that calls some of `TOYS` finds: what they give, what it loaded as parts, what as a whole."""
 
     def process(*names, cache="cache"):
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / cache), "PYTHONPATH": str(repository)}
-        done = commands.python(CALLED, str(tmp_path), *names, cwd=repository, env=environment)
+        done = commands.python(CALLED, str(tmp_path), *names, cwd=commands.HOME, NUMBA_CACHE_DIR=str(tmp_path / cache))
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
 
@@ -152,14 +150,8 @@ def command(tmp_path, repository):
         (shutil.copytree if source.is_dir() else shutil.copy)(source, tmp_path / name)
     (tmp_path / "other").mkdir()
     (tmp_path / "other/sitecustomize.py").write_text(OTHER_NUMBA)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path / "other"), str(repository)]),
-                   "NUMBA_CACHE_DIR": str(tmp_path / "cache")}  # fmt: skip
-
-    def run(*arguments):
-        return subprocess.run([sys.executable, "-m", "pipeline.cli", *arguments], cwd=tmp_path, env=environment,
-                              text=True, capture_output=True)  # fmt: skip
-
-    return run
+    path = os.pathsep.join([str(tmp_path / "other"), str(repository)])
+    return partial(commands.afresh, cwd=tmp_path, PYTHONPATH=path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
 
 
 @pytest.mark.slow
@@ -167,8 +159,7 @@ def test_a_command_answers_the_same_and_finds_its_machine_code_again(command, tm
     first, again = command("gait", "--json"), command("gait", "--json")
     assert (first.returncode, again.returncode) == (0, 0), first.stderr
     assert COLD in first.stderr and COLD not in again.stderr
-    ours = subprocess.run([sys.executable, "-m", "pipeline.cli", "gait", "--json"], cwd=repository, text=True,
-                          capture_output=True)  # fmt: skip
+    ours = commands.afresh("gait", "--json", cwd=repository)
     assert json.loads(first.stdout) == json.loads(again.stdout) == json.loads(ours.stdout)
     (folder,) = (tmp_path / "cache/bipedstudy").glob("analytic-*")
     assert [*folder.rglob("*.nbi")] and not [*repository.rglob("stages/**/*.nbi")]

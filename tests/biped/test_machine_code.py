@@ -401,11 +401,9 @@ def test_without_sympy_what_is_there_serves_or_one_sentence_says_so(repository: 
     """Where the equations have been derived it is not even looked for; else nothing is left behind."""
     made.derived(made.EQUATIONS, "plain_terms", made.by_sympy)
     (tmp_path / "sitecustomize.py").write_text(NO_SYMPY)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(repository)])}
-    if place:
-        environment["NUMBA_CACHE_DIR"] = str(tmp_path / place)
-    done = subprocess.run([sys.executable, "-m", "pipeline.cli", "gait", "--json"], cwd=repository, env=environment,
-                          text=True, capture_output=True)  # fmt: skip
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path / place)} if place else {}
+    path = os.pathsep.join([str(tmp_path), str(repository)])
+    done = commands.afresh("gait", "--json", cwd=repository, PYTHONPATH=path, **cache)
     if not place:
         assert done.returncode == 0 and '"period_s"' in done.stdout and "deriving" not in done.stderr, done.stderr
         return

@@ -5,7 +5,6 @@ import json
 import math
 import re
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
@@ -26,7 +25,7 @@ from stages.twin.ramp import laid
 from tests.comparison.made_up import make_walk
 from tests.figures.made_up_results import drawn, given, machine, parameters, twin
 from tests.figures.test_golden import same_version
-from tests.study import parameters_of
+from tests.study import ROOT, parameters_of
 
 NATURAL, RADIUS = 0.333, 0.083
 
@@ -129,7 +128,6 @@ def test_there_are_blocks_for_steps_of_any_length(step):
 # --- The drawing of the biped: all symbols, the design's own lengths, readable on light and dark pages.
 
 
-ROOT = Path(__file__).parents[2]
 COLOUR = re.compile(r"(?:stroke|fill): (#[0-9a-f]{6})")
 
 

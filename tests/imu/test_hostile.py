@@ -293,11 +293,10 @@ def test_none_of_a_hundred_takes_more_than_its_time_and_memory(seed: int, reposi
     """Some are damaged so little that they are read; those say nothing or what is wrong with the runs."""
     made = "import sys; from pathlib import Path; from tests.imu.test_hostile import hostile; " \
            "print(*hostile(Path(sys.argv[1]), int(sys.argv[2])), sep='\\n')"  # fmt: skip
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(repository), os.environ.get("PYTHONPATH", "")])}
-    words = commands.python(made, str(tmp_path / "lab"), str(seed), cwd=repository, env=environment).stdout.split()
+    words = commands.python(made, str(tmp_path / "lab"), str(seed), cwd=repository).stdout.split()
     with open(tmp_path / "out", "wb") as out, open(tmp_path / "errors", "wb") as errors:
         command = [sys.executable, "-c", "from pipeline.cli import main; main()", *words]
-        process = subprocess.Popen(command, cwd=repository, env=environment, stdout=out, stderr=errors)
+        process = subprocess.Popen(command, cwd=repository, stdout=out, stderr=errors)
         patience = threading.Timer(120.0, process.kill)
         patience.start()
         _, status, used = os.wait4(process.pid, 0)

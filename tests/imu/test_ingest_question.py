@@ -3,7 +3,6 @@
 import contextlib
 import csv
 import json
-import os
 import shutil
 import sqlite3
 from pathlib import Path
@@ -27,12 +26,8 @@ def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def ingest(repository: Path, *arguments: object, by_itself: dict[str, str] | None = None) -> tuple[int, str, str]:
     """Exit code, answer and errors; `by_itself` is the environment of a process of its own."""
-    words = ("ingest", *map(str, arguments))
-    if by_itself is None:
-        done = commands.run(*words, cwd=repository)
-    else:
-        environment = {**os.environ, "PYTHONPATH": str(repository), **by_itself}
-        done = commands.python("from pipeline.cli import main; main()", *words, cwd=repository, env=environment)
+    done = (commands.run("ingest", *arguments, cwd=repository) if by_itself is None
+            else commands.afresh("ingest", *arguments, cwd=repository, **by_itself))  # fmt: skip
     assert "Traceback" not in done.stderr
     return done.returncode, done.stdout, done.stderr
 

@@ -317,19 +317,6 @@ def test_the_files_of_a_run_say_what_they_are(done):
             assert file.attrs["stage"] == path.stem and file.attrs["source"].startswith("bipedstudy")
 
 
-def test_the_study_says_what_is_cited_and_licensed():
-    from stages.about import ATTRIBUTES
-
-    yaml = pytest.importorskip("yaml")
-    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
-    paper = cited["preferred-citation"]
-    assert (ATTRIBUTES["title"], ATTRIBUTES["license"]) == (cited["title"], cited["license"])
-    for part in (*(author["family-names"] for author in paper["authors"]), paper["title"], paper["journal"]):
-        assert part in ATTRIBUTES["references"]
-    assert ATTRIBUTES["references"].endswith(str(paper["year"]))
-    assert (ROOT / "LICENSE").read_text().startswith("BSD 3-Clause")
-
-
 def test_a_table_is_a_dataset_for_each_column(tmp_path):
     path = tmp_path / "x.h5"
     path.write_bytes(artefact.encode(example(rows=(inner(3), inner(3))), {}))

@@ -77,7 +77,7 @@ def test_what_is_not_run_is_still_documented():
 def bench(tmp_path_factory, repository) -> Path:
     """A new study with the files that the documents speak of: sweeps, a recording in SQLite, and one in CSV."""
     root = tmp_path_factory.mktemp("documented") / "study"
-    assert bipedstudy(root.parent, "init", "study").returncode == 0
+    assert commands.afresh("init", "study", cwd=root.parent).returncode == 0
     text = documented.blocks(repository / "docs/sweeps.md", "yaml")[0]
     assert "count: 2000 " in text
     for name in ("slopes", "designs"):
@@ -112,16 +112,10 @@ def as_csv(database: Path) -> str:
     return "\n".join(lines)
 
 
-def bipedstudy(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """Run the command line in a folder."""
-    code = "from pipeline.cli import main; main()"
-    return commands.python(code, *words, cwd=folder, env={**os.environ, "PYTHONPATH": str(HOME)}, timeout=3600.0)
-
-
 def works(folder: Path, command: documented.Command) -> None:
     """Run a documented command; it must end well, and leave every file it names."""
     assert command.words[0] == "bipedstudy" and not command.environment, command.text
-    done = bipedstudy(folder, *command.words[1:])
+    done = commands.afresh(*command.words[1:], cwd=folder, timeout=3600.0)
     # 3: something changed; two runs of few strides, as are measured here, are too short for a robot to be fitted
     ends = (0, 3) if command.words[1] == "compare" or "imu.database" in command.text else (0,)
     assert done.returncode in ends, f"{command.text}\n{done.stdout[-2000:]}{done.stderr}"
@@ -151,7 +145,7 @@ def test_every_command_works_after_make_study(name, study, repository):
     (study / "map.h5").unlink(missing_ok=True)  # two documents make it, and it is never replaced
     for command in documented.commands(repository / name):
         if command.text not in NOT_RUN:
-            done = bipedstudy(study, "run-all")
+            done = commands.afresh("run-all", cwd=study, timeout=3600.0)
             assert done.returncode == 0, done.stderr
             works(study, command)
     for block in documented.blocks(repository / name, "python"):

@@ -20,7 +20,7 @@ CHECKS = (".github/workflows/figures.yml", ".gitlab-ci.yml")
 def bipedstudy(folder, *words, **environment):
     """What comes of commands in a folder, each with its words in one text."""
     home = os.pathsep.join([str(HOME), *(path for path in sys.path if path)])
-    return [*commands.each(*words, cwd=folder, env={**os.environ, "PYTHONPATH": home, **environment}).values()]
+    return [*commands.each(*words, cwd=folder, PYTHONPATH=home, **environment).values()]
 
 
 @pytest.fixture(scope="module")
@@ -160,6 +160,5 @@ def test_a_full_disk_and_a_cold_cache_are_told(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion(tmp_path, shell):
-    environment = {**os.environ, "PYTHONPATH": str(HOME), "_BIPEDSTUDY_COMPLETE": f"{shell}_source"}
-    said = commands.python("from pipeline.cli import main; main()", cwd=tmp_path, env=environment).stdout
+    said = commands.afresh(cwd=tmp_path, _BIPEDSTUDY_COMPLETE=f"{shell}_source").stdout
     assert "bipedstudy" in said and "complete" in said

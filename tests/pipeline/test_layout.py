@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import os
 import re
 from dataclasses import make_dataclass
 
@@ -13,7 +12,6 @@ from pipeline import layout
 from pipeline.cache import artefact
 from stages.biped.quantity import quantity
 from tests import commands
-from tests.pipeline.test_documented_commands import HOME
 
 #: Commands that answer from what lies there.
 AT_ONCE = (
@@ -43,8 +41,7 @@ def study(repository):
 
 @pytest.mark.parametrize("typed", [AT_ONCE, *(pytest.param((one,), marks=pytest.mark.slow) for one in ASKED)])
 def test_a_command_and_an_answer_fit_80_columns(typed, study):
-    environment = {**os.environ, "PYTHONPATH": str(HOME), "COLUMNS": "80"}
-    for words, (code, text, errors) in commands.each(*typed, cwd=study, env=environment).items():
+    for words, (code, text, errors) in commands.each(*typed, cwd=study, COLUMNS="80").items():
         if any(said in errors for said in ("made by an earlier version", "do not fit this version")):
             pytest.skip("the results are of an earlier version: bipedstudy run-all")
         assert code == 0 and text and not too_wide(text, 80), f"{words}: {text}{errors}"

@@ -13,6 +13,7 @@ import yaml
 from pipeline import graph, wheels
 from pipeline.cache import fingerprint
 from pipeline.study import locate
+from stages.about import ATTRIBUTES
 from tests.pipeline import documented
 from tests.pipeline.toy import HOME, git, put_on_path
 
@@ -72,6 +73,16 @@ def test_codemeta_says_what_the_citation_says(cited):
     assert published["isPartOf"]["name"] == paper["journal"]
     names = [(author["familyName"], author["givenName"]) for author in published["author"]]
     assert names == [(author["family-names"], author["given-names"]) for author in paper["authors"]]
+
+
+def test_results_say_what_is_cited_and_licensed(repository, cited):
+    citation, _ = cited
+    paper = citation["preferred-citation"]
+    assert (ATTRIBUTES["title"], ATTRIBUTES["license"]) == (citation["title"], citation["license"])
+    for part in (*(author["family-names"] for author in paper["authors"]), paper["title"], paper["journal"]):
+        assert part in ATTRIBUTES["references"]
+    assert ATTRIBUTES["references"].endswith(str(paper["year"]))
+    assert (repository / "LICENSE").read_text().startswith("BSD 3-Clause")
 
 
 def test_the_container_has_an_exact_python_and_the_libraries_that_the_workflows_install(repository):

@@ -220,7 +220,7 @@ def _intruded(tmp_path):
 
     def intrude(user, *files):
         """What was run of it."""
-        commands.python(INTRUDES, str(port), str(left), str(user), *map(str, files), cwd=tmp_path, env={**os.environ})
+        commands.python(INTRUDES, str(port), str(left), str(user), *map(str, files), cwd=tmp_path)
         return len([*left.iterdir()])
 
     try:

@@ -3,7 +3,6 @@
 import copy
 import dataclasses
 import json
-import os
 import re
 import shutil
 import struct
@@ -362,9 +361,7 @@ def test_gltf_satisfies_the_khronos_validator(animated, tmp_path):
 @pytest.fixture
 def export(repository, tmp_path):
     def export(*arguments):
-        environment = {**os.environ, "PYTHONPATH": str(repository)}
-        code = "from pipeline.cli import main; main()"
-        done = commands.python(code, "export", *map(str, arguments), cwd=repository, env=environment)
+        done = commands.afresh("export", *arguments, cwd=repository)
         assert "Traceback" not in done.stderr
         return done.returncode, done.stdout, done.stderr
 

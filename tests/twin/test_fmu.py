@@ -3,7 +3,6 @@
 import ctypes
 import dataclasses
 import json
-import os
 import zipfile
 from functools import partial
 
@@ -97,9 +96,8 @@ def test_fmpy_finds_no_problem_and_the_bytes_are_the_same_again(fmpy, unit, give
 
 @pytest.mark.slow
 def test_another_process_writes_the_same_bytes(repository, unit, tmp_path):
-    environment = {**os.environ, "PYTHONPATH": str(repository), "PYTHONHASHSEED": "7"}
-    words = "export", "walker", "--format", "fmu", "--out", str(tmp_path / "walker.fmu")
-    done = commands.python("from pipeline.cli import main; main()", *words, cwd=repository, env=environment)
+    words = "export", "walker", "--format", "fmu", "--out", tmp_path / "walker.fmu"
+    done = commands.afresh(*words, cwd=repository, PYTHONHASHSEED="7")
     assert done.returncode == 0 and (tmp_path / "walker.fmu").read_bytes() == unit.read_bytes()
 
 
