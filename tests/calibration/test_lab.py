@@ -346,7 +346,7 @@ def test_a_question_is_given_its_stages_result_or_the_reason_why_not(repository,
 SHORTER = dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, planned_steps=5))
 
 
-def fitted(runs, known, before=None, fits=None, parameters=SHORT):
+def fitted(runs, known, before=None, fits=None, parameters=SHORT, held_out=()):
     """The robot of runs, after one that was fitted before; of `fits` where the runs' own are known."""
     design, model = model_of(parameters)
     had = [one.run for one in before.learned] if before else []
@@ -358,7 +358,7 @@ def fitted(runs, known, before=None, fits=None, parameters=SHORT):
     assert fit.converged and not fit.left_out, (fit.why, fit.left_out)
     sigmas, wider = widening(fit.equations)
     told = Judged(fit.design, wider * np.sqrt(np.diag(fit.covariance)), "")
-    return fitted_robot(design, model, fit, told, (sigmas, wider), tuple(known), False)
+    return fitted_robot(design, model, fit, told, (sigmas, wider), tuple(known), False, held_out)
 
 
 def off(one, other):
@@ -367,14 +367,20 @@ def off(one, other):
 
 
 @cache
-def learned():
-    """The robot of three runs one after another, and of all at once; the truth stands for the runs' own fits."""
+def three():
+    """A campaign of three runs, with the truth for the runs' own fits."""
     campaign = draw(11, 3, SHORTER)
     _, model = model_of(SHORTER)
     values = np.array([campaign.design.value(name) for name in model.shared])
-    fits = [RunFit(values, own, unknowns, run_equations(campaign.design, own, unknowns, run, model), 0, True, "")
-            for run, own, unknowns in zip(campaign.runs, campaign.slopes[:, None], campaign.unknowns, strict=True)]
-    robot = None
+    return campaign, [
+        RunFit(values, own, unknowns, run_equations(campaign.design, own, unknowns, run, model), 0, True, "")
+        for run, own, unknowns in zip(campaign.runs, campaign.slopes[:, None], campaign.unknowns, strict=True)]
+
+
+@cache
+def learned():
+    """The robot of three runs one after another, and of all at once."""
+    (campaign, fits), robot = three(), None
     for run, fit in zip(campaign.runs, fits, strict=True):
         robot = fitted([run], campaign.known, robot, [fit], SHORTER)
     return robot, fitted(campaign.runs, campaign.known, None, fits, SHORTER)
@@ -387,6 +393,13 @@ def test_runs_one_after_another_tell_what_all_do_at_once():
     np.testing.assert_allclose(last.own_sd, both.own_sd, rtol=0.02)
     np.testing.assert_allclose(last.mounting, both.mounting, rtol=0.02, atol=1e-5)
     assert (last.runs, last.sigmas) == pytest.approx((3, both.sigmas), rel=0.01)
+
+
+def test_runs_held_out_show_how_parts_usually_look_changed():
+    campaign, fits = three()
+    robot = fitted(campaign.runs[:2], campaign.known, None, fits[:2], SHORTER, campaign.runs[2:])
+    assert (robot.runs, len(robot.learned), robot.compared) == (2, 2, 3)
+    assert robot.usual["tilt of the hip sensor"][2] == 2.0 < robot.usual["hip_mass"][2]
 
 
 def test_a_robots_file_has_its_runs_and_how_far_they_were_fitted(tmp_path):

@@ -103,17 +103,27 @@ class Comparison:
 
         Where the robot does not walk it, that is said where one that is free does. Raises StepFailed where none does.
         """
-        design, model, run = self.robot.design, self.model, self._read(run)
-        try:  # it need not come to rest, as scores count from anywhere
-            fit = fit_from(design, begun(design, run, model).unknowns, run, model, self._known, WHOLE)
-        except StepFailed:
-            fit = fit_run(design, run, model, self.robot.known)
+        run = self._read(run)
+        fit = self._near(run)
         found = self._at_best(run, fit)
         if not self.verdict(found).explained:  # a fit that went astray is no other robot
             with contextlib.suppress(StepFailed):
-                again = self._at_best(run, fit_run(design, run, model, self._known))
+                again = self._at_best(run, fit_run(self.robot.design, run, self.model, self._known))
                 found = min(found, again, key=attrgetter("misfit"))
         return found
+
+    def alike(self, run: MeasuredRun) -> Evidence:
+        """What a run of this robot tells, whatever it tells. Raises StepFailed."""
+        fit = self._near(self._read(run))
+        return self.evidence(run, self.model.robot(self.robot.design, fit.design, fit.own), fit.unknowns)
+
+    def _near(self, run: MeasuredRun) -> RunFit:
+        """The fit of a run as the robot's, else as one of its kind. Raises StepFailed."""
+        design, model = self.robot.design, self.model
+        try:  # it need not come to rest, as scores count from anywhere
+            return fit_from(design, begun(design, run, model).unknowns, run, model, self._known, WHOLE)
+        except StepFailed:
+            return fit_run(design, run, model, self.robot.known)
 
     def _read(self, run: MeasuredRun) -> MeasuredRun:
         """A run with what is known of its own parameters."""
@@ -197,17 +207,17 @@ class Comparison:
     def verdict(self, evidence: Evidence) -> Verdict:
         """Whether runs are this robot's."""
         changes, robot = [], self.robot
-        more = 1.0 / evidence.runs + 1.0 / robot.runs
+        more = 1.0 / evidence.runs + 1.0 / robot.compared
         for part, (shift, sd) in zip(self.parts, self.shifts(evidence), strict=True):
-            mean, apart = robot.usual.get(part.name, (0.0, 0.0))
-            apart = abs(mean) if robot.runs == 1 else apart  # one run does not say how others are
+            mean, apart, freedom = robot.usual.get(part.name, (0.0, 0.0, math.inf))
+            apart = abs(mean) if robot.compared == 1 else apart  # one run does not say how others are
             change = float(max(shift - mean, 0.0) if part.moves == (FRICTION,) else shift - mean)
             between = more * apart**2  # freedom by F. E. Satterthwaite, Biometrics Bull. 2, 1946, 110
-            freedom = robot.freedom * (1.0 + sd**2 / between) ** 2 if between else math.inf
+            freedom = freedom * (1.0 + sd**2 / between) ** 2 if between else math.inf
             changes.append(Change(part, change, math.sqrt(sd**2 + between), (change / float(sd)) ** 2, freedom))
         size = math.sqrt(evidence.misfit / evidence.count) * robot.wider / robot.sigmas
         alike = max(robot.wider / robot.sigmas, 1.0) ** 2  # so many neighbours hang together
         by_count = math.sqrt(0.5 * alike / evidence.count * (1.0 + evidence.runs / robot.runs))
-        between = robot.sigmas_sd / robot.sigmas * math.sqrt(more)
+        between = robot.sigmas_sd / robot.sigmas * math.sqrt(1.0 / evidence.runs + 1.0 / robot.runs)
         freedom = robot.runs - 1 if robot.runs > 1 and between > by_count else math.inf
         return verdict(changes, size, by_chance((size - 1.0) / max(by_count, between), freedom))

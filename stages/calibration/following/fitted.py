@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from stages.calibration.following.change import Comparison
 from stages.calibration.following.robot_file import OF_MOUNTING, FittedRobot, Learned
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.intervals.model_error import Judged
+from stages.calibration.observation.measured_run import MeasuredRun
 
 #: A ramp that is set again, and a leg that is put on again, differ by these shares at least.
 OF_SLOPE, OF_LEG = 0.03, 3e-4
@@ -46,9 +48,10 @@ def earlier_fits(before: FittedRobot, model: Model) -> list[RunFit]:
 
 def fitted_robot(
     design: DesignPoint, model: Model, fit: CampaignFit, judged: Judged, widening: tuple[float, float],
-    known: tuple[Known, ...], of_parts: bool,
+    known: tuple[Known, ...], of_parts: bool, held_out: Sequence[MeasuredRun] = (),
 ) -> FittedRobot:
-    """The robot that a fit found, which began with a `design` and what was `known`.
+    """The robot that a fit found, which began with a `design` and what was `known`; runs `held_out` show, too, how
+    parts usually look changed.
 
     A combination of parameters that no sensor shows keeps the spread that a design's have. Heel strikes are as the
     model has them, until runs are followed.
@@ -77,27 +80,31 @@ def fitted_robot(
         with contextlib.suppress(StepFailed):
             there = model.robot(design, fit.design, own)
             shifts.append(comparison.shifts(comparison.evidence(run, there, unknowns)))
+    for run in held_out:
+        with contextlib.suppress(StepFailed):
+            shifts.append(comparison.shifts(comparison.alike(run)))
     robot = replace(robot, learned=tuple(map(Learned, fit.runs, fit.own, fit.unknowns)))
     if not shifts:
         return robot
     looks, errors = np.array(shifts).transpose(2, 0, 1)
-    apart, freedom, by_chance = np.zeros(len(comparison.parts)), SURE, (errors**2).mean(axis=0)
+    apart, freedom, by_chance = np.zeros(len(comparison.parts)), np.full(len(comparison.parts), SURE), errors**2
     if len(shifts) > 1:
         of_design = np.array(["." in part.moves[0] for part in comparison.parts])
-        ratios, freedom = _moderated(_sd(looks) ** 2 / by_chance, len(shifts) - 1, of_design)
-        apart = np.sqrt(np.maximum(ratios - 1.0, 0.0) * by_chance)
-    usual = zip(comparison.parts, looks.mean(axis=0), apart, strict=True)
-    return replace(robot, usual={part.name: (float(mean), float(one)) for part, mean, one in usual}, freedom=freedom)
+        ratios, freedom = _moderated(_sd(looks) ** 2 / by_chance.mean(axis=0), len(shifts) - 1, of_design)
+        apart = np.sqrt(np.maximum(ratios - 1.0, 0.0) * by_chance.mean(axis=0))
+    rows = zip(comparison.parts, looks.mean(axis=0).tolist(), apart.tolist(), freedom.tolist(), strict=True)
+    return replace(robot, usual={part.name: tuple(row) for part, *row in rows}, compared=len(shifts))
 
 
-def _moderated(ratios: Vector, freedom: int, typical: np.ndarray) -> tuple[Vector, float]:
-    """Ratios of variances (c,) that are known with so much `freedom` each, drawn towards what those that are `typical`
-    (c,) have in common, and the freedom then (G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004, 3)."""
+def _moderated(ratios: Vector, freedom: int, typical: np.ndarray) -> tuple[Vector, Vector]:
+    """Ratios of variances (c,) that are known with so much `freedom` each, where they are `typical` (c,) drawn towards
+    what these have in common, and the freedom then (c,) (G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004, 3)."""
     logs = np.log(np.maximum(ratios[typical], 1e-9)) - digamma(0.5 * freedom) + math.log(0.5 * freedom)
     halves = np.geomspace(0.05, 0.5 * SURE, 4000)  # of the common one's freedom
     prior = 2.0 * float(np.interp(polygamma(1, 0.5 * freedom) - logs.var(ddof=1), -polygamma(1, halves), halves))
     common = math.exp(logs.mean() + digamma(0.5 * prior) - math.log(0.5 * prior))
-    return (prior * common + freedom * ratios) / (prior + freedom), prior + freedom
+    drawn = np.where(typical, prior, 0.0)
+    return (drawn * common + freedom * ratios) / (drawn + freedom), drawn + freedom
 
 
 def _sd(values: np.ndarray) -> Vector:

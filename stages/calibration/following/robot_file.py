@@ -24,7 +24,7 @@ from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.observation.measured_run import Layout, MeasuredRun
 
-NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 5", "bipedstudy fitted robot of angles 2"
+NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 6", "bipedstudy fitted robot of angles 2"
 #: What belongs to sensors that stay on the robot, and is known better after a fit: unknowns of a run.
 OF_MOUNTING = ("foot_place", "bandwidth")
 
@@ -47,8 +47,9 @@ class FittedRobot:
 
     The `information` of `runs` runs by themselves is (d, d), with the sensors' noise as it is; with what was
     `known` beside them, the fit is the `estimate` (d,), in which the model's error still is. It `began` with a design;
-    `of_parts`: with the bill of parts. Parts look changed in the runs by `usual` amounts (mean, standard deviation
-    between runs, with a `freedom`), as the model lacks something. `learned` are the runs. SI units."""
+    `of_parts`: with the bill of parts. In so many runs that were `compared`, parts look changed by `usual` amounts
+    (mean, standard deviation between runs, its degrees of freedom), as the model lacks something. `learned` are the
+    runs. SI units."""
 
     design: DesignPoint
     names: tuple[str, ...]
@@ -66,10 +67,10 @@ class FittedRobot:
     runs: int
     sigmas_sd: float
     of_parts: bool
-    usual: Mapping[str, tuple[float, float]]
+    usual: Mapping[str, tuple[float, float, float]]
     began: DesignPoint
     learned: tuple[Learned, ...] = ()
-    freedom: float = 1.0
+    compared: int = 1
 
     def content(self) -> bytes:
         """The file."""

@@ -17,7 +17,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.quantity import count_of
 from stages.biped.question import Answer, Asking, refuse
-from stages.calibration.estimation.campaign import CampaignFit, as_plain, fit_campaign, fit_of, fitted_alone
+from stages.calibration.estimation.campaign import ODD, CampaignFit, as_plain, fit_campaign, fit_of, fitted_alone
 from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
@@ -59,7 +59,7 @@ class Calibrated:
     """What came out, from a `design` with the `settings`: the fit and why runs are left out of it, how well the robot
     explains those held out (None where it does not walk them), residuals in noises and the factor on intervals, values
     with intervals, what the model leaves out, whether the bill of parts was begun with, what was `known`, the robot
-    `before`, and the runs that are held `out`."""
+    `before`, and runs not fitted that show, too, how runs differ."""
 
     design: DesignPoint
     model: Model
@@ -74,7 +74,7 @@ class Calibrated:
     of_parts: bool = False
     known: tuple[Known, ...] = ()
     before: FittedRobot | None = None
-    out: Sequence[MeasuredRun] = ()
+    others: Sequence[MeasuredRun] = ()
 
 
 def calibrated(
@@ -120,7 +120,7 @@ def calibrated(
     estimate = dataclasses.replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
         design, model, fit, estimate, parameters.settings, sigmas, wider, refused, held, others, of_parts, all_known,
-        before, out))
+        before, [] if request.held_out else _alike(out, held)))
 
 
 def _with_more(design: DesignPoint, request: Request) -> DesignPoint:
@@ -172,6 +172,12 @@ def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float
         return None
 
 
+def _alike(out: Sequence[MeasuredRun], held: dict[str, HeldOut | None]) -> list[MeasuredRun]:
+    """Of runs held out those that the robot walks, with no more than the usual residuals."""
+    sizes = {name: one.sigmas**2 for name, one in held.items() if one}
+    return [run for run in out if run.name in sizes and sizes[run.name] <= ODD * np.median([*sizes.values()])]
+
+
 def answered(result: Calibrated) -> Answer:
     """The answer to `calibrate`."""
     fit, estimate, design, model = result.fit, result.estimate, result.design, result.model
@@ -202,8 +208,8 @@ def answered(result: Calibrated) -> Answer:
 def _robot(result: Calibrated) -> FittedRobot:
     """The robot as its file keeps it."""
     found = fitted_robot(result.design, result.model, result.fit, result.estimate, (result.sigmas, result.wider),
-                         result.known, result.of_parts)  # fmt: skip
-    return with_forecasts(found, result.model, result.settings, result.out)
+                         result.known, result.of_parts, result.others)  # fmt: skip
+    return with_forecasts(found, result.model, result.settings, result.others)
 
 
 def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
