@@ -163,8 +163,7 @@ def followed(design: Callable[[float], Biped], slope: Slope, first: float, end: 
         at, point, walker, step = at + step, found, there, min(1.5 * step, 0.2 * (at + step))
         if math.isnan(unstable) and abs(point.floquet_multipliers[0]) > 1.0:
             unstable, seen = at, complex(point.floquet_multipliers[0])
-    told = limp_of(walker, point)
-    limp = told.limp if told else 0.0
+    limp = limp_of(walker, point).limp
     nearest = point.floquet_multipliers[np.argmin(np.abs(point.floquet_multipliers - 1.0))]
     return Limit(unstable, math.nan if at >= end else at, (seen, complex(nearest)), limp)
 

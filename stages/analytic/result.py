@@ -10,7 +10,7 @@ import numpy as np
 
 from stages.biped.accuracy.estimate import ErrorEstimate
 from stages.biped.quantity import LEFT, quantity
-from stages.biped.walk import Gait, StanceState, Walk
+from stages.biped.walk import Gait, Limp, StanceState, Walk
 
 #: A sliding foot uses all the friction there is, up to this share.
 ROUND_OFF = 1e-9
@@ -170,6 +170,7 @@ class Result:
     """The constraint model's gait and a walk on it that starts at mid-stance."""
 
     gait: Gait = quantity("-", "the most stable gait of the design")
+    limp: Limp = quantity("-", "the two steps of that gait, which are the same where the legs are alike")
     mid_stance: StanceState = quantity("-", "state of that gait with the stance leg upright, single stance")
     residual: float = quantity(
         "1", "how far the fixed point moves in one step, in leg lengths and pendulum times", without_error=LEFT)

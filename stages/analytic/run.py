@@ -118,6 +118,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     near = partial(neighbour, design, point.z, settings.tolerance)
     return Result(
         gait=report.gait,
+        limp=report.limp,
         mid_stance=upright,
         residual=point.residual,
         monodromy_matrix=point.monodromy_matrix,

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import sin
 
 import numpy as np
 
@@ -127,11 +126,6 @@ class StanceState:
     swing_rate: float = quantity("rad/s", "swing leg rate", symbol="dpsi/dt")
     swing_length_rate: float = quantity("m/s", "swing leg length rate", symbol="dL_2/dt")
 
-    def feet_apart(self, radii: tuple[float, float]) -> float:
-        """How far the stance foot is ahead of the other [m], of feet of these radii [m]."""
-        behind = (self.swing_length - radii[1]) * sin(self.swing_angle)
-        return -(self.stance_length - radii[0]) * sin(self.stance_angle) - behind
-
 
 @dataclass(frozen=True)
 class Gait:
@@ -154,6 +148,17 @@ class Gait:
     def largest_multiplier(self) -> float:
         """Magnitude of the largest multiplier, of one step."""
         return largest_of_a_step(self.floquet_multipliers, self.steps)
+
+
+@dataclass(frozen=True)
+class Limp:
+    """How a gait of legs that differ limps: its two steps, first that in which the first leg stands."""
+
+    period_s: np.ndarray = quantity("s", "duration of each of the two steps", dimensions=("step",))
+    step_length_m: np.ndarray = quantity("m", "length of each of the two steps", dimensions=("step",))
+    feet_apart_m: np.ndarray = quantity(
+        "m", "how far ahead of the other foot each of the two lands", dimensions=("step",))
+    limp: float = quantity("1", "difference of their durations, as part of the mean; zero does not limp")
 
 
 def largest_of_a_step(multipliers: np.ndarray, steps: int) -> float:

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, ClassVar
 from stages.biped.quantity import Bound, Broken, parameter
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     import numpy as np
 
 #: Numbers that the generator gives for a count, and bits of each that a double holds.
@@ -35,29 +37,33 @@ class Blocks:
     block_sets: int = parameter(
         "1", "sets of stepping blocks on the ramp", bound=Bound(minimum=2, maximum=1000), default=11)
 
-    def under(self, walk: int, apart: float) -> Laid | None:
-        """Blocks under a walk of this number, for a gait whose feet are so far apart [m] as one lands; None if even.
+    def under(self, walk: int, apart: Iterable[float]) -> Laid | None:
+        """Blocks under a walk of this number, for a gait whose feet are `apart` (2,) [m] as one lands, first the step
+        on leg 0; None if even.
 
         Raises BlocksDoNotFit.
         """
         if self.block_height_rms == 0.0:
             return None
         half = 0.5 * self.block_length
-        if half >= apart:
+        if half >= (least := min(apart)):
             raise BlocksDoNotFit(f"ground.block_length = {self.block_length:g} m is not allowed for feet that land "
-                                 f"{apart:.4g} m ahead; allowed: < {2 * apart:.4g} m, or it reaches the other foot")
-        return Laid(self.block_height_rms, self.block_seed, walk, apart - half, apart + half)
+                                 f"{least:.4g} m ahead; allowed: < {2 * least:.4g} m, or it reaches the other foot")
+        on_first, on_other = apart  # in the step on leg 0 leg 1 lands
+        return Laid(self.block_height_rms, self.block_seed, walk, (on_other - half, on_first - half),
+                    (on_other + half, on_first + half))  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Laid:
-    """Blocks under a walk, from `begins` to `ends` ahead of the foot that stands, heights of this rms [m]."""
+    """Blocks under a walk, heights of this rms; those under each leg lie from `begins` to `ends` ahead of the foot that
+    stands [m]."""
 
     rms: float
     seed: int
     walk: int
-    begins: float
-    ends: float
+    begins: tuple[float, float]
+    ends: tuple[float, float]
 
     def height(self, footfall: int) -> float:
         """Height [m] of the block on which a foot lands, footfalls counted from 0; a walk begins on level ones."""

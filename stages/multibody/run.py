@@ -47,7 +47,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     biped, contact = parameters.biped, parameters.contact
     progress(0.0, f"walking {parameters.settings.steps} steps in Exudyn ({parameters.settings.assembly})")
     state = rolling_state(biped, contact, analytic.mid_stance, analytic.walk.standing_force)
-    laid = parameters.blocks.under(0, analytic.gait.fixed_point.feet_apart(biped.foot_radii))
+    laid = parameters.blocks.under(0, analytic.limp.feet_apart_m)
     settings, (assembly, walked, walk), errors = walk_to_accuracy(
         parameters, state, analytic.gait.step_length_m, laid)
     progress(0.3, "measuring the walk")

@@ -190,7 +190,7 @@ class Ongoing:
         statuses = [feet.status_of(self.phase, other) for other in (0, 1)]
         end, acted = feet.end_of(self.phase), statuses[leg] != feet.OUT
         statuses[leg] = status
-        if status == feet.LANDED and self.blocks and self.ahead(leg) > self.blocks.ends:
+        if status == feet.LANDED and self.blocks and self.ahead(leg) > self.blocks.ends[leg]:
             self.outcome, self.message = FELL, f"foot {leg} came down beyond its block at t = {self.time:.6g} s"
             return
         if status == feet.LANDED:
@@ -277,7 +277,8 @@ def begin(
         statuses.append(feet.OUT if not acts else feet.LANDED if standing else feet.AWAITED)
     longest = settings.longest_step or PATIENCE * scales.time
     if blocks:
-        p = p._replace(x_ahead=blocks.begins / scales.length)
+        first, other = blocks.begins
+        p = p._replace(x_0=first / scales.length, x_1=other / scales.length)
     walk = Ongoing(
         p, scales, y, feet.phase_of(statuses[0], statuses[1], 0), settings, longest, steps, blocks=blocks)
     for leg in (0, 1):

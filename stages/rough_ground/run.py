@@ -69,7 +69,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     if reason or not analytic.gait.stable:
         raise NoGait(reason or "the gait is unstable: on even ground too a walk leaves it")
     z = section_of(design.walker(), analytic.gait.fixed_point)
-    made, apart = walkers(parameters, analytic, z), analytic.gait.fixed_point.feet_apart(parameters.biped.foot_radii)
+    made, apart = walkers(parameters, analytic, z), float(analytic.limp.feet_apart_m.min())
     ramp, length = parameters.blocks.block_sets - 1, min(parameters.blocks.block_length, apart)
     rows: list[OnHeight] = []
     shares = np.geomspace(settings.height_from, settings.height_to, settings.heights)
@@ -104,7 +104,7 @@ def walkers(parameters: Parameters, analytic: Analytic, z: Vector) -> dict[str, 
     """Of each model how it walks, its steps on each height, and its walks over the ramp."""
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
     walker, force = DesignPoint(biped, slope).walker(), analytic.walk.standing_force
-    apart = analytic.gait.fixed_point.feet_apart(biped.foot_radii)
+    apart = analytic.limp.feet_apart_m
     start = rolling_state(biped, contact, analytic.mid_stance, force)
     numbers, scales = numbers_of(biped, slope, contact), scales_of(biped, slope.gravity)
     machine = machine_of(biped, parameters.twin)

@@ -52,7 +52,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     machine, plain = machine_of(biped, settings), dataclasses.replace(biped, **PLAIN)
     start = rolling_start(machine, contact, analytic.mid_stance, analytic.walk.standing_force)
     ramp = lay_blocks(settings, parameters.blocks, analytic.gait.step_length_m) if settings.scene == "ramp" else None
-    laid = parameters.blocks.under(0, analytic.gait.fixed_point.feet_apart(biped.foot_radii))
+    laid = parameters.blocks.under(0, analytic.limp.feet_apart_m)
     progress(0.0, f"walking {settings.steps} steps in space")
 
     pendulum_time = scales_of(biped, slope.gravity).time

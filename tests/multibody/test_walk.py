@@ -8,8 +8,9 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from stages.analytic.gait.gait_report import limp_of
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.poincare import start_state
+from stages.analytic.result import REACHES
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.accuracy.scales import scales_of
 from stages.ground.blocks import Blocks, BlocksDoNotFit
@@ -230,18 +231,35 @@ def hard(scene):
 
 @pytest.fixture(scope="module")
 def gait(biped, slope):
+    return gait_of(biped, slope)
+
+
+def gait_of(biped, slope):
     walker, point = find_gait(biped, slope, 1e-9)
     walk, upright = walk_from_mid_stance(walker, point.z, 1, 1e-9, 1000.0)
-    apart = walker.stance_state(start_state(walker, point.z)).feet_apart(biped.foot_radii)
-    return walker, point, upright, walk.standing_force, apart
+    return walker, point, upright, walk.standing_force, limp_of(walker, point).feet_apart_m
 
 
 def test_feet_of_the_gait_land_so_far_apart(biped, gait):
     walker, point, *_, apart = gait
-    assert Rough(walker, point.z, 0.0, 0.1).middle * walker.length == pytest.approx(apart, rel=1e-12)
+    assert Rough(walker, point.z, 0.0, 0.1).middles == pytest.approx(apart / walker.length, rel=1e-12)
     with pytest.raises(BlocksDoNotFit, match=r"ground.block_length = 0.3 m .* allowed: < 0.2414 m"):
         Blocks(HIGH, block_length=0.3).under(0, apart)
     assert Blocks().under(0, apart) is None
+
+
+def test_blocks_lie_under_the_feet_of_legs_that_differ(hard, biped, slope):
+    """The softer leg's foot lands 3.6 mm farther ahead: both hit blocks of 3 mm, in every planar model."""
+    limping = replace(biped, other_stiffness=2000.0)
+    walker, point, upright, force, apart = gait_of(limping, slope)
+    assert np.ptp(apart) == pytest.approx(3.56e-3, abs=1e-5)
+    laid, start = Blocks(1e-9, block_length=3e-3).under(0, apart), rolling_state(limping, hard.contact, upright, force)
+    made = walk_on(Rough(walker, point.z, 0.0, 3e-3 / walker.length), [0.0] * 4)
+    penalty = begin(numbers_of(limping, slope, hard.contact), scales_of(limping, slope.gravity), start,
+                    PenaltySettings(1e-7), 4, laid)  # fmt: skip
+    penalty.go_on()
+    run = replace(hard, biped=limping).but(tolerance=1e-6, largest_step=1e-3).walk(start, steps=4, blocks=laid)
+    assert made.ending == REACHES and penalty.outcome == run.outcome == COMPLETED
 
 
 def test_planar_models_fall_in_the_same_step(hard, biped, slope, gait):
@@ -290,7 +308,7 @@ def test_the_twin_walks_on_them_too(gait, rows):
 
 def test_a_foot_that_lands_beyond_its_block_has_fallen(scene, biped, slope, contact, gait):
     *_, upright, force, apart = gait
-    short = replace(Blocks(1e-4).under(WALK, apart), ends=0.9 * apart)
+    short = replace(Blocks(1e-4).under(WALK, apart), ends=tuple(0.9 * apart))
     start = rolling_state(biped, contact, upright, force)
     run = scene.but(tolerance=1e-6, largest_step=1e-3).walk(start, steps=2, blocks=short)
     penalty = begin(

@@ -222,7 +222,7 @@ def test_walks_fall_where_a_loop_on_the_readable_equations_falls(design, rms, wa
     for height in heights.tolist():
         at, ending = rough.step(at, height / rough.rms)
         try:
-            y = readable_step(rough.walker, y, height - before, rough.begins)
+            y = readable_step(rough.walker, y, height - before, rough.middles[0] - 0.5 * rough.length)
         except StepFailed:
             assert ending != REACHES
             break

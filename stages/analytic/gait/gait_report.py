@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stages.analytic.compiled import Numbers
-from stages.analytic.gait.gait_search import describe, step_lengths
+from stages.analytic.gait.gait_search import describe, feet_apart, step_lengths
 from stages.analytic.gait.poincare import FixedPoint
 from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import Detailed, Kind, Rigid
@@ -24,25 +24,15 @@ from stages.analytic.walk.recording import Segment, record, rise, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import assess
 from stages.biped.quantity import quantity
-from stages.biped.walk import Gait
+from stages.biped.walk import Gait, Limp
 
 
-@dataclass(frozen=True)
-class Limp:
-    """How a gait of legs that differ limps: its two steps, first that in which the first leg stands."""
-
-    period_s: np.ndarray = quantity("s", "duration of each of the two steps", dimensions=("step",))
-    step_length_m: np.ndarray = quantity("m", "length of each of the two steps", dimensions=("step",))
-    limp: float = quantity("1", "difference of their durations, as part of the mean; zero does not limp")
-
-
-def limp_of(walker: Walker, point: FixedPoint) -> Limp | None:
-    """How a gait limps; None where the legs are alike."""
-    if not walker.alternates:
-        return None
-    periods = np.array([step.period for step in point.steps]) * walker.time
-    lengths = np.array(step_lengths(walker, point)) * walker.length
-    return Limp(periods, lengths, float(np.ptp(periods) / periods.mean()))
+def limp_of(walker: Walker, point: FixedPoint) -> Limp:
+    """How a gait limps; legs that are alike make the same step twice."""
+    periods = np.resize([step.period * walker.time for step in point.steps], 2)
+    lengths, apart = (np.resize(each, 2) * walker.length for each in (
+        step_lengths(walker, point), feet_apart(walker, point)))  # fmt: skip
+    return Limp(periods, lengths, apart, float(np.ptp(periods) / periods.mean()))
 
 
 @dataclass(frozen=True)
@@ -71,7 +61,7 @@ class GaitReport:
     energy: EnergyAudit
     validity: Validity
     segments: list[Segment]
-    limp: Limp | None
+    limp: Limp
     put_down: PutDown | None = None
 
 

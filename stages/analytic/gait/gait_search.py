@@ -52,11 +52,11 @@ from stages.analytic.model.kinds import (
     DetailedRigid,
     PlainRigid,
     Rigid,
-    natural_lengths,
     radii,
 )
 from stages.analytic.model.stiffness import attainable_tolerance, fastest_rate, judged
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.guards import foot_clearance
 from stages.analytic.phases.section import section_state
 from stages.biped.design import Biped
 from stages.biped.quantity import count_of
@@ -279,15 +279,20 @@ def step_lengths(walker: Walker, point: FixedPoint) -> list[float]:
     where it is with its leg upright.
     """
     lengths, angle = [], 1 if walker.rigid else 2
-    for step in point.steps:
-        z, walker = point.z if step is point.steps[-1] else step.z, walker.exchanged
-        theta, psi, p = z[0], step.state[angle], walker.p
-        trailing = radii(p)[1]
-        stance, swing = natural_lengths(p) if walker.rigid else (z[1], z[2])
-        lengths.append(float(
-            -(stance - p.r) * np.sin(theta) - (swing - trailing) * np.sin(psi) - p.r * (theta + psi)
-            - (trailing - p.r) * psi))  # fmt: skip
+    for step, apart in zip(point.steps, feet_apart(walker, point), strict=True):
+        walker = walker.exchanged
+        theta, psi, p = step.state[0], step.state[angle], walker.p
+        lengths.append(float(apart - p.r * (theta + psi) - (radii(p)[1] - p.r) * psi))
     return lengths
+
+
+def feet_apart(walker: Walker, point: FixedPoint) -> list[float]:
+    """How far ahead of the other each step's foot lands, in leg lengths."""
+    apart = []
+    for step in point.steps:
+        walker = walker.exchanged
+        apart.append(-float(foot_clearance(step.state, walker.p, step.state, 0)[2]))
+    return apart
 
 
 def step_length(walker: Walker, point: FixedPoint) -> float:

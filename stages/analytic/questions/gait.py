@@ -80,11 +80,12 @@ def in_words(
     from stages.analytic.walk.on_a_ramp import on_a_ramp
 
     judged = on_a_ramp(found.validity, found.gait.stable, cycle)
-    own = {"limp": found.limp, "put_down": found.put_down, "on_blocks": rough}
+    limp = found.limp if found.gait.steps > 1 else None
+    own = {"limp": limp, "put_down": found.put_down, "on_blocks": rough}
     parts = {"numerical_error": error, "energy": found.energy, "validity": found.validity,
              **{name: record for name, record in own.items() if record}}  # fmt: skip
     lines = textwrap.wrap(judged.sentence, WORDS + NUMBER)
-    for record in (found.gait, found.limp, found.put_down, rough, error, found.energy, found.validity):
+    for record in (found.gait, limp, found.put_down, rough, error, found.energy, found.validity):
         lines += field_lines(record) if record else []
     plain = {"on_a_ramp": as_plain(judged), **as_plain(found.gait)}
     return lines, plain | {name: as_plain(record) for name, record in parts.items()}

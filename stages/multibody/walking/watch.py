@@ -124,13 +124,13 @@ class Watch:
         for leg in (0, 1):
             ahead = look.place[leg] - look.place[1 - leg]
             if look.clearance[leg] <= 0.0:
-                if self.blocks and ahead > self.blocks.ends and self.in_play[leg] and not self.landed[leg]:
+                if self.blocks and ahead > self.blocks.ends[leg] and self.in_play[leg] and not self.landed[leg]:
                     self.end(FELL, f"foot {leg} came down beyond its block at t = {{t:.6g}} s")
                     return
                 self.touch(time, leg)
             elif self.in_play[leg] and not ahead > 0.0 and self.walker.leg_rate(leg) > 0.0:
                 self.set(time, leg, False)
-            elif not self.in_play[leg] and ahead > (self.blocks.begins if self.blocks else 0.0):
+            elif not self.in_play[leg] and ahead > (self.blocks.begins[leg] if self.blocks else 0.0):
                 self.set(time, leg, True)
 
     def touch(self, time: float, leg: int) -> None:

@@ -51,7 +51,7 @@ class PlainLeg(LegNumbers):
 class Penalty(NamedTuple):
     """A walker: the hip's mass, and for gravity, both legs, the hip's spring, damper, rest angle and friction; 0 for
     rigid legs, else 1; the height of the hip under which the walker has fallen [m]; heights of the blocks under leg 0
-    and 1, and how far ahead of the foot that stands a block begins [m]; the contact law.
+    and 1, and how far ahead of the foot that stands each begins [m]; the contact law.
 
     The types of legs and law are part of this one: others are other machine code.
     """
@@ -68,7 +68,8 @@ class Penalty(NamedTuple):
     fallen: float
     h_0: float
     h_1: float
-    x_ahead: float
+    x_0: float
+    x_1: float
     law: PointLaw
 
 
@@ -87,7 +88,7 @@ def build_penalty(
         first=leg_numbers(biped, 0, gravity), other=leg_numbers(biped, 1, gravity),
         k_h=1.0 * biped.hip_stiffness, b_h=1.0 * biped.hip_damping, phi_h=1.0 * biped.hip_rest_angle,
         tau_h=1.0 * biped.hip_friction, slide=0.0 if biped.legs == "rigid" else 1.0,
-        fallen=fallen * biped.leg_length, h_0=0.0, h_1=0.0, x_ahead=0.0, law=contact.numbers,
+        fallen=fallen * biped.leg_length, h_0=0.0, h_1=0.0, x_0=0.0, x_1=0.0, law=contact.numbers,
     )  # fmt: skip
 
 

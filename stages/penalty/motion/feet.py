@@ -87,7 +87,8 @@ def leg_guard(phase: int, y: Vector, p: Penalty, leg: int, dy: Vector, start: in
     own, other = place(y, p, leg, dy, start), place(y, p, 1 - leg, dy, start)
     ahead, gain = own[0] - other[0], own[1] - other[1]
     if status == OUT:  # until it is above its block, and ahead
-        return (-clear, -rise) if clear < ahead - p.x_ahead else (p.x_ahead - ahead, -gain)
+        begins = p.x_0 if leg == 0 else p.x_1
+        return (-clear, -rise) if clear < ahead - begins else (begins - ahead, -gain)
     value, change = -clear, -rise  # until it is above, behind, and swings forward
     if ahead > value:
         value, change = ahead, gain

@@ -43,7 +43,7 @@ class Borne:
     def of(self, walker: Walker, z: Vector) -> float:
         """The rms height [m] for a gait at section coordinates `z`. Raises StepFailed if blocks do not fit."""
         rough = Rough(walker, z, 1.0, self.blocks.block_length / walker.length)
-        if not rough.begins > 0.0:
+        if not min(rough.middles) > 0.5 * rough.length:
             raise StepFailed("a block reaches the other foot")
         log, total, walk = np.log(FIRST), 0.0, 0
         at, heights = rough.start, heights_of(self.blocks.block_seed, walk)

@@ -16,7 +16,13 @@ from itertools import islice
 import numpy as np
 
 from stages.analytic.gait.basin import unlanded
-from stages.analytic.gait.poincare import STEP_LIMIT_OF_A_PHASE, TIME_LIMIT_OF_A_PHASE, start_state
+from stages.analytic.gait.poincare import (
+    SEARCH_TOLERANCE,
+    STEP_LIMIT_OF_A_PHASE,
+    TIME_LIMIT_OF_A_PHASE,
+    poincare_map,
+    start_state,
+)
 from stages.analytic.integration.phase import walk_step
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.guards import foot_clearance
@@ -54,14 +60,13 @@ class Rough:
         return Standing(start_state(self.walker, self.z))
 
     @cached_property
-    def middle(self) -> float:
-        """How far ahead of the foot that stands the middle of a block is: the distance of the feet in the gait."""
-        return self.apart(self.start.y, 0)
-
-    @property
-    def begins(self) -> float:
-        """How far ahead it begins."""
-        return self.middle - 0.5 * self.length
+    def middles(self) -> tuple[float, float]:
+        """How far ahead of the foot that stands the middle of a block is, by the leg that stands: the distance of the
+        feet as the gait's other leg lands."""
+        on_other = self.apart(self.start.y, 0)
+        if not self.walker.alternates:
+            return on_other, on_other
+        return self.apart(poincare_map(self.walker, self.z, SEARCH_TOLERANCE).state, 1), on_other
 
     def apart(self, y: Vector, leg: int) -> float:
         """How far ahead of the other foot a leg has just landed."""
@@ -70,10 +75,11 @@ class Rough:
     def step(self, at: Standing, height: float) -> tuple[Standing, int]:
         """The step onto a block of this height, in rms; and how it ends, a place in `ENDINGS`, REACHES if no fall."""
         y = at.y.copy()
-        p = self.walker.on(at.leg).p._replace(h_ahead=self.rms * (height - at.height), x_ahead=self.begins)
+        middle, half = self.middles[at.leg], 0.5 * self.length
+        p = self.walker.on(at.leg).p._replace(h_ahead=self.rms * (height - at.height), x_ahead=middle - half)
         status, *_ = walk_step(y, p, self.tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, None)
         ending = int(unlanded(status, y))
-        if ending == REACHES and self.apart(y, 1 - at.leg) > self.middle + 0.5 * self.length:
+        if ending == REACHES and self.apart(y, 1 - at.leg) > middle + half:
             ending = OTHERWISE
         return Standing(y, 1 - at.leg, height), ending
 

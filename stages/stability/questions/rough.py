@@ -69,7 +69,8 @@ def passage(
     from stages.stability.blocks.walks import KEPT
 
     rough, counted = rough_of(parameters, z), Counted(options.ramp)
-    parameters.blocks.under(0, rough.middle * rough.walker.length)  # refuses blocks that reach too far
+    # refuses blocks that reach too far
+    parameters.blocks.under(0, [middle * rough.walker.length for middle in rough.middles])
     parts = options.effort // PART
     walk_on(asking, z, range(FIRST), counted)
     if counted.falls * parts >= FEW * FIRST:
