@@ -198,6 +198,18 @@ class Biped:
         """Radius of each leg's foot [m]."""
         return self.foot_radius, self.leg(1).foot_radius
 
+    @property
+    def leg_lengths(self) -> tuple[float, float]:
+        """Natural length of each leg [m]."""
+        return self.leg_length, self.leg(1).leg_length
+
+    def plain(self, index: int = 0) -> Biped:
+        """The design without its details, of two legs that have the numbers of one."""
+        leg = vars(self.leg(index))
+        return Biped(**{
+            field.name: leg.get(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)
+            if field.name not in DETAILS})  # fmt: skip
+
     def broken_rules(self) -> Iterator[Broken]:
         """Rules between the values: the foot and the mass lie below the hip; compliant legs carry mass everywhere."""
         yield from leg_rules(self.leg(0), "")

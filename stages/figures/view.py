@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -135,8 +135,14 @@ class Pose:
         return joined(self.placed(body, group) for group, body in bodies.items())
 
 
-def pose_at(walk: Walk, time: float, natural: float) -> Pose:
-    """The pose of a walk at a time [s]; `natural` is the legs' length unloaded [m]."""
+def unloaded(settings: Settings, biped: Biped) -> tuple[float, float]:
+    """Lengths of the twin's legs unloaded, with their outsoles [m]."""
+    first, other = biped.leg_lengths
+    return first + settings.outsole, other + settings.outsole
+
+
+def pose_at(walk: Walk, time: float, natural: Sequence[float]) -> Pose:
+    """The pose of a walk at a time [s]; `natural` are the legs' lengths unloaded (2,) [m]."""
     values = [np.array([np.interp(time, walk.time, signal[:, column]) for column in (0, 1)])
               for signal in (walk.hip_position, walk.leg_angle, walk.leg_length)]  # fmt: skip
     return Pose(values[0], values[1], natural - values[2])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,7 @@ from stages.biped.walk import Walk
 from stages.multibody.assembly.inventory import bytes_of, take_inventory
 from stages.twin.machine.bill import sums
 from stages.twin.machine.parts import Part, solid
-from stages.twin.machine.projection import PLAIN, machine_of
+from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import lay_blocks
@@ -49,7 +48,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings
     analytic = inputs.analytic
-    machine, plain = machine_of(biped, settings), dataclasses.replace(biped, **PLAIN)
+    machine, plain = machine_of(biped, settings), biped.plain()
     start = rolling_start(machine, contact, analytic.mid_stance, analytic.walk.standing_force)
     ramp = lay_blocks(settings, parameters.blocks, analytic.gait.step_length_m) if settings.scene == "ramp" else None
     laid = parameters.blocks.under(0, analytic.limp.feet_apart_m)

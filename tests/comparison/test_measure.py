@@ -53,12 +53,12 @@ def rolling(steps=12, step=0.16, speed=0.32, count=20_001):
 
 def test_feet_that_stand_one_step_apart_reach_as_far_as_they_roll():
     walk = rolling()
-    reach, rolls = twin.block_reach(walk, RADIUS, 0.16, 11)
+    reach, rolls = twin.block_reach(walk, (RADIUS, RADIUS), 0.16, 11)
     assert rolls == pytest.approx(2 * reach, rel=1e-3)
     assert reach == pytest.approx(RADIUS * np.abs(walk.leg_angle).max(), rel=3e-3)
-    off, _ = twin.block_reach(walk, RADIUS, 0.15, 11)
+    off, _ = twin.block_reach(walk, (RADIUS, RADIUS), 0.15, 11)
     assert off == pytest.approx(reach + 10 * 0.01, rel=1e-2), "ten steps of 10 mm too much"
-    assert math.isnan(twin.block_reach(rolling(steps=6), RADIUS, 0.16, 11)[0])
+    assert math.isnan(twin.block_reach(rolling(steps=6), (RADIUS, RADIUS), 0.16, 11)[0])
 
 
 def test_determinants_of_a_known_walk():
@@ -243,10 +243,10 @@ def test_eleven_sets_need_ten_steps_and_a_block():
                              twin=SimpleNamespace(walk=rolling()))  # fmt: skip
     for given, step in ((None, 0.16), (0.15, 0.15)):
         chosen = SimpleNamespace(twin=SimpleNamespace(expected_step=given, outsole=0.0), biped=SimpleNamespace(
-            foot_radius=RADIUS), blocks=SimpleNamespace(block_length=0.08))  # fmt: skip
+            foot_radii=(RADIUS, RADIUS)), blocks=SimpleNamespace(block_length=0.08))  # fmt: skip
         found = twin.ramp_length(SimpleNamespace(parameters=chosen, results=walked))
         assert found[:2] == pytest.approx((step, 10 * step + 0.08)) and found[4] == 0.08
-        assert found[2:4] == twin.block_reach(rolling(), RADIUS, step, 11)
+        assert found[2:4] == twin.block_reach(rolling(), (RADIUS, RADIUS), step, 11)
 
 
 def test_tightest_and_usual_tolerances_are_those_of_the_studys_own_way():

@@ -123,6 +123,28 @@ def test_numbers_of_parts_stand_beside_one_another(length):
     assert len(places) > 9 and not any(one.overlaps(other) for one, other in itertools.combinations(places, 2))
 
 
+def test_feet_of_legs_that_differ_are_drawn_on_the_ground():
+    """Each by its own length and radius, as the simple model, in space and as the moving page has it."""
+    known = robot(*ROBOTS[1])
+    biped = dataclasses.replace(known.biped, other_leg_length=0.46, other_foot_radius=0.1)
+    own = SimpleNamespace(biped=biped, settings=known.settings)
+    hip = np.array([0.0, 0.46])
+    lengths = view.unloaded(own.settings, biped)
+    assert lengths == (0.5, 0.46)
+    walk = make_walk()
+    standing = dataclasses.replace(walk, hip_position=0.0 * walk.hip_position + hip, leg_angle=0.0 * walk.leg_angle,
+                                   leg_length=0.0 * walk.leg_length + 0.46)  # fmt: skip
+    pose = view.pose_at(standing, 0.0, lengths)
+    for shown in bodies_of(own):
+        for group in ("inner_foot", "outer_foot"):
+            assert pose.placed(shown[group], group).corners[..., 1].min() == pytest.approx(0.0, abs=1e-3)
+    moving = robot_in_space.scene(walked("robot_in_space", own))
+    assert moving["natural"]["ghost"] == [0.5, 0.46] and moving["radius"] == [0.125, 0.1]
+    for leg, (length, radius) in enumerate(((0.5, 0.125), (0.46, 0.1))):
+        [ghost] = [row for row in moving["parts"] if row["group"] == f"ghost_foot_{leg}" and row["shape"] == "arc"]
+        assert ghost["size"][0] == radius and ghost["place"][1] == pytest.approx(radius - length)
+
+
 def test_there_is_no_design_of_a_twin_that_there_is_not():
     known = robot(*ROBOTS[0])
     detailed = SimpleNamespace(biped=dataclasses.replace(known.biped, frame_mass=0.01), twin=known.settings)
@@ -134,8 +156,8 @@ def test_marks_and_forces_of_the_animation_suit_the_robot():
     """A robot of 2,000 N on legs of 3.33 m: arrows, marks and the scale of forces follow both."""
     walk = make_walk()
     heavy = dataclasses.replace(walk, ground_reaction=200.0 * walk.ground_reaction)
-    large = gait_animation.content(gait_animation.sources(heavy, heavy, heavy), 0.83, 0.0, 10.0)
-    usual = gait_animation.content(gait_animation.sources(walk, walk, walk), 0.083, 0.0)
+    large = gait_animation.content(gait_animation.sources(heavy, heavy, heavy), (0.83, 0.83), 0.0, 10.0)
+    usual = gait_animation.content(gait_animation.sources(walk, walk, walk), (0.083, 0.083), 0.0)
     assert (large["limit"], large["mark"], usual["mark"]) == (2500.0, 1.0, 0.1)
     assert large["arrow"] * large["limit"] == pytest.approx(10.0 * usual["arrow"] * usual["limit"])
 
@@ -149,7 +171,7 @@ def walks():
 
 
 def test_poses_and_forces_are_those_of_the_walks(walks):
-    shown = gait_animation.content(gait_animation.sources(*walks), 0.083, np.radians(2))
+    shown = gait_animation.content(gait_animation.sources(*walks), (0.083, 0.083), np.radians(2))
     assert shown["count"] == int(walks[2].time[-1] * gait_animation.FRAME_RATE) + 1, "the shortest walk decides"
     time = np.arange(shown["count"]) / shown["rate"]
     for source, walk in zip(shown["sources"], walks, strict=True):
@@ -165,7 +187,8 @@ def test_poses_and_forces_are_those_of_the_walks(walks):
 
 
 def test_the_scale_of_forces_leaves_impacts_out_and_the_gait_in(walks):
-    assert gait_animation.content(gait_animation.sources(*walks), 0.083, 0.0)["limit"] == 15.0, "all walks carry 9 N"
+    limit = gait_animation.content(gait_animation.sources(*walks), (0.083, 0.083), 0.0)["limit"]
+    assert limit == 15.0, "all walks carry 9 N"
 
 
 def test_the_scale_of_forces_does_not_follow_the_samples(walks):
@@ -174,7 +197,7 @@ def test_the_scale_of_forces_does_not_follow_the_samples(walks):
     time = np.sort(np.concatenate([walk.time, np.linspace(0.3501, 0.3506, len(walk.time))]))
     dense = resampled(walk, time)
     dense.ground_reaction[(time > 0.35) & (time < 0.351), 0, 1] = 700.0
-    assert gait_animation.content(gait_animation.sources(dense, *walks[1:]), 0.083, 0.0)["limit"] == 15.0
+    assert gait_animation.content(gait_animation.sources(dense, *walks[1:]), (0.083, 0.083), 0.0)["limit"] == 15.0
 
 
 def test_the_page_holds_the_data_once_and_no_address():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -160,8 +161,8 @@ def judge_push_converges(
 def ramp_length(e: Evidence) -> tuple[float, float, float, float, float]:
     settings, block = e.parameters.twin, e.parameters.blocks.block_length
     step = settings.expected_step or e.results.analytic.gait.step_length_m
-    radius = e.parameters.biped.foot_radius + settings.outsole
-    reach, rolls = block_reach(e.results.twin.walk, radius, step, BLOCK_SETS)
+    radii = [radius + settings.outsole for radius in e.parameters.biped.foot_radii]
+    reach, rolls = block_reach(e.results.twin.walk, radii, step, BLOCK_SETS)
     needed = (BLOCK_SETS - 1) * step + block
     return step, needed, reach, rolls, block
 
@@ -197,12 +198,12 @@ def contact_place(walk: Walk, leg: int, radius: float) -> np.ndarray:
     return np.asarray(walk.hip_position[:, 0] + centre * np.sin(walk.leg_angle[:, leg]))
 
 
-def block_reach(walk: Walk, radius: float, step: float, sets: int) -> tuple[float, float]:
+def block_reach(walk: Walk, radii: Sequence[float], step: float, sets: int) -> tuple[float, float]:
     """How far [m] standing feet come from the middles of blocks `step` [m] apart, and how far they roll on average.
 
     The first block's middle is where the first foot stands at the start. NaN with fewer steps than there are sets.
     """
-    places = [contact_place(walk, leg, radius) for leg in (0, 1)]
+    places = [contact_place(walk, leg, radius) for leg, radius in enumerate(radii)]
     origin, reaches, spans = places[0][0], [], []
     for number, (strike, leg) in enumerate(zip(walk.heel_strike_time, walk.heel_strike_leg), 1):
         after = walk.toe_off_time[(walk.toe_off_time > strike) & (walk.toe_off_leg == leg)]

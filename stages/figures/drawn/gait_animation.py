@@ -65,9 +65,10 @@ def frames(walk: Walk, time: np.ndarray) -> dict[str, list[int]]:
     }
 
 
-def content(shown: Sequence[Source], radius: float, slope: float, large: float = 1.0) -> dict[str, Any]:
-    """What the animation shows: all walks over the time they have in common, `radius` [m], `slope` [rad]; `large` as
-    `seen.size`. An arrow's length is in metres a newton, marks on the ground in metres, those of forces in newtons.
+def content(shown: Sequence[Source], radii: Sequence[float], slope: float, large: float = 1.0) -> dict[str, Any]:
+    """What the animation shows: all walks over the time they have in common, on feet of `radii` (2,) [m] and a `slope`
+    [rad]; `large` as `seen.size`. An arrow's length is in metres a newton, marks on the ground in metres, those of
+    forces in newtons.
     """
     end = min(float(source.walk.time[-1]) for source in shown)
     time = np.arange(int(end * FRAME_RATE) + 1) / FRAME_RATE
@@ -85,7 +86,7 @@ def content(shown: Sequence[Source], radius: float, slope: float, large: float =
         "mark": nice(0.1 * large),
         "rate": FRAME_RATE,
         "count": len(time),
-        "radius": radius,
+        "radius": list(radii),
         "slope": round(slope, 9),
         "limit": limit,
         "sources": [
@@ -108,7 +109,7 @@ def draw(given: Given) -> str:
     page = files("stages.figures.drawn").joinpath("gait_animation.html").read_text(encoding="utf-8")
     shown = sources(given.analytic.walk, given.multibody.walk, given.twin.walk)
     biped = given.parameters.biped
-    moving = content(shown, biped.foot_radius, given.parameters.slope.angle, size(biped))
+    moving = content(shown, biped.foot_radii, given.parameters.slope.angle, size(biped))
     page = page.replace("@ARROW@", f"{1e3 * moving['arrow']:.3g}").replace("@LONGEST@", f"{300 * moving['size']:.0f}")
     data = json.dumps(moving, separators=(",", ":")).replace("<", "\\u003c")
     before, _, after = page.partition(">DATA<")

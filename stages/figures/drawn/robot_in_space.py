@@ -68,27 +68,28 @@ def rows(parts: tuple[Part, ...]) -> Iterator[dict[str, Any]]:
             }  # fmt: skip
 
 
-def ghost(biped: Biped) -> tuple[Part, ...]:
+def ghost(biped: Biped, number: int) -> tuple[Part, ...]:
     """The constraint model as solids in the mid-plane: a leg above and below its spring, a round foot, and the hip."""
-    radius, centre = biped.foot_radius, biped.foot_radius - biped.leg_length
-    middle, large = 0.6 * centre, size(biped)
+    radius, centre = biped.foot_radii[number], biped.foot_radii[number] - biped.leg_lengths[number]
+    middle, large, frame, foot = 0.6 * centre, size(biped), f"ghost_frame_{number}", f"ghost_foot_{number}"
 
     def part(group: str, shape: str, axis: str, size: tuple[float, ...], height: float) -> Part:
         return Part("", group, "", shape, axis, size, 1.0, (0.0, height, 0.0), 1)
 
     shown = [
-        part("ghost_frame", "cylinder", "z", (0.016 * large, 0.03 * large), 0.0),
-        part("ghost_frame", "cylinder", "y", (0.005 * large, -middle), middle / 2),
-        part("ghost_foot", "cylinder", "y", (0.007 * large, middle - centre + radius), (middle + centre - radius) / 2),
+        part(frame, "cylinder", "z", (0.016 * large, 0.03 * large), 0.0),
+        part(frame, "cylinder", "y", (0.005 * large, -middle), middle / 2),
+        part(foot, "cylinder", "y", (0.007 * large, middle - centre + radius), (middle + centre - radius) / 2),
     ]
     if radius > 0.0:
-        shown.append(part("ghost_foot", "arc", "z", (radius, 0.1 * radius, 0.03 * large, 2.0 * SOLE * radius), centre))
+        shown.append(part(foot, "arc", "z", (radius, 0.1 * radius, 0.03 * large, 2.0 * SOLE * radius), centre))
     return tuple(shown)
 
 
 def scene(given: Given) -> dict[str, Any]:
     """What the page moves: parts, and the poses of twin and ghost at the same phases of their strides."""
     biped, twin = given.parameters.biped, given.parameters.twin
+    radii, lengths = np.array(biped.foot_radii), np.array(biped.leg_lengths)
     walks = {"twin": given.twin.walk, "ghost": given.analytic.walk}
     shown = {name: stretch(walk) for name, walk in walks.items()}
     duration = shown["twin"].end - shown["twin"].start
@@ -98,12 +99,12 @@ def scene(given: Given) -> dict[str, Any]:
     return {
         "count": count, "duration": round(duration, 6), "loops": shown["twin"].is_stride,
         "units": {"length": POSITION, "angle": ANGLE, "force": FORCE}, "slope": round(given.parameters.slope.angle, 9),
-        "natural": {"twin": biped.leg_length + twin.outsole, "ghost": biped.leg_length},
+        "natural": {"twin": (lengths + twin.outsole).tolist(), "ghost": lengths.tolist()},
         "size": round(max(size(biped), (twin.outer_lane + 0.5 * twin.foot_width) / WIDE), 9),
         "weight": float(np.median(load)) or 1.0,
-        "radius": biped.foot_radius + twin.outsole, "lanes": [twin.inner_lane, twin.outer_lane],
+        "radius": (radii + twin.outsole).tolist(), "lanes": [twin.inner_lane, twin.outer_lane],
         "groups": [*FRAMES, *FEET], "colours": COLOURS,
-        "parts": list(rows((*shown_parts(twin, biped), *ghost(biped)))),
+        "parts": list(rows((*shown_parts(twin, biped), *ghost(biped, 0), *ghost(biped, 1)))),
         **{name: motion(walk, shown[name], phase) for name, walk in walks.items()},
     }  # fmt: skip
 
@@ -190,7 +191,7 @@ def _pieces(scene: Mapping[str, Any], row: Mapping[str, Any]) -> Iterator[tuple[
     pair = 0 if row["group"].startswith("inner") else 1
     units = scene["units"]
     turn = scene["twin"]["angle"][pair] * units["angle"]
-    slide = scene["natural"]["twin"] - scene["twin"]["length"][pair] * units["length"]
+    slide = scene["natural"]["twin"][pair] - scene["twin"]["length"][pair] * units["length"]
     shift = slide if row["group"].endswith("foot") else 0.0
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     outline, depth = _outline(row)

@@ -48,13 +48,14 @@ MODEL_PHASE = 0.3
 
 def parts(biped: Biped) -> tuple[Part, ...]:
     """Each leg above and below its spring, its round foot and the mass below the spring; the hip's mass."""
-    radius, centre = biped.foot_radius, biped.foot_radius - biped.leg_length
-    middle, mass, large = 0.55 * centre, biped.foot_com - biped.leg_length, size(biped)
+    large = size(biped)
     aside, thick = large * ASIDE, large * THICK
-    low = min(0.014 * large, max(biped.foot_com, 0.008 * biped.leg_length))  # stays above the ground
     hip = 0.022 * large, 3.2 * aside
     shown = [Part("hip", FRAMES[0], "aluminium", "cylinder", "z", hip, 1.0, (0.0, 0.0, 0.0), 1)]
-    for frame, foot, z in zip(FRAMES, FEET, (aside, -aside), strict=True):
+    for number, (frame, foot, z) in enumerate(zip(FRAMES, FEET, (aside, -aside), strict=True)):
+        leg = biped.leg(number)
+        radius, centre, mass = leg.foot_radius, leg.foot_radius - leg.leg_length, leg.foot_com - leg.leg_length
+        middle, low = 0.55 * centre, min(0.014 * large, max(leg.foot_com, 0.008 * leg.leg_length))  # above the ground
 
         def one(group: str, shape: str, size: tuple[float, ...], y: float, material: str = "", z: float = z) -> Part:
             return Part("", group, material, shape, "y" if shape == "cylinder" and len(size) == 2 and material == ""
@@ -74,7 +75,7 @@ def draw_simple_model(given: Given) -> Figure:
     """The model on its plane, and its axes."""
     walk, biped = given.multibody.walk, given.parameters.biped
     camera = camera_of("simple_model", given)
-    pose = view.pose_at(walk, view.moment(walk, MODEL_PHASE), biped.leg_length)
+    pose = view.pose_at(walk, view.moment(walk, MODEL_PHASE), biped.leg_lengths)
     x = pose.hip[0]
     figure, axes = plt.subplots(figsize=(style.ONE_COLUMN, 2.7))
     large = size(biped)
@@ -127,7 +128,7 @@ def draw_walk(axes: Axes, given: Given) -> None:
     period = given.twin.settling.step_frequency_hz**-1
     times = walk.time[0] + STEPS_APART * period * np.arange(POSES)
     times = times[times <= walk.time[-1]]
-    bodies, natural, large = of_twin(twin, biped, SMALL), biped.leg_length + twin.outsole, size(biped)
+    bodies, natural, large = of_twin(twin, biped, SMALL), view.unloaded(twin, biped), size(biped)
     end = ramp.steps * ramp.step
     poses = [pose for pose in (view.pose_at(walk, time, natural) for time in times) if pose.hip[0] <= end]
     edge = ramp.tracks[1] + 0.6 * ramp.width
@@ -195,7 +196,7 @@ def draw_ramp(given: Given) -> Figure:
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
     ramp = laid(twin, given.parameters.blocks, given.analytic.gait.step_length_m)
     camera = camera_of("ramp", given)
-    natural, large = biped.leg_length + twin.outsole, size(biped)
+    natural, large = view.unloaded(twin, biped), size(biped)
     moment = walk.time[0] + ALONG * (walk.time[-1] - walk.time[0])
     pose = view.pose_at(walk, float(moment), natural)
     stride = 2.0 * ramp.step
@@ -262,7 +263,7 @@ def draw_steps(given: Given) -> Figure:
     if not len(moments(walk)):
         raise NoEvidence(f"the twin makes no whole step: {given.twin.reason}")
     camera = camera_of("steps", given)
-    bodies, natural, large = of_twin(twin, biped, SMALL), biped.leg_length + twin.outsole, size(biped)
+    bodies, natural, large = of_twin(twin, biped, SMALL), view.unloaded(twin, biped), size(biped)
     poses = [view.pose_at(walk, float(time), natural) for time in moments(walk)]
     robots = [pose.robot(bodies) for pose in poses]
     middles = [camera.page(np.array([pose.hip[0], 0.0, 0.0])) for pose in poses]  # on the page, on the ground
@@ -320,7 +321,7 @@ def draw_sensors(given: Given) -> Figure:
     """The robot with both frames, then each sensor from near, with the axes it was found to have."""
     walk, twin, biped = given.twin.walk, given.parameters.twin, given.parameters.biped
     camera = camera_of("sensors", given)
-    pose = view.pose_at(walk, view.moment(walk, SENSORS_PHASE), biped.leg_length + twin.outsole)
+    pose = view.pose_at(walk, view.moment(walk, SENSORS_PHASE), view.unloaded(twin, biped))
     robot = pose.robot(of_twin(twin, biped))
     large, window = size(biped), size(biped) * CLOSE_WINDOW
     run, foot = given.imu.runs[0], twin.foot_sensor(biped.foot_com - biped.leg_length)

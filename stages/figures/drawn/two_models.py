@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import matplotlib.pyplot as plt
@@ -104,10 +105,10 @@ def rotated(points: np.ndarray, slope: float) -> np.ndarray:
 
 
 def draw_biped(
-    axes: Axes, hip: np.ndarray, angles: np.ndarray, lengths: np.ndarray, radius: float, slope: float
+    axes: Axes, hip: np.ndarray, angles: np.ndarray, lengths: np.ndarray, radii: Sequence[float], slope: float
 ) -> None:
     """Hip, two legs and their round feet at one instant."""
-    for leg, colour in enumerate(LEG_COLOURS):
+    for leg, (colour, radius) in enumerate(zip(LEG_COLOURS, radii, strict=True)):
         along = np.array([np.sin(angles[leg]), -np.cos(angles[leg])])
         centre = hip + (lengths[leg] - radius) * along
         line = rotated(np.array([hip, centre]), slope)
@@ -136,7 +137,7 @@ def draw_snapshots(given: Given) -> Figure:
         origin = walk.hip_position[part[0], 0]
         for number, row in enumerate(part):
             hip = walk.hip_position[row] - np.array([origin, 0.0]) + np.array([number * spread, 0.0])
-            draw_biped(axes, hip, walk.leg_angle[row], walk.leg_length[row], given.parameters.biped.foot_radius, slope)
+            draw_biped(axes, hip, walk.leg_angle[row], walk.leg_length[row], given.parameters.biped.foot_radii, slope)
             ((x, y),) = rotated(np.array([[hip[0], -0.045 * large]]), slope)
             axes.text(x, y, f"{walk.time[row] - walk.time[rows[0]]:.2f} s", ha="center", va="top", fontsize=7)
         ground = rotated(np.array([[-0.25 * large, 0.0], [hip[0] + 0.25 * large, 0.0]]), slope)

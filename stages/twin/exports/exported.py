@@ -8,7 +8,6 @@ hip axis. So the joints' values are the coordinates of `stages.twin.machine.tree
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,7 +25,7 @@ from stages.twin.exports.solids import BLOCK_HEIGHT, piece_place, shown_parts
 from stages.twin.machine.contact import HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import LEGS, Body, Machine, join
 from stages.twin.machine.parts import FEET, FRAMES, Part
-from stages.twin.machine.projection import PLAIN, machine_of
+from stages.twin.machine.projection import machine_of
 from stages.twin.parameters import Parameters, Settings
 from stages.twin.ramp import Ramp, laid
 from stages.twin.walking.simulate import Start, rolling_start
@@ -223,12 +222,12 @@ SAMPLES_A_SECOND = 1000.0
 
 
 def exported(parameters: Parameters) -> Exported:
-    """The twin of these parameters as it starts in its stage; what is seen is the bill of its plain design.
+    """The twin of these parameters as it starts in its stage; what is seen is the bill of its legs' plain designs.
 
     Raises NoGait, BlocksDoNotFit, BeyondModel.
     """
     biped, slope, settings = parameters.biped, parameters.slope, parameters.settings
-    machine, plain = machine_of(biped, settings), dataclasses.replace(biped, **PLAIN)
+    machine = machine_of(biped, settings)
     if machine.hip_weight:
         raise BeyondModel("no exported format knows a weight without a mass (hip_gravity_mass); stages multibody and "
                           "twin do")
@@ -236,7 +235,7 @@ def exported(parameters: Parameters) -> Exported:
     walk, upright = walk_from_mid_stance(walker, point.z, 1, TOLERANCE, SAMPLES_A_SECOND)
     start = rolling_start(machine, parameters.contact, upright, walk.standing_force)
     ramp = laid(settings, parameters.blocks, describe(walker, point).step_length_m)
-    return Exported(machine, settings, slope, parameters.contact, start, ramp, shown_parts(settings, plain))
+    return Exported(machine, settings, slope, parameters.contact, start, ramp, shown_parts(settings, biped))
 
 
 Element: TypeAlias = ElementTree.Element

@@ -173,5 +173,10 @@ def solid_parts(settings: Settings, biped: Biped) -> tuple[Part, ...]:
 
 
 def shown_parts(settings: Settings, biped: Biped) -> tuple[Part, ...]:
-    """All that is seen of the robot; masses of what is not in the bill mean nothing."""
-    return (*solid_parts(settings, biped), *guides(settings, biped), *outsoles(settings, biped))
+    """All that is seen of the robot, each pair of legs by its own numbers; masses of what is not in the bill mean
+    nothing."""
+    pairs = [(*solid_parts(settings, plain), *guides(settings, plain), *outsoles(settings, plain))
+             for plain in (biped.plain(0), biped.plain(1))]  # fmt: skip
+    if pairs[0] == pairs[1]:
+        return pairs[0]
+    return tuple(part for leg in (0, 1) for part in pairs[leg] if part.group in (FRAMES[leg], FEET[leg]))

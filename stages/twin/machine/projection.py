@@ -14,11 +14,10 @@ that design is added to the machine: legs that differ differ by as much, a frame
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 
-from stages.biped.design import DETAILS, Biped, Leg, require_own_strikes
+from stages.biped.design import Biped, Leg, require_own_strikes
 from stages.twin.machine.machine import FRAME_BODY, Body, Machine, build, join
 from stages.twin.parameters import Settings
 
@@ -113,7 +112,6 @@ def _turning(inertia: np.ndarray, about_hip_axis: float) -> np.ndarray:
     return changed
 
 
-PLAIN: dict[str, Any] = {field.name: field.default for field in dataclasses.fields(Biped) if field.name in DETAILS}
 #: What a leg carries above its spring: mass, and where its centre is.
 FRAME = ("frame_mass", "frame_com", "frame_offset", "frame_inertia")
 
@@ -121,7 +119,7 @@ FRAME = ("frame_mass", "frame_com", "frame_offset", "frame_inertia")
 def machine_of(biped: Biped, settings: Settings) -> Machine:
     """The machine of any design whose feet land by themselves. Raises ValueError as `build` does, BeyondModel."""
     require_own_strikes(biped, "the twin")
-    plain = dataclasses.replace(biped, **PLAIN)
+    plain = biped.plain()
     machine = build(plain, settings)
     if not biped.detailed:
         return machine
