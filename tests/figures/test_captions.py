@@ -12,6 +12,7 @@ import yaml
 
 from stages.analytic.result import Uncertainty, Validity
 from stages.biped import processes
+from stages.biped.walk import Limp
 from stages.comparison.claims.judge import STATEMENTS
 from stages.comparison.stride import NoEvidence
 from stages.comparison.tables import as_yaml
@@ -289,6 +290,16 @@ def test_a_multipliers_digits_are_those_of_one_step():
     found.uncertainties = (Uncertainty("multiplier_1", "1", 0.36, 0.03, 0.012, "biped.hip_mass", 0.01, 0.25, 0.49),)
     of_a_step = np.hypot(0.5 * 0.012 / 0.6, 0.5 * (0.7 - 0.5))
     assert measure(found, misses(), "multiplier").inputs == pytest.approx(EVEN * WIDTH * of_a_step)
+
+
+def test_of_a_limping_gait_both_steps_are_told_beside_their_means():
+    found = gaits()
+    assert "limps" not in answers(inputs(analytic=found))[1].means
+    found.gait.steps = 2
+    found.limp = Limp(np.array([0.48, 0.52]), np.array([0.158, 0.162]), np.array([0.12, 0.121]), 0.08)
+    told = answers(inputs(analytic=found))[1].means
+    assert told.endswith("These are means: it limps, and its step on the first leg takes 0.48 s and 158 mm, "
+                         "the other 0.52 s and 162 mm.")  # fmt: skip
 
 
 def test_what_was_learnt_of_stable_gaits_corrects_no_other():

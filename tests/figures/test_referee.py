@@ -63,14 +63,15 @@ def searches(goal_unit="1"):
     return gaits.draw_searches(made, bounds, goal)
 
 
-def elasticities():
+def elasticities(steps=1):
     """A gait with as many parameters as one in detail has, and a pair of multipliers."""
     names = ("biped.hip_mass", "biped.foot_mass", "biped.leg_length", "biped.foot_radius", "biped.foot_com",
              "biped.stiffness", "biped.damping", "biped.leg_inertia", "ground.slope_deg", "ground.gravity")
     shares = np.linspace(-1.0, 1.0, len(names))
     changes = SimpleNamespace(names=names, values=np.ones(len(names)))
     measures = ("period_s", "step_length_m", "speed_m_s", "step_frequency_hz")
-    tangents = SimpleNamespace(changes=changes, elasticities=lambda: dict.fromkeys(measures, shares))
+    tangents = SimpleNamespace(changes=changes, elasticities=lambda: dict.fromkeys(measures, shares),
+                               point=SimpleNamespace(steps=steps * [None]))
     pair = SimpleNamespace(values=np.array([-0.62 + 0.21j, -0.62 - 0.21j]),
                            elasticities=lambda: np.array([shares, np.where(shares > 0, np.nan, shares)]))
     return gaits.draw_elasticities(tangents, pair)
@@ -362,3 +363,8 @@ def idle(axes):
     others = [one for one in axes.collections if not isinstance(one, PathCollection)]
     return not (axes.patches or axes.images or others or any(inside(line.get_xydata()) for line in lines)
                 or any(inside(one.get_offsets()) for one in points))
+
+
+def test_multipliers_of_two_steps_are_called_so_where_elasticities_are_drawn():
+    for steps, words in ((1, "[1]"), (2, "multipliers are of two steps")):
+        assert elasticities(steps).get_supxlabel().endswith(words)

@@ -69,7 +69,8 @@ def draw_elasticities(gait: GaitTangents, multipliers: MultiplierDerivatives) ->
         panel.grid(axis="y", visible=False)
     axes[0, 0].set_yticks(range(len(rows)), names)
     axes[0, 0].invert_yaxis()
-    figure.supxlabel("elasticity: change in % for 1 % of the parameter [1]", fontsize=8)
+    of = "; multipliers are of two steps" if len(gait.point.steps) > 1 else ""
+    figure.supxlabel(f"elasticity: change in % for 1 % of the parameter [1]{of}", fontsize=8)
     return figure
 
 
