@@ -108,7 +108,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     def solved_with(at: Settings) -> Solved:
         as_found = at.tolerance == parameters.settings.tolerance and at.integrator == "compiled"
         point = found if as_found else solve(walker, found.z, at)
-        return solved(walker, point, parameters.friction.static_friction, at)
+        return solved(walker, point, parameters.friction.coefficients.static_friction, at)
 
     settings, kept, errors = to_accuracy(
         settings.accuracy, settings, solved_with, partial(finer, walker), differences)

@@ -48,7 +48,7 @@ def summarise(e: Evidence) -> BipedSummary:
         largest_of_a_step(rung.plane_multipliers, 1) if rung is not None else NAN,
         validity.friction_single_stance,
         max(validity.impulse_friction_landing, validity.impulse_friction_trailing),
-        e.parameters.contact.static_friction,
+        e.parameters.contact.coefficients.static_friction,
         math.sin(e.parameters.slope.angle),
         constraint_work,
         penalty_work,

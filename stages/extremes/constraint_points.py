@@ -63,7 +63,7 @@ def gait(usual: Parameters, here: Parameters, point: Point) -> Finding:
     friction = limited.get(point.engine)
     walker, found = find_gait(here.biped, here.slope, tolerance, friction)
     try:
-        audit = abs(report_gait(walker, found, tolerance, here.friction.static_friction).energy.residual)
+        audit = abs(report_gait(walker, found, tolerance, here.friction.coefficients.static_friction).energy.residual)
     except StepFailed as reason:
         return Finding(FAILED, reason=f"the gait is found but not recorded: {reason}")
     try:

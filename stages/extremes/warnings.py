@@ -104,12 +104,12 @@ def place_of(engine: str, biped: Any, slope: Any, ground: Any, settings: Any) ->
         numbers["stiffness"] = biped.stiffness * time**2 / mass, 1e-3
         numbers["damping"] = biped.damping * time / mass, 1e-2
     if engine == COULOMB:
-        numbers["friction"] = ground.static_friction, 1e-2
+        numbers["friction"] = ground.coefficients.static_friction, 1e-2
     if engine not in (GAIT, COULOMB):
         choices |= {"ground.normal_force": ground.normal_force, "ground.friction": ground.friction}
         weight = mass * slope.gravity
         numbers |= {
-            "friction": (ground.static_friction, 1e-2),
+            "friction": (ground.coefficients.static_friction, 1e-2),
             "penetration": ((weight / ground.stiffness_si) ** (1.0 / ground.contact_exponent) / length, 1e-9),
             "contact exponent": (ground.contact_exponent, 1.0),
             "contact damping": (ground.contact_damping * time / mass, 1.0),

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.quantity import Bound, Broken, parameter
-from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw
-from stages.ground.slope import Friction, dynamic_friction, static_friction
+from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw, has
+from stages.ground.slope import Friction, dynamic_friction, law_of_friction, static_friction
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class ContactLaw:
         "m/s", "least slip speed of dynamic friction", symbol="v_d", bound=Bound(above=0)
     )
     normal_force: str = parameter("-", "law of the normal force", choices=tuple(NORMAL_FORCES), default="impact")
-    friction: str = parameter("-", "law of friction", choices=tuple(FRICTIONS), default="stribeck")
+    friction: str = law_of_friction()
     restitution: float = parameter(
         "1",
         "part of impact_speed that is returned (law restitution only)",
@@ -61,15 +61,16 @@ class ContactLaw:
     )
 
     def broken_rules(self) -> Iterator[Broken]:
-        """Dynamic friction does not exceed static friction; the two transition velocities are in order."""
-        yield from Friction(self.static_friction, self.dynamic_friction).broken_rules()
-        if self.stiction_velocity >= self.friction_velocity:
+        """Dynamic friction does not exceed static friction; the two transition velocities are in order; of a law that
+        has both."""
+        yield from Friction(self.static_friction, self.dynamic_friction, self.friction).broken_rules()
+        if has(self.friction, "friction_velocity") and self.stiction_velocity >= self.friction_velocity:
             yield Broken("stiction_velocity", f"< friction_velocity = {self.friction_velocity:g} m/s")
 
     @property
     def coefficients(self) -> Friction:
         """Friction of the law's rigid limit, which no foot creeps in."""
-        return Friction(*self.numbers.friction.static_and_sliding)
+        return Friction(self.static_friction, self.dynamic_friction, self.friction).coefficients
 
     @property
     def stiffness_si(self) -> float:

@@ -26,10 +26,10 @@ class Coulomb(NamedTuple):
         """The number of these parameters."""
         return cls(contact.static_friction)
 
-    @property
-    def static_and_sliding(self) -> tuple[float, float]:
-        """Coefficients of a foot at rest and of one that slides, where none creeps."""
-        return self.static, self.static
+    @staticmethod
+    def coefficients(static: float, dynamic: float) -> tuple[float, float]:
+        """What it makes of the two: coefficients of a foot at rest and of one that slides, where none creeps."""
+        return static, static
 
     def coefficient(self, speed: Any, ops: Operations) -> Any:
         """Friction coefficient of a sliding foot."""
@@ -46,10 +46,10 @@ class Frictionless(NamedTuple):
         """It needs nothing of these parameters (but machine code wants no tuple to be empty)."""
         return cls()
 
-    @property
-    def static_and_sliding(self) -> tuple[float, float]:
-        """Coefficients of a foot at rest and of one that slides, where none creeps."""
-        return self.zero, self.zero
+    @staticmethod
+    def coefficients(static: float, dynamic: float) -> tuple[float, float]:
+        """What it makes of the two: coefficients of a foot at rest and of one that slides, where none creeps."""
+        return 0.0, 0.0
 
     def coefficient(self, speed: Any, ops: Operations) -> Any:
         """Friction coefficient of a sliding foot."""
@@ -74,10 +74,10 @@ class Stribeck(NamedTuple):
             contact.static_friction, contact.dynamic_friction, contact.stiction_velocity, contact.friction_velocity
         )
 
-    @property
-    def static_and_sliding(self) -> tuple[float, float]:
-        """Coefficients of a foot at rest and of one that slides, where none creeps."""
-        return self.static, self.dynamic
+    @staticmethod
+    def coefficients(static: float, dynamic: float) -> tuple[float, float]:
+        """What it makes of the two: coefficients of a foot at rest and of one that slides, where none creeps."""
+        return static, dynamic
 
     def coefficient(self, speed: Any, ops: Operations) -> Any:
         """Friction coefficient of a sliding foot: STEP from mu_s at v_s to mu_d at v_d, and mu_d beyond."""
@@ -178,8 +178,13 @@ class Restitution(NamedTuple):
 #: its rate in m/s. At rest every law carries eq. (9)'s spring force k_c p^e.
 NORMAL_FORCES: dict[str, Any] = {"impact": Impact, "restitution": Restitution}
 #: `coefficient(speed, ops)` of a foot that slides with this speed [m/s], not negative. Below the stiction velocity each
-#: law lets the foot creep alike, see `stages.ground.friction`. `static_and_sliding` is what is left without creep.
+#: law lets the foot creep alike, see `stages.ground.friction`. `coefficients` is what is left without creep.
 FRICTIONS: dict[str, Any] = {"stribeck": Stribeck, "coulomb": Coulomb, "none": Frictionless}
+
+
+def has(friction: str, number: str) -> bool:
+    """Whether a law of friction has this number; a name that is no law's has none."""
+    return number in getattr(FRICTIONS.get(friction), "_fields", ())
 
 
 class PointLaw(NamedTuple):

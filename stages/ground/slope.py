@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from stages.biped.quantity import Bound, Broken, broken, parameter
+from stages.ground.laws import FRICTIONS, has
 
 
 @dataclass(frozen=True)
@@ -40,19 +41,36 @@ def dynamic_friction() -> Any:
     return parameter("1", "dynamic friction coefficient", symbol="mu_d", bound=Bound(minimum=0))
 
 
+def law_of_friction() -> Any:
+    """The parameter that chooses a law."""
+    return parameter("-", "law of friction", choices=tuple(FRICTIONS), default="stribeck")
+
+
 @dataclass(frozen=True)
 class Friction:
     """Coulomb friction: a foot at rest holds up to mu_s F_N, a slipping foot is held back with mu_d F_N.
 
-    The limit of the friction of eq. (10) as both its transition velocities vanish.
+    The limit of the friction of eq. (10) as both its transition velocities vanish; of another law, of its own.
     """
 
     FILE: ClassVar[str] = "ground"
 
     static_friction: float = static_friction()
     dynamic_friction: float = dynamic_friction()
+    friction: str = law_of_friction()
+
+    @property
+    def coefficients(self) -> Friction:
+        """What its law makes of the two numbers."""
+        return Friction(*FRICTIONS[self.friction].coefficients(self.static_friction, self.dynamic_friction))
+
+    def moved_by(self, name: str) -> tuple[float, float]:
+        """How much both coefficients grow with one of the two numbers, which its law need not use."""
+        moved: tuple[float, float] = FRICTIONS[self.friction].coefficients(
+            float(name == "static_friction"), float(name == "dynamic_friction"))
+        return moved
 
     def broken_rules(self) -> Iterator[Broken]:
-        """Dynamic friction does not exceed static friction."""
-        return broken((self.dynamic_friction > self.static_friction, "dynamic_friction",
-                       f"<= static_friction = {self.static_friction:g}"))  # fmt: skip
+        """Dynamic friction, where the law has it, does not exceed static friction."""
+        return broken((has(self.friction, "dynamic") and self.dynamic_friction > self.static_friction,
+                       "dynamic_friction", f"<= static_friction = {self.static_friction:g}"))  # fmt: skip

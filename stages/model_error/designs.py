@@ -45,7 +45,7 @@ def numbers(design: Design) -> np.ndarray:
     """The dimensionless numbers (n,) of a design, in the order of `NUMBERS`; the legs' are their means."""
     own = scales_of(design.biped, design.slope.gravity)
     measured, ground, twin = own.measure(design.biped), own.measure(design.contact), own.measure(design.twin)
-    first, other = measured.leg(0), measured.leg(1)
+    first, other, held = measured.leg(0), measured.leg(1), ground.coefficients
 
     def mean(name: str) -> float:
         both: float = getattr(first, name) + getattr(other, name)
@@ -55,7 +55,7 @@ def numbers(design: Design) -> np.ndarray:
     return np.array([
         mass, mean("foot_radius"), mean("foot_com"), stiffness, 0.5 * mean("damping") / stiffness**0.5,
         mean("leg_inertia") / mass, design.slope.angle, ground.contact_stiffness, ground.contact_damping,
-        ground.stiction_velocity, ground.static_friction, ground.dynamic_friction, ground.contact_exponent,
+        ground.stiction_velocity, held.static_friction, held.dynamic_friction, ground.contact_exponent,
         ground.damping_depth, mean("foot_offset"), mean("frame_mass"), measured.hip_stiffness, measured.hip_damping,
         measured.hip_friction, measured.weighed_hip - measured.hip_mass, twin.outsole, twin.bearing_friction,
         twin.slider_friction, other.foot_mass / first.foot_mass, other.leg_length / first.leg_length,

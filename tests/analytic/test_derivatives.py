@@ -42,6 +42,7 @@ DESIGNS = {
     "rigid": DesignPoint(TABLE_1_RIGID, SLOPE),
     "rigid, heavy legs": DesignPoint(dataclasses.replace(HEAVY_LEGS, legs="rigid"), SLOPE),
     "friction of the paper": DesignPoint(TABLE_1, SLOPE, Friction(1.1, 1.0)),
+    "one coefficient": DesignPoint(TABLE_1, SLOPE, Friction(0.5, 0.4, "coulomb")),
     "low friction": DesignPoint(TABLE_1, SLOPE, Friction(0.5, 0.4)),
     "ice": DesignPoint(TABLE_1, SLOPE, Friction(0.05, 0.05)),
 }

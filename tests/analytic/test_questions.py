@@ -8,11 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.design.search import TARGETS
 from stages.analytic.errors import NoGait
+from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
 from stages.analytic.questions import basin, continue_gait, gait, sensitivity
+from stages.analytic.walk.on_a_ramp import DOES_NOT
 from stages.biped.quantity import faults
 from stages.biped.question import WrongOption, interval
 from stages.model_error.questions import design
@@ -49,6 +52,21 @@ def answered(question, **options):
 @pytest.fixture(scope="module")
 def found():
     return find_gait(TABLE_1, SLOPE, 1e-10)
+
+
+@pytest.mark.parametrize(("law", "there_is"), [("stribeck", 1.1), ("coulomb", 1.1), ("none", 0.0)])
+def test_a_gait_is_judged_by_the_friction_that_the_law_of_the_ground_has(law, there_is):
+    ground = dataclasses.replace(FRICTION, friction=law)
+    given = gait.ask(dataclasses.replace(PARAMETERS, friction=ground), gait.Options(), Listener()).plain
+    assert given["validity"]["friction_there_is"] == there_is
+    assert (given["on_a_ramp"]["verdict"] == DOES_NOT) == (there_is == 0.0)
+
+
+def test_elasticities_are_by_the_coefficients_that_the_law_has():
+    for law, names in (("stribeck", {"static_friction", "dynamic_friction"}), ("coulomb", {"static_friction"}),
+                       ("none", set())):  # fmt: skip
+        found = sensitive_names(DesignPoint(TABLE_1, SLOPE, dataclasses.replace(FRICTION, friction=law)))
+        assert {name.partition(".")[2] for name in found if "friction" in name} == names
 
 
 def test_gait_tells_the_gait_of_the_search(found):

@@ -137,6 +137,14 @@ def test_the_rigid_limit_has_what_is_left_of_the_law_without_creep(law):
     assert found[-1] == law.coefficients.dynamic_friction
 
 
+def test_a_rule_between_numbers_that_a_law_does_not_use_is_none():
+    """Coulomb's law of one coefficient was refused for a dynamic friction above it, which it does not have."""
+    wrong = {"static_friction": 0.5, "dynamic_friction": 0.9, "friction_velocity": 0.01}
+    keys = {name: [one.key for one in dataclasses.replace(ADAMS, friction=name, **wrong).broken_rules()]
+            for name in FRICTIONS}  # fmt: skip
+    assert keys == {"stribeck": ["dynamic_friction", "stiction_velocity"], "coulomb": [], "none": []}
+
+
 @all_friction
 def test_friction_is_continuous_and_steepest_at_rest(law):
     slip = np.linspace(-1.5, 1.5, 300_001)

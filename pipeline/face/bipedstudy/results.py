@@ -74,7 +74,7 @@ def gait(*settings: Setting, study: str | Path | None = None, **values: Any) -> 
     from stages.analytic.gait.gait_report import report_gait
 
     own, walker, point = _found((*settings, values), study)
-    return report_gait(walker, point, own.settings.tolerance, own.friction.static_friction)
+    return report_gait(walker, point, own.settings.tolerance, own.friction.coefficients.static_friction)
 
 
 def walk(*settings: Setting, steps: int | None = None, study: str | Path | None = None, **values: Any) -> Walk:

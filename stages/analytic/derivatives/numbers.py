@@ -19,7 +19,7 @@ from stages.analytic.model.kinds import present
 from stages.analytic.model.walker import Vector, Walker
 from stages.biped.accuracy.scales import powers
 from stages.biped.design import Biped
-from stages.ground.slope import Slope
+from stages.ground.slope import Friction, Slope
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,8 @@ def _fields(design: DesignPoint) -> list[tuple[Any, dataclasses.Field[Any]]]:
     numbers = {*present(design.walker().p), "a", "g"}
     owners = (design.biped, design.slope, *((design.friction,) if design.friction else ()))
     return [(owner, field) for owner in owners for field in dataclasses.fields(owner)
-            if field.metadata["symbol"] in numbers and getattr(owner, field.name) is not None]
+            if field.metadata["symbol"] in numbers and getattr(owner, field.name) is not None
+            and (not isinstance(owner, Friction) or any(owner.moved_by(field.name)))]
 
 
 def sizes(biped: Biped, slope: Slope) -> dict[str, float]:
@@ -99,13 +100,16 @@ def _row(design: DesignPoint, walker: Walker, field: dataclasses.Field[Any], cha
     units = {"M": mass, "M_g": mass, "m": mass, "m_f": mass, "L_nat": length, "r": length, "l": length, "e": length,
              "l_f": length, "e_f": length, "k": mass / time**2, "b": mass / time, "I": inertia, "I_f": inertia,
              "k_h": inertia / time**2, "b_h": inertia / time, "tau_h": inertia / time**2, "phi_h": -1.0,
-             "mu_s": 1.0, "mu_d": 1.0, "T": time}
+             "T": time}
     if symbol == "a":
         turn = math.radians(change)
         moved = {"g_x": turn * math.cos(slope.angle), "g_y": turn * math.sin(slope.angle)}
     elif symbol == "g":
         share = change / slope.gravity
         moved = {"g_x": share * math.sin(slope.angle), "g_y": -share * math.cos(slope.angle)}
+    elif design.friction and symbol in ("mu_s", "mu_d"):
+        static, dynamic = design.friction.moved_by(field.name)
+        moved = {"mu_s": static * change, "mu_d": dynamic * change}
     else:
         moved = dict.fromkeys(_moved(design.biped, field), change / units[symbol.removesuffix("_2")])
     return [moved.get(name, 0.0) for name in walker.p._fields]

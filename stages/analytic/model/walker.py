@@ -155,7 +155,8 @@ def build_walker(
     if biped.strike_time is not None:
         more["T"] = biped.strike_time / time
     if friction and not rigid:
-        more |= {"mu_s": friction.static_friction, "mu_d": friction.dynamic_friction}
+        held = friction.coefficients
+        more |= {"mu_s": held.static_friction, "mu_d": held.dynamic_friction}
     p: Kind
     if detailed or biped.detailed:
         values = (*detailed_numbers(biped, mass, length, time), *gravity)

@@ -48,7 +48,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     lines: list[str] = []
     plain: list[dict[str, Any]] = []
     for number, each in enumerate(points, 1):
-        found = report_gait(walker, each, tolerance, parameters.friction.static_friction)
+        found = report_gait(walker, each, tolerance, parameters.friction.coefficients.static_friction)
         stable = "stable" if found.gait.stable else "unstable"
         lines += [f"gait {number} of {len(points)}, {stable}"] if options.every else []
         more, about = in_words(found, gait_error(walker, each, tolerance), on_blocks(walker, each, tolerance),

@@ -294,7 +294,7 @@ STATEMENTS = (
         "friction needed over normal force stays below µ_s in both stances and in the impulses of heel strike",
         rolling_without_slip,
         judge_rolling_without_slip,
-        ("ground.static_friction", "analytic.transition"),
+        ("ground.friction", "ground.static_friction", "analytic.transition"),
         plain="The feet roll and never slip, because the ground has enough friction.",
     ),
     Statement(

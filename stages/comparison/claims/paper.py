@@ -49,6 +49,7 @@ SETTINGS = {
     "analytic.tolerance": Printed(1e-7, "section 2.3"),
     "multibody.tolerance": Printed(1e-6, "section 3.5"),
     "twin.tolerance": Printed(1e-6, "section 3.5"),
+    "ground.friction": Printed("stribeck", "section 3.4: eq. (10)"),
     "ground.static_friction": Printed(1.1, "section 3.4"),
     "ground.stiction_velocity": Printed(0.1, "section 3.4: Adams' default"),
     "ground.friction_velocity": Printed(1.0, "section 3.4: Adams' default"),

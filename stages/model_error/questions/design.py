@@ -108,7 +108,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             save(gaits.draw_searches(searches, bounds, goal))
 
     found = searches[0].best
-    ground = report_gait(found.walker, found.point, tolerance, parameters.friction.static_friction).validity
+    static = parameters.friction.coefficients.static_friction
+    ground = report_gait(found.walker, found.point, tolerance, static).validity
     lasting = {STEPS: {"block_height_rms_m": parameters.blocks.block_height_rms, "start": before,
                        "best": lasts(parameters, found.design, found.point)}} if before else {}  # fmt: skip
     lines = [*in_words(searches, bounds, aims, goal, options.starts), *longer(lasting), ground_needed(ground),
