@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from stages.analytic.parameters import DesignDigits, SlopeDigits
 from stages.analytic.parameters import Settings as ConstraintSettings
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
@@ -101,3 +102,9 @@ class Parameters:
     design_digits: DesignDigits = DesignDigits()
     slope_digits: SlopeDigits = SlopeDigits()
     level: Level = Level()
+
+    def __post_init__(self) -> None:
+        """Sizes that are null follow the robot."""
+        own = scales_of(self.biped, self.slope.gravity)
+        object.__setattr__(self, "default", self.default.of(own))
+        object.__setattr__(self, "pushes", self.pushes.of(own))

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy.scales import Following, Followings, scales_of, similar
 from stages.biped.accuracy.tolerances import CLOSER, ConstraintTolerance, Level, PenaltyTolerance, checked
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import ContactLaw, DefaultSet
 from stages.ground.slope import Slope
+
+#: What null is for Table 1's robot.
+OF_TABLE_1: Mapping[str, float | tuple[float, ...]] = {
+    "stiffness_values": (1e4, 3e4, 1e6, 1e7), "damping_values": (1e2, 1e3, 3e4, 1e5),
+    "depth_values": (1e-5, 3e-5, 3e-4, 1e-3), "stiction_velocity_values": (0.01, 0.02, 0.05, 0.2),
+    "friction_velocity_values": (0.2, 0.5, 2.0, 5.0), "searched_stiffness": (1e5, 3e5, 1e6),
+    "searched_damping": (1e4, 3e4), "searched_depth": (1e-5, 3e-5, 1e-4),
+    "searched_stiction_velocity": (0.01, 0.02, 0.03, 0.05, 0.1), "position_limit": 3e-4, "velocity_limit": 5e-3,
+    "sampling_rate_hz": 2000.0, "impact_window": 1e-3,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -19,26 +30,26 @@ class Settings:
 
     FILE: ClassVar[str] = "contact_study"
 
-    stiffness_values: tuple[float, ...] = parameter("N/mm^e", "stiffnesses tried one at a time", bound=Bound(above=0))
+    stiffness_values: Followings = parameter("N/mm^e", "stiffnesses tried one at a time", bound=Bound(above=0))
     exponent_values: tuple[float, ...] = parameter("1", "force exponents tried one at a time", bound=Bound(minimum=1))
-    damping_values: tuple[float, ...] = parameter("N s/m", "dampings tried one at a time", bound=Bound(minimum=0))
-    depth_values: tuple[float, ...] = parameter("m", "depths tried one at a time", bound=Bound(above=0))
-    stiction_velocity_values: tuple[float, ...] = parameter(
+    damping_values: Followings = parameter("N s/m", "dampings tried one at a time", bound=Bound(minimum=0))
+    depth_values: Followings = parameter("m", "depths tried one at a time", bound=Bound(above=0))
+    stiction_velocity_values: Followings = parameter(
         "m/s", "stiction velocities tried one at a time", bound=Bound(above=0)
     )
-    friction_velocity_values: tuple[float, ...] = parameter(
+    friction_velocity_values: Followings = parameter(
         "m/s", "friction velocities tried one at a time", bound=Bound(above=0)
     )
 
-    position_limit: float = parameter("m", "hip difference that counts one in the score", bound=Bound(above=0))
-    velocity_limit: float = parameter("m/s", "hip velocity difference that counts one", bound=Bound(above=0))
+    position_limit: Following = parameter("m", "hip difference that counts one in the score", bound=Bound(above=0))
+    velocity_limit: Following = parameter("m/s", "hip velocity difference that counts one", bound=Bound(above=0))
     cost_limit: float = parameter(
         "1", "evaluations a step of a chosen set may take, in those of the starting set", bound=Bound(above=0)
     )
-    searched_stiffness: tuple[float, ...] = parameter("N/mm^e", "stiffnesses of the search", bound=Bound(above=0))
-    searched_damping: tuple[float, ...] = parameter("N s/m", "dampings of the search", bound=Bound(minimum=0))
-    searched_depth: tuple[float, ...] = parameter("m", "depths of the search", bound=Bound(above=0))
-    searched_stiction_velocity: tuple[float, ...] = parameter(
+    searched_stiffness: Followings = parameter("N/mm^e", "stiffnesses of the search", bound=Bound(above=0))
+    searched_damping: Followings = parameter("N s/m", "dampings of the search", bound=Bound(minimum=0))
+    searched_depth: Followings = parameter("m", "depths of the search", bound=Bound(above=0))
+    searched_stiction_velocity: Followings = parameter(
         "m/s", "stiction velocities of the search", bound=Bound(above=0)
     )
     finalists: int = parameter(
@@ -51,10 +62,10 @@ class Settings:
     constraint_tolerance: float | None = parameter(
         "1", "tolerance of the constraint models; null: analytic.tolerance",
         bound=Bound(minimum=1e-14, maximum=1e-3), closer=CLOSER)
-    sampling_rate_hz: float = parameter(
+    sampling_rate_hz: Following = parameter(
         "Hz", "rate at which the rigid limit is compared", bound=Bound(minimum=100, maximum=1e5)
     )
-    impact_window: float = parameter(
+    impact_window: Following = parameter(
         "s", "time after heel strike in which velocities and forces are not compared", bound=Bound(minimum=0, maximum=1)
     )
     tolerance: float | None = parameter(
@@ -81,7 +92,7 @@ class Settings:
     def broken_rules(self) -> Iterator[Broken]:
         """There is something to search."""
         for key in ("searched_stiffness", "searched_damping", "searched_depth", "searched_stiction_velocity"):
-            if not getattr(self, key):
+            if getattr(self, key) == ():
                 yield Broken(key, "at least one value")
 
 
@@ -97,6 +108,12 @@ class Parameters:
     constraint: ConstraintTolerance
     penalty: PenaltyTolerance
     level: Level = Level()
+
+    def __post_init__(self) -> None:
+        """Sizes that are null follow the robot."""
+        own, exponent = scales_of(self.biped, self.slope.gravity), self.default_set.default_exponent
+        object.__setattr__(self, "default_set", self.default_set.of(own))
+        object.__setattr__(self, "settings", similar(self.settings, OF_TABLE_1, own, exponent))
 
     @property
     def constraint_tolerance(self) -> float:

@@ -21,6 +21,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy.scales import Following, Scales, similar
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw, has
 from stages.ground.slope import Friction, dynamic_friction, law_of_friction, static_friction
@@ -116,29 +117,39 @@ def family_member(law: ContactLaw, share: float) -> ContactLaw:
     return with_creep(with_impact(law, share), share)
 
 
+#: What null is for Table 1's robot.
+ADAMS = {"default_stiffness": 1e5, "default_damping": 1e4, "default_depth": 1e-4, "default_stiction_velocity": 0.1,
+         "default_friction_velocity": 1.0}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class DefaultSet:
-    """The numbers of Adams' default contact set, from which the paper starts.
+    """The numbers of the contact set from which the study starts: Adams' default, as the paper's.
 
     Laws and friction coefficients are those of ground.yaml.
     """
 
     FILE: ClassVar[str] = "contact_study"
 
-    default_stiffness: float = parameter("N/mm^e", "stiffness of the starting set", symbol="k_c", bound=Bound(above=0))
+    default_stiffness: Following = parameter(
+        "N/mm^e", "stiffness of the starting set", symbol="k_c", bound=Bound(above=0))
     default_exponent: float = parameter("1", "force exponent of the starting set", symbol="e", bound=Bound(minimum=1))
-    default_damping: float = parameter(
+    default_damping: Following = parameter(
         "N s/m", "largest damping of the starting set", symbol="c_max", bound=Bound(above=0)
     )
-    default_depth: float = parameter(
+    default_depth: Following = parameter(
         "m", "depth of complete damping of the starting set", symbol="d", bound=Bound(above=0)
     )
-    default_stiction_velocity: float = parameter(
+    default_stiction_velocity: Following = parameter(
         "m/s", "stiction velocity of the starting set", symbol="v_s", bound=Bound(above=0)
     )
-    default_friction_velocity: float = parameter(
+    default_friction_velocity: Following = parameter(
         "m/s", "friction velocity of the starting set", symbol="v_d", bound=Bound(above=0)
     )
+
+    def of(self, own: Scales) -> DefaultSet:
+        """The set of a robot of these scales, which decide what is null."""
+        return similar(self, ADAMS, own, self.default_exponent)
 
     def law(self, contact: ContactLaw) -> ContactLaw:
         """The default set with the laws and the friction coefficients of `contact`."""

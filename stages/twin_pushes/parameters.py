@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy.scales import Followings, Scales, scales_of, similar
 from stages.biped.accuracy.tolerances import CLOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
@@ -23,6 +24,14 @@ KINDS = (
 )
 
 
+#: What null is for Table 1's robot, from a touch to a fall: all sizes, and few.
+OF_TABLE_1: Mapping[str, Mapping[str, tuple[float, ...]]] = {
+    "all": {"sideways_speeds": (0.02, 0.05, 0.1, 0.15, 0.2), "roll_rates": (0.2, 0.5, 1.0, 2.0),
+            "yaw_rates": (0.5, 2.0, 8.0), "yaw_angles": (0.05, 0.2)},
+    "few": {"sideways_speeds": (0.1, 0.15), "roll_rates": (1.0, 2.0), "yaw_rates": (2.0, 8.0), "yaw_angles": (0.2,)},
+}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Settings:
     """Sizes of the pushes, rising; a push is given once, at mid-stance, on top of the simple model's gait."""
@@ -34,15 +43,22 @@ class Settings:
         "1", "absolute tolerance of the solver in m, rad, m/s, rad/s; null: ten times twin.tolerance",
         bound=Bound(minimum=1e-11, maximum=1e-4), closer=CLOSER)
     rate_hz: float = parameter("Hz", "rate of the histories", bound=Bound(above=0, maximum=1e4))
-    sideways_speeds: tuple[float, ...] = parameter("m/s", "speeds to the side")
-    roll_rates: tuple[float, ...] = parameter("rad/s", "rates of roll")
-    yaw_rates: tuple[float, ...] = parameter("rad/s", "rates of yaw")
-    yaw_angles: tuple[float, ...] = parameter("rad", "angles of yaw")
+    sideways_speeds: Followings = parameter("m/s", "speeds to the side; null: as large as for Table 1's robot")
+    roll_rates: Followings = parameter("rad/s", "rates of roll; null: as large as for Table 1's robot")
+    yaw_rates: Followings = parameter("rad/s", "rates of yaw; null: as large as for Table 1's robot")
+    yaw_angles: Followings = parameter("rad", "angles of yaw; null: as large as for Table 1's robot")
+    sizes: str = parameter("-", "how many sizes of each kind a null is", choices=tuple(OF_TABLE_1), default="all")
+
+    def of(self, own: Scales) -> Settings:
+        """The pushes of a robot of these scales, which decide what is null."""
+        return similar(self, OF_TABLE_1[self.sizes], own)
 
     def broken_rules(self) -> Iterator[Broken]:
         """Sizes are positive and rise."""
         for key, *_ in KINDS:
             sizes = getattr(self, key)
+            if sizes is None:
+                continue
             if not sizes or sizes[0] <= 0.0 or any(a >= b for a, b in itertools.pairwise(sizes)):
                 yield Broken(key, "positive sizes, at least one, each larger than the one before")
 
@@ -57,3 +73,7 @@ class Parameters:
     twin: TwinSettings
     settings: Settings
     level: Level = Level()
+
+    def __post_init__(self) -> None:
+        """Sizes that are null follow the robot."""
+        object.__setattr__(self, "settings", self.settings.of(scales_of(self.biped, self.slope.gravity)))

@@ -54,8 +54,8 @@ class Result:
     def summary(self) -> str:
         """One line of what was found."""
         words = [
-            (f"{kind} {survived:g} {unit} survived" + (f", {fatal:g} not" if np.isfinite(fatal) else "")
-             if survived else f"{kind} {fatal:g} {unit} not survived")
+            (f"{kind} {survived:.3g} {unit} survived" + (f", {fatal:.3g} not" if np.isfinite(fatal) else "")
+             if survived else f"{kind} {fatal:.3g} {unit} not survived")
             for kind, unit, survived, fatal in self.limits()
         ]
         most = max((walk.steps for walk in self.walks if walk.survived), default=0)  # an unpushed twin may fall later
@@ -67,7 +67,7 @@ class Result:
                    "drift [mm]"]  # fmt: skip
         rows = [
             [
-                walk.kind, f"{walk.size:g} {walk.unit}", str(walk.steps), walk.reason or walk.outcome,
+                walk.kind, f"{walk.size:.3g} {walk.unit}", str(walk.steps), walk.reason or walk.outcome,
                 f"{np.degrees(np.abs(walk.roll).max()):.2f}",
                 *((f"{np.degrees(walk.roll_left):.1e}", f"{np.degrees(walk.yaw_left):+.3f}") if walk.survived
                   else ("", "")),

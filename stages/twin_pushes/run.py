@@ -59,7 +59,7 @@ def walks_after(
     ways = {kind: (keyword, unit) for _, keyword, kind, unit in KINDS}
     for number, (kind, size) in enumerate(pushes):
         keyword, unit = ways[kind]
-        progress(number / len(pushes), f"{kind} {size:g} {unit}")
+        progress(number / len(pushes), f"{kind} {size:.3g} {unit}")
         start = rolling_start(machine, parameters.contact, analytic.mid_stance, force, **{keyword: size})
         record = simulate_twin(
             machine, parameters.slope, parameters.contact, start, solver, steps=settings.steps, tree=tree

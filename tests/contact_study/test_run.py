@@ -43,6 +43,23 @@ def analytic(constraints):
         walk=rolling.walk, mid_stance=rolling.mid_stance, gait=SimpleNamespace(period_s=rolling.period))
 
 
+def test_what_is_null_is_as_large_in_each_robots_own_scales():
+    """Sets and limits of Table 1's size were tried on a robot of 5 mm of leg and one of 5 m alike."""
+    usual, scale = parameters_of("contact_study"), (8.0, 4.0, 2.0)
+    masses, lengths = ("hip_mass", "foot_mass"), ("leg_length", "foot_radius", "foot_com")
+    large = parameters_of("contact_study", "contact_study.searched_depth=[7e-5]", *(
+        f"biped.{key}={by * getattr(usual.biped, key)!r}" for keys, by in ((masses, 8.0), (lengths, 4.0))
+        for key in keys))  # fmt: skip
+    assert usual.default_set.law(usual.contact).contact_stiffness == 1e5 and usual.settings.impact_window == 1e-3
+    assert large.settings.searched_depth == (7e-5,), "a size that is given stands"
+    for one, other in ((usual.default_set, large.default_set), (usual.settings, large.settings)):
+        for field in dataclasses.fields(one):
+            value, found = getattr(one, field.name), getattr(other, field.name)
+            if value is not None and field.name != "searched_depth":
+                wanted = np.multiply(value, factor(field.metadata["unit"], scale, 2.2))
+                assert found == pytest.approx(wanted, rel=1e-13), field.name
+
+
 @pytest.fixture(scope="module")
 def result(small, analytic):
     return run(small, Inputs(analytic))

@@ -16,7 +16,7 @@ from stages.model_error.result import MODELS, PENALTY, SHARED, TWIN, Result
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS, NoRung
 from stages.twin.machine.machine import build
-from stages.twin.machine.projection import PLAIN, machine_of, project
+from stages.twin.machine.projection import machine_of, project
 from tests.model_error.test_ask import Asking
 from tests.similar import EXPONENT, similar
 
@@ -39,10 +39,10 @@ def changed(parameters, **details):
 @pytest.mark.parametrize("details", DETAILS.values(), ids=DETAILS)
 def test_a_detail_changes_the_machine_by_itself(parameters, details):
     biped = dataclasses.replace(parameters.biped, **details)
-    plain = project(build(dataclasses.replace(biped, **PLAIN), parameters.twin))
+    plain = project(build(biped.plain(), parameters.twin))
     found = project(machine_of(biped, parameters.twin))
     assert found.total_mass == pytest.approx(plain.total_mass + biped.total_mass
-                                             - dataclasses.replace(biped, **PLAIN).total_mass, rel=1e-12)  # fmt: skip
+                                             - biped.plain().total_mass, rel=1e-12)  # fmt: skip
     for key in ("foot_offset", "hip_stiffness", "hip_rest_angle", "hip_friction", "hip_damping"):
         assert getattr(found, key) == pytest.approx(getattr(plain, key) + getattr(biped, key), abs=1e-12)
     assert found.weighed_hip - found.hip_mass == pytest.approx(biped.weighed_hip - biped.hip_mass, abs=1e-12)

@@ -71,6 +71,17 @@ def test_the_table_names_every_push(result):
     assert "0.05 m/s survived, 1 not" in result.summary()
 
 
+def test_sizes_that_are_null_are_table_1s_and_another_robots_in_its_own_scales(parameters):
+    """A robot of a quarter of Table 1's leg was pushed by as much, which is twice as much in its own speed."""
+    assert parameters.settings.sideways_speeds == (0.02, 0.05, 0.1, 0.15, 0.2)
+    assert parameters_of("twin_pushes", "twin_pushes.sizes=few").settings.yaw_rates == (2.0, 8.0)
+    small = ("biped.leg_length=0.08325", "biped.foot_radius=0.02", "biped.foot_com=0.025", "twin.inertia=planar")
+    other = parameters_of("twin_pushes", *small, "twin_pushes.yaw_rates=[0.3]").settings
+    assert other.sideways_speeds == pytest.approx((0.01, 0.025, 0.05, 0.075, 0.1), rel=1e-14)
+    assert other.roll_rates == pytest.approx((0.4, 1.0, 2.0, 4.0), rel=1e-14)
+    assert other.yaw_rates == (0.3,) and other.yaw_angles == (0.05, 0.2), "a size that is given stands"
+
+
 @pytest.mark.parametrize("sizes", ["[]", "[0.2, 0.1]", "[0.2, 0.2]", "[-0.1]"])
 def test_sizes_must_rise(sizes):
     with pytest.raises(StudyError, match=r": sideways_speeds = .* allowed: .*each larger than the one before"):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
@@ -69,15 +70,17 @@ def scales_of(biped: Biped, gravity: float) -> Scales:
     return Scales(biped.total_mass, biped.leg_length, math.sqrt(biped.leg_length / gravity))
 
 
-#: Type of a number that may be null in its file and is one wherever it is used.
+#: Type of a number, or of several, that may be null in its file and is one wherever it is used.
 if TYPE_CHECKING:
     Following: TypeAlias = float
+    Followings: TypeAlias = tuple[float, ...]
 else:
-    Following = float | None
+    Following, Followings = float | None, tuple[float, ...] | None
 #: Leg length [m] and a leg's mass [kg] of Table 1, and the gravity [m/s^2] under which settings were chosen for it.
 LEG_LENGTH, FOOT_MASS, GRAVITY = 0.333, 0.335, 9.81
-#: Pendulum time [s] of Table 1's.
+#: Pendulum time [s] of Table 1's, and its scales.
 TIME = math.sqrt(LEG_LENGTH / GRAVITY)
+TABLE_1 = Scales(0.316 + 2 * FOOT_MASS, LEG_LENGTH, TIME)
 
 
 def quickness(biped: Biped, gravity: float) -> float:
@@ -95,7 +98,20 @@ def outsole(biped: Biped) -> float:
     return 2e-3 * min(size(biped), biped.foot_mass / FOOT_MASS)
 
 
-def followed(section: S, **values: float) -> S:
+def followed(section: S, **values: float | tuple[float, ...]) -> S:
     """Parameters of a file with these values in place of nulls."""
     given: dict[str, object] = {key: value for key, value in values.items() if getattr(section, key) is None}
     return dataclasses.replace(section, **given)  # type: ignore[type-var]
+
+
+def similar(section: S, of_table_1: Mapping[str, float | tuple[float, ...]], own: Scales, exponent: float = 1.0) -> S:
+    """Parameters of a file with values in place of nulls: as large in a robot's `own` scales as those given are in
+    Table 1's. `exponent` is the e of "N/mm^e"."""
+    given: Any = section
+    units = {field.name: field.metadata["unit"] for field in dataclasses.fields(given)}
+
+    def grown(unit: str, value: float | tuple[float, ...]) -> float | tuple[float, ...]:
+        by = own.size(unit, exponent) / TABLE_1.size(unit, exponent)
+        return tuple(by * one for one in value) if isinstance(value, tuple) else by * value
+
+    return followed(section, **{name: grown(units[name], value) for name, value in of_table_1.items()})

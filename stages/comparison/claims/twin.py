@@ -134,8 +134,8 @@ def judge_push_converges(
     along = failed == 0 and pushes > 0
     untried = pushes + failed == 0
     verdict = DOES_NOT_APPLY if untried else FAILS if not along or lost else HOLDS_IF if falls else HOLDS
-    bounds = ", ".join(f"{kind} below {fatal:g} {unit}" for kind, unit, _, fatal in falls)
-    most = ", ".join(f"{kind} {survived:g} {unit}" if survived else f"no {kind}"
+    bounds = ", ".join(f"{kind} below {fatal:.3g} {unit}" for kind, unit, _, fatal in falls)
+    most = ", ".join(f"{kind} {survived:.3g} {unit}" if survived else f"no {kind}"
                      for kind, unit, survived, _ in limits_of)
     return Judgement(
         f"{pushes} pushes along the path (synthetic): {failed} end in a fall; to the side the twin "

@@ -280,7 +280,7 @@ def draw_pushes(given: Given) -> Figure:
     figure, panels = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 2.8), sharex=True)
     shades = plt.get_cmap("cividis")(np.linspace(0.0, 0.85, len(walks)))
     for walk, colour in zip(walks, shades, strict=True):
-        name = f"{walk.size:g} {walk.unit}" + ("" if walk.survived else ", falls")
+        name = f"{walk.size:.3g} {walk.unit}" + ("" if walk.survived else ", falls")
         for axes, values in zip(
             panels, (np.degrees(walk.roll), np.degrees(walk.yaw), 1e3 * (walk.lateral - walk.lateral[0])), strict=True
         ):
