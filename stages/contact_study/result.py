@@ -235,7 +235,7 @@ class Result:
     ground_is_choice: bool = quantity("1", "whether ground.yaml holds the chosen set")
     friction_variations: tuple[FrictionVariation, ...] = quantity("-", "gait at other transition velocities")
     default_friction_variations: tuple[FrictionVariation, ...] = quantity(
-        "-", "the same from Adams' default contact set instead of ground.yaml's"
+        "-", "the same from the starting set instead of ground.yaml's"
     )
     engines: EngineAgreement = quantity("-", "distance of the compiled penalty walker, which walks all, from Exudyn")
 
@@ -272,7 +272,7 @@ class Result:
             ("One parameter at a time, differences from the constraint model", heads, varied),
             *limits,
             friction_table("ground.yaml's contact set", self.friction_variations),
-            friction_table("Adams' default contact set", self.default_friction_variations),
+            friction_table("the starting set", self.default_friction_variations),
             self.engines.table(),
         )
 

@@ -53,8 +53,8 @@ def results(scene, rough):
     """The stage's result for all signals, for all but one, and for none."""
     loose = scene.but(tolerance=1e-4, largest_step=2e-3, sampling_rate_hz=500.0)
     force = SimpleNamespace(standing_force=9.4)
-    gait = SimpleNamespace(step_length_m=0.16, fixed_point=rough)
-    inputs = Inputs(SimpleNamespace(walk=force, mid_stance=rough, gait=gait))
+    gait, limp = SimpleNamespace(step_length_m=0.16), SimpleNamespace(feet_apart_m=np.full(2, 0.12))
+    inputs = Inputs(SimpleNamespace(walk=force, mid_stance=rough, gait=gait, limp=limp))
     chosen = {name: tuple(other for other in SIGNALS if other != name) for name in SIGNALS}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("stages.multibody.run.solve", awaited)

@@ -20,7 +20,7 @@ from tests.changed import changed
 @pytest.fixture(scope="module")
 def analytic(rough):
     return SimpleNamespace(mid_stance=rough, walk=SimpleNamespace(standing_force=9.4),
-                           gait=SimpleNamespace(fixed_point=rough))  # fmt: skip
+                           limp=SimpleNamespace(feet_apart_m=np.full(2, 0.12)))  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -225,7 +225,7 @@ def judge_friction_velocities(
     limit = f"{100 * limits.unaffected_limit:g} %"
     turns = f"a factor of {turning:.2f} on the {velocity.replace('_', ' ')}"
     return Judgement(
-        f"from Adams' defaults, period and length of the gait's step change by up to {percent(halved, 1)} at "
+        f"from the starting set, period and length of the gait's step change by up to {percent(halved, 1)} at "
         f"half and {percent(doubled, 1)} at twice the {velocity.replace('_', ' ')}"
         + (f"; the change reaches {limit} at {turns}" if math.isfinite(turning) else ""),
         verdict,

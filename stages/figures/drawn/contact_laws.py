@@ -150,7 +150,7 @@ def draw_contact_parameters(given: Given) -> Figure:
     upper.legend(
         handles=[
             Line2D([], [], color=CONSTRAINT, linewidth=4, label="constraint model, rolling feet"),
-            Line2D([], [], color="black", label="starting set: Adams' defaults"),
+            Line2D([], [], color="black", label="starting set"),
             Line2D([], [], color=CHOSEN, linestyle="--", label="chosen set: all four changed"),
         ],
         loc="outside upper center",
@@ -191,7 +191,7 @@ def _value(study: Result, key: str, factor: float) -> str:
 def caption_contact_parameters(given: Given) -> str:
     study = given.contact_study
     text = (
-        "Each contact parameter changed alone. From Adams' defaults the hip differs from the constraint model's by "
+        "Each contact parameter changed alone. From the starting set the hip differs from the constraint model's by "
         f"{1e3 * study.default.hip_position.max():.2f} mm over a step; with the set chosen from "
         f"{0 if study.candidates is None else len(study.candidates.outcome)} tried, by "
         f"{1e3 * study.chosen.hip_position.max():.2f} mm"
@@ -222,8 +222,8 @@ def draw_friction(given: Given) -> Figure:
     default, chosen = study.default.law, study.chosen.law
     slip = np.linspace(-1.5, 1.5, 3001) * default.friction_velocity
     for one, colour, label in (
-        (default, style.TWIN, "Adams' transitions, defaults"),
-        (chosen, style.MULTIBODY, "Adams' transitions, chosen"),
+        (default, style.TWIN, "Adams' transitions, starting set"),
+        (chosen, style.MULTIBODY, "Adams' transitions, chosen set"),
         (dataclasses.replace(chosen, friction="coulomb"), style.ANALYTIC, "regularised Coulomb"),
     ):
         line = "--" if one.friction == "coulomb" else "-"
@@ -235,7 +235,7 @@ def draw_friction(given: Given) -> Figure:
     shown = exact[0] <= study.time[-1]
     force.plot(exact[0][shown], exact[1][shown, 0], color=CONSTRAINT, linewidth=4, label="constraint model")
     for curve, colour, label in (
-        (study.default_force, style.TWIN, "defaults"), (study.chosen_force, style.MULTIBODY, "chosen set")
+        (study.default_force, style.TWIN, "starting set"), (study.chosen_force, style.MULTIBODY, "chosen set")
     ):  # fmt: skip
         force.plot(study.time, curve[:, 0], color=colour, linewidth=0.9, label=label)
     force.set_xlim(-0.01, study.time[-1])
@@ -270,7 +270,7 @@ def caption_friction(given: Given) -> str:
     study = given.contact_study
     return (
         "Below the stiction velocity a loaded foot slides slowly (creeps): at "
-        f"{1e3 * study.default.creep_velocity:.2f} mm/s with Adams' defaults and "
+        f"{1e3 * study.default.creep_velocity:.2f} mm/s with the starting set and "
         f"{1e3 * study.chosen.creep_velocity:.2f} mm/s with the chosen set."
     )
 

@@ -232,7 +232,7 @@ def _over(
         markersize=3.5, label="family of the chosen set, towards the limit",
     )  # fmt: skip
     for one, mark, colour, label in (
-        (limit.default, "D", DEFAULT, "Adams' defaults"), (limit.chosen, "*", CHOSEN, "chosen set")
+        (limit.default, "D", DEFAULT, "starting set"), (limit.chosen, "*", CHOSEN, "chosen set")
     ):  # fmt: skip
         size = 11 if mark == "*" else 5
         axes.plot(abscissa(one), distance(one), mark, color=colour, markersize=size, label=label, zorder=3)
@@ -302,7 +302,7 @@ def caption_contact_sets(given: Given) -> str:
         "impact's finite stiffness and the rest do over one step, so that they cannot cancel. The limit itself "
         f"{own}. The chosen set is {distance(limit.chosen):.2f} mm away in "
         f"{limit.chosen.evaluations} evaluations ({1e3 * limit.chosen.hip_position.max():.2f} mm where its parts "
-        f"cancel), Adams' defaults are {distance(limit.default):.2f} mm in {limit.default.evaluations}, the last of "
+        f"cancel), the starting set is {distance(limit.default):.2f} mm in {limit.default.evaluations}, the last of "
         f"the family {distance(last):.2f} mm in {last.evaluations}. The choice counts the hip's velocity and the "
         "cycles too."
     )
