@@ -164,7 +164,8 @@ def what_is_drawn(settings: Settings, biped: Biped) -> str:
     """What `shown_parts` are, in words."""
     if settings.inertia == "planar":
         return "its point masses, legs and round feet, as it has no parts,"
-    return "every part of its bill, made to fit the design," if settings.bill_rule(biped) else "every part of its bill"
+    fitted = any(settings.bill_rule(biped.plain(leg)) for leg in (0, 1))
+    return "every part of its bill, made to fit the design," if fitted else "every part of its bill"
 
 
 def solid_parts(settings: Settings, biped: Biped) -> tuple[Part, ...]:
