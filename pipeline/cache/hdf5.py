@@ -271,6 +271,8 @@ def _read(group: Any, name: str, kind: Any, count: int | None) -> Any:
     """What a field has, or its cells in each of `count` rows."""
     if count is not None and name not in group:
         return [_read(group[str(index)], name, kind, None) for index in range(count)]
+    if name not in group:
+        raise KeyError(f"{name} is missing in {group.name}")
     item, kind = group[name], present(kind)
     if not hasattr(item, "shape"):
         return _read_group(item, kind, count)

@@ -293,14 +293,17 @@ def _row(node: Node, cls: type) -> Any:
 
 
 def broken_rules(instance: Any) -> Iterator[tuple[str, str]]:
-    """Of each rule between values that does not hold the key to blame, as "file.key" between files, and a sentence."""
-    rules = getattr(instance, "broken_rules", None)
+    """Of rules between values that do not hold the key to blame, as "file.key" between files, and a sentence for all of
+    a key."""
+    rules, every = getattr(instance, "broken_rules", None), dict[str, list[str]]()
     known = declared(instance.__class__)
     for broken in rules() if rules else ():
-        key, value = broken.key.rpartition(".")[2], ""
-        if broken.key in known:
+        every.setdefault(broken.key, []).append(broken.allowed)
+    for whole, wanted in every.items():
+        key, value = whole.rpartition(".")[2], ""
+        if whole in known:
             value = f" = {with_unit(shown(plain_value(getattr(instance, key))), known[key][0])}"
-        yield broken.key, f"{key}{value} is not allowed; allowed: {broken.allowed}"
+        yield whole, f"{key}{value} is not allowed; allowed: {' and '.join(wanted)}"
 
 
 def plain_value(value: Any) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
-from pipeline.parameters.value import LEVELS
+from pipeline.parameters.value import LEVELS, broken_rules
 from pipeline.study import locate
 from stages.biped.accuracy.tolerances import CHECKED_FINEST, FINEST, scaled
 from stages.biped.design import BeyondModel, Biped, require_plain
@@ -61,6 +61,15 @@ def test_exchanging_the_legs_twice_changes_nothing():
 ])
 def test_rules_name_the_value_to_change(values, key):
     assert key in {broken.key for broken in faults(with_values(**values))}
+
+
+@pytest.mark.parametrize(("values", "key", "wanted"), [
+    ({"other_leg_length": 0.05}, "other_leg_length", ("> foot_radius = 0.083 m and > foot_com = 0.1 m",)),
+    ({"strike_time": 0.5}, "strike_time", ("none without feet_retract: true", "and none with compliant legs")),
+])
+def test_all_rules_of_a_key_are_one_sentence(values, key, wanted):
+    ((named, sentence),) = broken_rules(with_values(**values))
+    assert named == key and all(words in sentence for words in wanted)
 
 
 @pytest.mark.parametrize("values", [

@@ -8,7 +8,7 @@ import pytest
 from scipy.special import ndtr
 
 from stages.calibration import blind_score
-from stages.calibration.estimation.campaign import Joint, fit_campaign
+from stages.calibration.estimation.campaign import Joint, fit_campaign, side_by_side
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.intervals import left_out
@@ -17,7 +17,7 @@ from stages.calibration.intervals.model_error import Judged
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, usable
 from stages.calibration.observation.prediction import predict
 from stages.calibration.reports import sensor_report
-from tests.calibration.runs import BIPED, DESIGN, PARAMETERS, SETTINGS, disturbed, fitted
+from tests.calibration.runs import BIPED, DESIGN, PARAMETERS, SETTINGS, disturbed, drawn, fitted
 
 KNOWN = (Known(TOTAL_MASS, BIPED.total_mass, 1e-3 * BIPED.total_mass),)
 RADIUS = "biped.other_foot_radius"
@@ -84,6 +84,14 @@ def test_runs_that_are_fitted_anew_name_the_same(unlike, monkeypatch):
     (anew,) = causes(DESIGN, fit, model, KNOWN)
     assert (anew.name, anew.value, anew.sigmas) == (
         near.name, pytest.approx(near.value, abs=0.1 * near.sd), pytest.approx(near.sigmas, rel=1e-2))
+
+
+def test_runs_that_are_fitted_anew_start_no_process(monkeypatch):
+    """Each process ran the whole script of a user again that asks this."""
+    monkeypatch.setattr("stages.biped.processes.ProcessPoolExecutor", None)
+    campaign, (design, model) = drawn(1001), fitted()
+    (_, first), (_, other) = side_by_side(design, campaign.runs * 2, model, campaign.known)
+    np.testing.assert_array_equal(first.design, other.design)
 
 
 @pytest.mark.slow

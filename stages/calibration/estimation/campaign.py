@@ -23,7 +23,6 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.design import Biped
-from stages.biped.processes import each_in_a_process
 from stages.calibration.estimation.least_squares import (
     Known,
     Point,
@@ -119,8 +118,9 @@ def alone(
 def side_by_side(
     design: DesignPoint, runs: Sequence[MeasuredRun], model: Model, known: Sequence[Known]
 ) -> Iterable[tuple[int, RunFit | str]]:
-    """The same on all cores, as they get ready."""
-    return each_in_a_process(partial(_own_fit, design=design, model=model, known=known), runs)
+    """The same side by side, in threads: a process would run a user's whole script again, which asks this."""
+    with ThreadPoolExecutor() as pool:
+        return enumerate([*pool.map(partial(_own_fit, design=design, model=model, known=known), runs)])
 
 
 def _own_fit(run: MeasuredRun, design: DesignPoint, model: Model, known: Sequence[Known]) -> RunFit | str:

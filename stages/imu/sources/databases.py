@@ -219,6 +219,8 @@ class SqliteSource(TableSource):
 
 
 def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
+    refuse((path.is_dir(), f"{printable(path.name)} is a folder, not an SQLite database: ingest {printable(path.name)} "
+            "--map MAP --store FILE makes one of the files in it"))
     real = path.resolve()  # SQLite looks there for what belongs to the file
     journal, log, index = (real.with_name(real.name + ending) for ending in ("-journal", "-wal", "-shm"))
     for each in (path, *(other for other in (journal, log, index) if other.exists())):
