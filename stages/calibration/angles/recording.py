@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from stages.analytic.model.walker import Vector
 from stages.biped.question import WrongOption, at_hand, refuse
@@ -41,6 +42,8 @@ LARGEST = {"stance": math.pi / 2, "between": math.pi}
 #: A sample is an outlier so many robust standard deviations away from what its neighbours on both sides say, of which
 #: the farthest are so many samples away. Curves are bent here and there ten times as much as usual.
 OUTLYING, REACH = 15.0, 3
+#: Noise of a foot's speed, and by how much one foot is clearly slower, in what nine of ten speeds stay below.
+NOISY, CLEARLY = 0.05, 0.3
 #: Standard deviations of Gaussian noise in its median absolute deviation.
 SIGMAS = 1.4826
 
@@ -210,13 +213,37 @@ def captured(path: Path, markers: Mapping[str, str]) -> dict[str, Vector]:
     places = {marker: _seen(points[:, labels.index(label)], path, label) for marker, label in labelled.items()}
     forward, up = ({name: _along(place, named[axis]) for name, place in places.items()} for axis in ("forward", "up"))
     angles = [np.arctan2(forward[leg] - forward["hip"], up["hip"] - up[leg]) for leg in ("leg_0", "leg_1")]
-    speeds = [np.abs(np.gradient(forward[leg])) for leg in ("leg_0", "leg_1")]
-    stands = speeds[0] < speeds[1]
     count = len(angles[0])
-    signal = analog[:, channels.index(named["signal"])] if named["signal"] in channels else np.zeros(count)
     refuse((count < 8, f"{path}: has {count} frames, at least 8 are needed"))
+    stands = standing(np.column_stack([forward["leg_0"], forward["leg_1"]]))
+    signal = analog[:, channels.index(named["signal"])] if named["signal"] in channels else np.zeros(count)
     return {"time": np.arange(count) / rate, "stance": np.where(stands, angles[0], angles[1]),
             "between": angles[1] - angles[0], "signal": signal, "stands": stands.astype(float)}  # fmt: skip
+
+
+def standing(feet: np.ndarray) -> np.ndarray:
+    """In which frames leg 0 stands (n,), by both feet's places along the ground (n, 2): its foot is slower.
+
+    Places are smoothed by a Gaussian, as wide as their noise needs (none without noise). Between two frames in which
+    another foot is clearly slower, it changes where the one has gone farthest beyond the other.
+    """
+    noise = SIGMAS * np.median(np.abs(np.diff(feet, 2, axis=0))) / math.sqrt(6.0)
+    speeds, left = np.abs(np.gradient(feet, axis=0)), noise / math.sqrt(2.0)
+    for width in range(1, len(feet) // 8):
+        if left <= NOISY * np.quantile(speeds, 0.9):
+            break
+        speeds = np.abs(gaussian_filter1d(feet, width, axis=0, order=1))
+        left = noise / (2.0 * math.pi**0.25 * width**1.5)
+    slower = speeds[:, 1] - speeds[:, 0]
+    clear = np.flatnonzero(np.abs(slower) > CLEARLY * np.quantile(speeds, 0.9))
+    if not len(clear):
+        return np.asarray(slower > 0.0)
+    stands = np.full(len(feet), slower[clear[0]] > 0.0)
+    for before, after in pairwise(clear):
+        if (slower[before] > 0.0) != (slower[after] > 0.0):
+            gone = np.cumsum(slower[before:after]) * np.sign(slower[before])
+            stands[before + int(gone.argmax()) + 1 :] = slower[after] > 0.0
+    return stands
 
 
 def _read(path: Path) -> tuple[float, list[str], np.ndarray, list[str], np.ndarray]:
