@@ -89,6 +89,23 @@ def test_each_walk_of_a_recording_is_a_run(log: Log) -> None:
     assert both[1].strikes.time[0] > both[0].strikes.time[-1] + 4.0
 
 
+@pytest.mark.parametrize(("begin", "long"), [(1.4, 1.2), (2.2, 1.2), (2.6, 1.2), (3.1, 0.6)])
+def test_a_hole_of_the_hip_in_which_the_foot_shows_the_swing_loses_no_step(log: Log, begin: float, long: float) -> None:
+    """Of nine steps, on clocks of their own. A line through it had two turns less, and did not turn with the foot."""
+    whole, holed = list[Recording](), list[Recording]()
+    for one in log.recordings:
+        rows = alone(one)
+        since = rows[:, STAMP] - log.strike_time[0]
+        hole = (since > begin) & (since < begin + long) & (one.device.place == "hip")
+        for made, kept in ((whole, since < 4.3), (holed, (since < 4.3) & ~hole)):
+            made.append(recording_from_columns(one.experiment, one.device, rows[kept]))
+    (right,), (found,) = (list(read_trials(log.experiment, tuple(each), PARAMETERS)) for each in (whole, holed))
+    assert found.accepted, found.report().reason
+    assert len(found.strikes.time) == len(right.strikes.time)
+    np.testing.assert_allclose(np.diff(found.strikes.time), np.diff(right.strikes.time), atol=15e-3)
+    assert found.frequency[0] == pytest.approx(right.frequency[0], abs=3 * found.frequency[1])
+
+
 def test_sensors_that_show_other_numbers_of_walks_are_refused(log: Log) -> None:
     (found,) = read(log, "walk", "stand", "walk", of_foot=("walk", "stand"))
     assert found.verdict.outcome == REFUSED

@@ -18,7 +18,7 @@ from scipy.special import fdtri
 
 from stages.imu.judgement.evidence import agreement_of
 from stages.imu.parameters import Limits, Settings
-from stages.imu.strikes.heel_strikes import filled, step_period
+from stages.imu.strikes.heel_strikes import step_period
 from stages.imu.trial.body import LATERAL, MOVING, PLACES, BodySensor, common_grid, on_grid
 
 PASSES = 3  # of least squares: from half a row of the grid to its rounding
@@ -92,7 +92,7 @@ def _by_stamps(sensors: dict[str, BodySensor], settings: Settings, drifting: boo
     _, hip, foot = _rates(sensors, settings)
     if len(hip) < 3 * settings.grid_rate_hz:
         return Together(sensors, 0.0)
-    period = step_period(filled(hip), dt, (settings.slowest_step_hz, settings.fastest_step_hz))
+    period = _period(hip, foot, dt, (settings.slowest_step_hz, settings.fastest_step_hz))
     if not math.isfinite(period):
         return Together(sensors, 0.0)
     reach = max(2, int(0.5 * period / dt))
@@ -130,7 +130,7 @@ def _whole(sensors: Mapping[str, BodySensor], settings: Settings) -> tuple[float
     """How much later the foot's stamps are by the whole of both recordings [s], and `Together.other_lag`."""
     dt = 1 / settings.grid_rate_hz
     grids = {place: common_grid({place: sensors[place]}, settings) for place in PLACES}
-    hip, foot = (filled(on_grid(sensors[place], grid, settings)[:, 3 + LATERAL]) for place, grid in grids.items())
+    hip, foot = (on_grid(sensors[place], grid, settings)[:, 3 + LATERAL] for place, grid in grids.items())
     rows, more = whole_lag(hip, foot, dt, (settings.slowest_step_hz, settings.fastest_step_hz))
     return float(grids["foot"][0] - grids["hip"][0]) - rows * dt, more * dt if more else math.nan
 
@@ -139,14 +139,14 @@ def whole_lag(hip: np.ndarray, foot: np.ndarray, dt: float, step_band_hz: tuple[
     """Rows by which the foot's rate (m,) must be moved to lie on the hip's (n,), by the whole of both, and by how many
     more it would lie there as well; 0 for none.
 
-    Least difference of the two over their size where they cover each other, of all lags at which that is most of the
+    Least difference of the two over their size where both have samples, of all lags at which that is most of the
     motion of one. Another, half a step away or more, is as good where it leaves no more than chance may leave in so
     many steps (F test).
     """
     shift = np.arange(len(hip) + len(foot) - 1) - (len(foot) - 1)  # row k of the hip beside row k - shift of the foot
-    first, last = np.maximum(0, shift), np.minimum(len(hip), len(foot) + shift)
-    of_hip, of_foot = _power(hip, first, last), _power(foot, first - shift, last - shift)
-    period = step_period(hip, dt, step_band_hz)
+    seen, felt = np.isfinite(hip), np.isfinite(foot)
+    period, (hip, foot) = _period(hip, foot, dt, step_band_hz), map(np.nan_to_num, (hip, foot))
+    of_hip, of_foot = fftconvolve(hip**2, felt[::-1]), fftconvolve(seen, foot[::-1] ** 2)
     if not (of_hip.max() > 0 and of_foot.max() > 0 and math.isfinite(period)):
         return 0, 0
     covered = np.maximum(of_hip / of_hip.max(), of_foot / of_foot.max()) >= COVERED
@@ -159,10 +159,9 @@ def whole_lag(hip: np.ndarray, foot: np.ndarray, dt: float, step_band_hz: tuple[
     return int(shift[best]), int(shift[other] - shift[best]) if as_good else 0
 
 
-def _power(signal: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Sum of squares of the rows from `first` to before `last`."""
-    total = np.append(0.0, np.cumsum(signal**2))
-    return np.asarray(total[last] - total[first])
+def _period(hip: np.ndarray, foot: np.ndarray, dt: float, step_band_hz: tuple[float, float]) -> float:
+    """Duration of a step [s] by the one of two rates that has the fewer holes."""
+    return step_period(min(hip, foot, key=lambda one: np.count_nonzero(np.isnan(one))), dt, step_band_hz)
 
 
 def overlap_of(first: BodySensor, second: BodySensor) -> float:

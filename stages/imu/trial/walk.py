@@ -42,8 +42,8 @@ def strikes_of(
 ) -> tuple[HeelStrikes, float]:
     """Heel strikes of the run, and the corner of the low pass they show [Hz], NaN if they show none.
 
-    From the hip sensor, which seldom clips, with the foot's help; else from the foot's. They are found in the time of a
-    robot that is so `quick` as Table 1's, for which windows were chosen.
+    From the hip sensor, which seldom clips, with the help of the foot's, which turns with it in its holes; else from
+    the foot's. They are found in the time of a robot that is so `quick` as Table 1's, for which windows were chosen.
     """
     present = [place for place in PLACES if place in sensors]
     if not present:
@@ -51,10 +51,12 @@ def strikes_of(
     first, *rest = present
     grid = common_grid({first: sensors[first]}, settings)
     values = on_grid(sensors[first], grid, settings)
-    others = [values[:, [3 + LATERAL]]]
-    others += [on_grid(sensors[place], grid, settings)[:, [FORWARD, UP, 3 + LATERAL]] for place in rest]
+    beside = [on_grid(sensors[place], grid, settings)[:, [FORWARD, UP, 3 + LATERAL]] for place in rest]
+    others, rate = [values[:, [3 + LATERAL]], *beside], values[:, 3 + LATERAL]
+    for one in beside:
+        rate = np.where(np.isfinite(rate), rate, one[:, -1])
     band = (settings.slowest_step_hz / quick, settings.fastest_step_hz / quick)
-    found = find_heel_strikes(quick * grid, values[:, [FORWARD, UP]], values[:, 3 + LATERAL], np.hstack(others), band)
+    found = find_heel_strikes(quick * grid, values[:, [FORWARD, UP]], rate, np.hstack(others), band)
     begun, corner = at_onsets(found, samples_of(sensors[first], [FORWARD, UP], quick), settings.skipped_steps)
     return HeelStrikes(begun.time / quick, begun.leg), corner * quick
 
