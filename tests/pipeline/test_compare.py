@@ -16,6 +16,7 @@ from tests.pipeline.toy import copied
 
 Row = make_dataclass("Row", [("width", float, field(metadata={"unit": "m"})), ("name", str)])
 Whole = make_dataclass("Whole", [("table", tuple[Row, ...])])
+Bare = make_dataclass("Bare", [("name", str)])
 
 
 @pytest.fixture(scope="module")
@@ -176,6 +177,13 @@ def test_a_change_is_a_share_of_what_was(before, after, expected):
         assert found[0] is None or str(found[0]) == str(expected[0])
         assert str(found[1]) == str(expected[1])
         assert found[2] == (None if expected[2] is None else pytest.approx(expected[2]))
+
+
+def test_a_number_that_one_side_alone_has_is_told_with_its_unit():
+    there, bare = artefact.encode(Row(1.0, "a"), {}), artefact.encode(Bare("a"), {})
+    for sides, alone in (((bare, there), "after"), ((there, bare), "before")):
+        (row,) = changes("stage", *sides, ("old", "new"))
+        assert (row["path"], row["unit"], row["alone"]) == ("width", "m", alone)
 
 
 def test_single_numbers_are_listed_that_changed_by_more_than_round_off():

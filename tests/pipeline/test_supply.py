@@ -104,35 +104,29 @@ def test_every_pinned_package_has_hashes(repository, name):
 
 
 @pytest.mark.parametrize(
-    ("system", "machine", "libc", "said"),
+    ("system", "machine", "version", "python", "said"),
     [
-        ("linux", "x86_64", ("glibc", "2.27"), ""),
-        ("linux", "aarch64", ("glibc", "2.41"), ""),
-        ("linux", "x86_64", ("glibc", "2.17"), "this system has glibc 2.17, and Exudyn needs 2.27 or newer"),
-        ("linux", "x86_64", ("", ""), "there is no Exudyn for Linux without glibc"),
-        ("linux", "riscv64", ("glibc", "2.41"), "on riscv64: only on x86_64 and aarch64"),
-        ("win32", "ARM64", ("", ""), "on ARM64: only on AMD64"),
-        ("darwin", "arm64", ("", ""), ""),
-        ("freebsd14", "amd64", ("", ""), "there is no Exudyn for freebsd14"),
+        ("linux", "x86_64", ("glibc", "2.27"), (3, 11, 2), ""),
+        ("linux", "aarch64", ("glibc", "2.41"), (3, 10, 0), ""),
+        ("linux", "x86_64", ("glibc", "2.17"), (3, 11, 2), "has glibc 2.17, and Exudyn needs 2.27 or newer"),
+        ("linux", "x86_64", ("", ""), (3, 11, 2), "there is no Exudyn for Linux without glibc"),
+        ("linux", "riscv64", ("glibc", "2.41"), (3, 11, 2), "on riscv64: only on x86_64 and aarch64"),
+        ("win32", "ARM64", ("", ""), (3, 11, 2), "on ARM64: only on AMD64"),
+        ("darwin", "arm64", ("14.1", ""), (3, 14, 0), ""),
+        ("darwin", "arm64", ("10.15.7", ""), (3, 11, 2), "this is macOS 10.15.7, and Exudyn needs 11 or newer"),
+        ("darwin", "arm64", ("14.1", ""), (3, 9, 1), "only for 3.10 to 3.14"),
+        ("darwin", "arm64", ("14.1", ""), (3, 15, 0), "only for 3.10 to 3.14"),
+        ("freebsd14", "amd64", ("", ""), (3, 11, 2), "there is no Exudyn for freebsd14"),
     ],
 )
-def test_a_machine_without_wheels_is_told(monkeypatch, system, machine, libc, said):
+def test_a_machine_or_python_without_wheels_is_told(monkeypatch, system, machine, version, python, said):
     monkeypatch.setattr(wheels.sys, "platform", system)
+    monkeypatch.setattr(wheels.sys, "version_info", python)
     monkeypatch.setattr(wheels.platform, "machine", lambda: machine)
-    monkeypatch.setattr(wheels.platform, "libc_ver", lambda: libc)
-    monkeypatch.setattr(wheels.platform, "mac_ver", lambda: ("14.1", ("", "", ""), ""))
+    for name in ("libc_ver", "mac_ver"):
+        monkeypatch.setattr(wheels.platform, name, lambda: version)
     found = wheels.missing()
     assert said in found and bool(found) == bool(said)
-
-
-def test_a_python_or_macos_without_wheels_is_told(monkeypatch):
-    monkeypatch.setattr(wheels.sys, "platform", "darwin")
-    monkeypatch.setattr(wheels.platform, "machine", lambda: "arm64")
-    monkeypatch.setattr(wheels.platform, "mac_ver", lambda: ("10.15.7", ("", "", ""), ""))
-    assert wheels.missing() == "this is macOS 10.15.7, and Exudyn needs 11 or newer"
-    for version in ((3, 9, 1), (3, 15, 0)):
-        monkeypatch.setattr(wheels.sys, "version_info", version)
-        assert "only for 3.10 to 3.14" in wheels.missing()
 
 
 def test_an_audit_that_could_not_ask_is_no_success(repository):

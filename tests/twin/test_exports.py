@@ -159,18 +159,11 @@ def test_others_load_it_too(of_ones_own, program, own):
     assert np.isfinite(accelerations_in(program, of_ones_own(own))(np.zeros(COUNT), np.zeros(COUNT))).all()
 
 
+@pytest.mark.parametrize("own", [{}, {**OWN[-1], "hip_friction": 0.0}], ids=["the twin", "with all details"])
 @pytest.mark.parametrize("program", PEERS)
-def test_it_flies_as_in_exudyn(exported, flight, program):
+def test_it_flies_as_in_exudyn(of_ones_own, fly, program, own):
     """Masses, inertias, axes, springs and dampers: every acceleration along a tumbling flight."""
-    accelerations = accelerations_in(program, exported)
-    for q, v, a in zip(*some(flight), strict=True):
-        assert abs(accelerations(q, v) - a).max() < 1e-9 * abs(a).max()
-
-
-@pytest.mark.parametrize("program", PEERS)
-def test_a_detailed_robot_flies_as_in_exudyn(of_ones_own, fly, program):
-    """Legs that differ, frames, masses off the line, spring and damper of the hip."""
-    given = of_ones_own({**OWN[-1], "hip_friction": 0.0})
+    given = of_ones_own(own)
     accelerations, flown = accelerations_in(program, given), fly(given.machine, RATES)
     for q, v, a in zip(*some(flown), strict=True):
         assert abs(accelerations(q, v) - a).max() < 1e-9 * abs(a).max()
