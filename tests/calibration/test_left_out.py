@@ -200,6 +200,11 @@ def test_what_the_runs_say_of_the_sensors_is_said(narrow):
         (words,) = sensor_report._of_sensors(dataclasses.replace(fit, **changed), model)
         assert all(part in words for part in parts)
     assert sensor_report._of_sensors(dataclasses.replace(fit, unknowns=as_said), model) == []
+    quick = dataclasses.replace(
+        fit.runs[0], sampling=dataclasses.replace(fit.runs[0].sampling, bandwidth_hz=dict.fromkeys(SIDES, 160.0)))
+    both = dataclasses.replace(fit, runs=(fit.runs[0], quick), unknowns=np.vstack([fit.unknowns, as_said]))
+    (words,) = sensor_report._of_sensors(both, model)  # and not 100 Hz, which no sensor has
+    assert "cuts off at 20." in words and "40.0 Hz is declared" in words
 
 
 def test_causes_that_cannot_be_parted_are_one_of_a_few():

@@ -254,18 +254,24 @@ def _at_both(hip: float, foot: float) -> str:
 
 
 def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
-    """What the runs say of the sensors against what was stated of them."""
-    said = []
-    places = [model.layout.place(name) for name in ("bandwidth", "foot_place")]
-    share, higher = fit.unknowns[:, places].mean(axis=0)
-    drawn = [float(np.mean([run.sampling.bandwidth_hz[side] for run in fit.runs])) for side in SIDES]
-    cut = _at_both(*(one * math.exp(share) for one in drawn))
-    if not all(run.sampling.declared for run in fit.runs):
-        said.append(f"the sensors' bandwidth is not declared: the fit takes a second-order low pass of {cut}, which "
-                    "may be wrong where the model is. Give it (bandwidth_hz of the devices)")
-    elif abs(share) > OTHER_CUT:
-        said.append(f"bandwidth: the sensors' low pass cuts off at {cut}, where {_at_both(*drawn)} is declared")
-    if abs(higher) > FAR_OFF * model.layout.prior[places[1]]:
+    """What the runs say of the sensors against what was stated of them; of sensors of other bandwidths each by its own
+    runs."""
+    said, alike = [], dict[tuple[float, ...], list[int]]()
+    for number, run in enumerate(fit.runs):
+        stated = tuple(run.sampling.bandwidth_hz[side] for side in SIDES) if run.sampling.declared else ()
+        alike.setdefault(stated, []).append(number)
+    for stated, mine in alike.items():
+        share = float(fit.unknowns[mine, model.layout.place("bandwidth")].mean())
+        drawn = [float(np.mean([fit.runs[number].sampling.bandwidth_hz[side] for number in mine])) for side in SIDES]
+        cut = _at_both(*(one * math.exp(share) for one in drawn))
+        if not stated:
+            said.append(f"the sensors' bandwidth is not declared: the fit takes a second-order low pass of {cut}, "
+                        "which may be wrong where the model is. Give it (bandwidth_hz of the devices)")
+        elif abs(share) > OTHER_CUT:
+            said.append(f"bandwidth: the sensors' low pass cuts off at {cut}, where {_at_both(*drawn)} is declared")
+    place = model.layout.place("foot_place")
+    higher = float(fit.unknowns[:, place].mean())
+    if abs(higher) > FAR_OFF * model.layout.prior[place]:
         said.append(f"lever arm: the foot sensor sits {1e3 * higher:+.1f} mm higher on the leg than imu.lever_arm "
                     "has it; measure it")
     return said
