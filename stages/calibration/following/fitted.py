@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -74,24 +74,38 @@ def fitted_robot(
     robot = FittedRobot(
         found, fit.names, spread * np.outer(more, more), model.own, np.maximum(_sd(fit.own), least),
         np.column_stack([mounted.mean(axis=0), mounting]), sigmas, wider, 0.0, 0.0,
-        of_runs, fit.design, known, len(fit.runs), float(_sd(size)), of_parts, {}, design)  # fmt: skip
-    comparison, shifts = Comparison(robot, model), list[np.ndarray]()
+        of_runs, fit.design, known, len(fit.runs), float(_sd(size)), of_parts, {}, design,
+        tuple(map(Learned, fit.runs, fit.own, fit.unknowns)))  # fmt: skip
+    comparison = Comparison(robot, model)
+    return _with_usual(robot, comparison, [*_shifts(comparison, model, fit), *_shifts_of(comparison, held_out)])
+
+
+def _shifts(comparison: Comparison, model: Model, fit: CampaignFit) -> Iterator[np.ndarray]:
+    """How parts look changed in the runs of a fit, (c, 2) as `Comparison.shifts` has it, as far as they walk."""
     for run, own, unknowns in zip(fit.runs, fit.own, fit.unknowns, strict=True):
         with contextlib.suppress(StepFailed):
-            there = model.robot(design, fit.design, own)
-            shifts.append(comparison.shifts(comparison.evidence(run, there, unknowns)))
-    for run in held_out:
+            there = model.robot(comparison.robot.began, fit.design, own)
+            yield comparison.shifts(comparison.evidence(run, there, unknowns))
+
+
+def _shifts_of(comparison: Comparison, runs: Iterable[MeasuredRun]) -> Iterator[np.ndarray]:
+    """The same of other runs."""
+    for run in runs:
         with contextlib.suppress(StepFailed):
-            shifts.append(comparison.shifts(comparison.alike(run)))
-    robot = replace(robot, learned=tuple(map(Learned, fit.runs, fit.own, fit.unknowns)))
+            yield comparison.shifts(comparison.alike(run))
+
+
+def _with_usual(robot: FittedRobot, comparison: Comparison, shifts: Sequence[np.ndarray]) -> FittedRobot:
+    """A robot that knows how parts look changed in its runs, by the shifts (c, 2) of each, if there are any."""
     if not shifts:
         return robot
     looks, errors = np.array(shifts).transpose(2, 0, 1)
-    apart, freedom, by_chance = np.zeros(len(comparison.parts)), np.full(len(comparison.parts), SURE), errors**2
+    by_chance = (errors**2).mean(axis=0)
+    apart, freedom = np.zeros(len(by_chance)), np.full(len(by_chance), SURE)
     if len(shifts) > 1:
         of_design = np.array(["." in part.moves[0] for part in comparison.parts])
-        ratios, freedom = _moderated(_sd(looks) ** 2 / by_chance.mean(axis=0), len(shifts) - 1, of_design)
-        apart = np.sqrt(np.maximum(ratios - 1.0, 0.0) * by_chance.mean(axis=0))
+        ratios, freedom = _moderated(_sd(looks) ** 2 / by_chance, len(shifts) - 1, of_design)
+        apart = np.sqrt(np.maximum(ratios - 1.0, 0.0) * by_chance)
     rows = zip(comparison.parts, looks.mean(axis=0).tolist(), apart.tolist(), freedom.tolist(), strict=True)
     return replace(robot, usual={part.name: tuple(row) for part, *row in rows}, compared=len(shifts))
 
