@@ -122,6 +122,16 @@ def test_one_run_in_a_hundred_is_no_more_than_told_another():
     assert 2 <= alarms <= 30
 
 
+def test_many_runs_know_a_sensors_usual_place_no_better_than_the_robots_own_runs_did():
+    """Nine of these against 900: of the mean of the nine a third of a run's error is left."""
+    found = comparison()
+    usual = {part.name: (0.0, 0.0, 8.0) for part in found.parts}
+    found = Comparison(dataclasses.replace(found.robot, usual=usual, compared=9), found.model)
+    alone, many = (found.verdict(told) for told in (unchanged(), sum([unchanged()] * 899, unchanged())))
+    sd = [{one.part.name: one.sd for one in verdict.changes}["tilt of the hip sensor"] for verdict in (alone, many)]
+    assert sd[1] / sd[0] == pytest.approx(np.sqrt((1 / 900 + 1 / 9) / (1 + 1 / 9)), rel=0.05)
+
+
 def test_scatters_of_few_runs_are_drawn_together_as_far_as_they_are_alike():
     alike = np.random.default_rng(3).chisquare(8, 25) / 8
     drawn, freedom = _moderated(alike, 8, np.ones(25, dtype=bool))

@@ -74,6 +74,7 @@ class Comparison:
         self._more = (*alike, *rubs) if design.biped.legs == "compliant" else ()
         self._wide = replace(self.model, shared=(*robot.names, *self._more))
         self.parts = tuple(self._parts(design))
+        self._fitted = [self._with(name) for name in robot.names]
         names = self._wide.names
         self._null = np.array([[float(name in self._with(one)) for one in robot.names] for name in names])
         self._moves = np.array([[float(name in part.moves) for part in self.parts] for name in names])
@@ -213,8 +214,10 @@ class Comparison:
             apart = abs(mean) if robot.compared == 1 else apart  # one run does not say how others are
             change = float(max(shift - mean, 0.0) if part.moves == (FRICTION,) else shift - mean)
             between = more * apart**2  # freedom by F. E. Satterthwaite, Biometrics Bull. 2, 1946, 110
-            freedom = freedom * (1.0 + sd**2 / between) ** 2 if between else math.inf
-            changes.append(Change(part, change, math.sqrt(sd**2 + between), (change / float(sd)) ** 2, freedom))
+            known = part.moves in self._fitted or not robot.usual  # else chance is in what is usual
+            variance = float(sd**2) * (1.0 if known else 1.0 + evidence.runs / robot.compared)
+            freedom = freedom * (1.0 + variance / between) ** 2 if between else math.inf
+            changes.append(Change(part, change, math.sqrt(variance + between), (change / float(sd)) ** 2, freedom))
         size = math.sqrt(evidence.misfit / evidence.count) * robot.wider / robot.sigmas
         alike = max(robot.wider / robot.sigmas, 1.0) ** 2  # so many neighbours hang together
         by_count = math.sqrt(0.5 * alike / evidence.count * (1.0 + evidence.runs / robot.runs))
