@@ -111,13 +111,15 @@ def _with_usual(robot: FittedRobot, comparison: Comparison, shifts: Sequence[np.
 
 
 def _moderated(ratios: Vector, freedom: int, typical: np.ndarray) -> tuple[Vector, Vector]:
-    """Ratios of variances (c,) that are known with so much `freedom` each, where they are `typical` (c,) drawn towards
-    what these have in common, and the freedom then (c,) (G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004, 3)."""
+    """Ratios of variances (c,) that are known with so much `freedom` each, drawn towards what those that are `typical`
+    (c,) have in common, and the freedom then (c,) (G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004, 3).
+
+    Others are not drawn upwards: sensors stay where they are whatever a model lacks."""
     logs = np.log(np.maximum(ratios[typical], 1e-9)) - digamma(0.5 * freedom) + math.log(0.5 * freedom)
     halves = np.geomspace(0.05, 0.5 * SURE, 4000)  # of the common one's freedom
     prior = 2.0 * float(np.interp(polygamma(1, 0.5 * freedom) - logs.var(ddof=1), -polygamma(1, halves), halves))
     common = math.exp(logs.mean() + digamma(0.5 * prior) - math.log(0.5 * prior))
-    drawn = np.where(typical, prior, 0.0)
+    drawn = np.where(typical | (ratios > common), prior, 0.0)
     return (drawn * common + freedom * ratios) / (drawn + freedom), drawn + freedom
 
 
