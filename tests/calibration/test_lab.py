@@ -399,7 +399,7 @@ def test_runs_held_out_show_how_parts_usually_look_changed():
     campaign, fits = three()
     robot = fitted(campaign.runs[:2], campaign.known, None, fits[:2], SHORTER, campaign.runs[2:])
     assert (robot.runs, len(robot.learned), robot.compared) == (2, 2, 3)
-    assert robot.usual["tilt of the hip sensor"][2] == 2.0 < robot.usual["hip_mass"][2]
+    assert min(freedom for _, _, freedom in robot.usual.values()) >= 2.0
 
 
 def test_a_robots_file_has_its_runs_and_how_far_they_were_fitted(tmp_path):

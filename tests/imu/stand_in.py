@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
+from scipy.stats import norm
 
 from pipeline.study import locate
 from stages.biped.design import Biped
@@ -102,13 +103,23 @@ def walked(steps: int, period: float, rest_s: float, variation: Variation) -> Tw
 Run = tuple[Experiment, RunTruth, tuple[Transmitted, ...]]
 
 
+def struck(motion: SensorMotion, strikes: np.ndarray, change: float) -> SensorMotion:
+    """With blows of a millisecond along the leg that change its speed at each strike [m/s]."""
+    blows = norm.pdf(motion.time[:, None], strikes, 1e-3).sum(axis=1, keepdims=True)
+    return dataclasses.replace(motion, specific_force=motion.specific_force + change * blows * [0.3, 1.0, 0.0])
+
+
 def make_run(
-    seed: int, radio: RadioSettings = RADIO, steps: int = 12, period: float = 0.48, rest_s: float = 2.5
-) -> Run:
-    """A run of its own period that is as planned but for what sensors and radio do."""
+    seed: int, radio: RadioSettings = RADIO, steps: int = 12, period: float = 0.48, rest_s: float = 2.5,
+    blow: float = 0.0,
+) -> Run:  # fmt: skip
+    """A run of its own period that is as planned but for what sensors and radio do, with blows [m/s] at the strikes."""
     period *= 1 + 0.01 * np.random.default_rng(seed).normal()
     plain = Variation(1.0, 1.0, SLOPE.slope_deg, SLOPE.slope_deg, 0.0, Build())
-    return sensed_run(seed, walked(steps, period, rest_s, plain), dataclasses.replace(CAMPAIGN, radio=radio))
+    walk = walked(steps, period, rest_s, plain)
+    walk = dataclasses.replace(
+        walk, **{side: struck(getattr(walk, side), walk.heel_strike_time, blow) for side in ("hip", "foot")})
+    return sensed_run(seed, walk, dataclasses.replace(CAMPAIGN, radio=radio))
 
 
 def make_database(runs: list[Run]) -> bytes:

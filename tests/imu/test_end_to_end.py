@@ -75,6 +75,16 @@ def test_clocks_frames_strikes_and_frequency_are_as_near_as_was_asked(scores: In
     assert np.abs(scores.frequency_error).max() <= 1e-3
 
 
+def test_strikes_whose_blows_are_beyond_full_scale_are_as_near_as_others(tmp_path) -> None:
+    """As those of rigid legs: they counted as hidden, and were up to 54 ms off."""
+    runs = [make_run(seed, blow=0.5) for seed in range(FEW)]
+    (tmp_path / "log.sqlite").write_bytes(make_database(runs))
+    result = result_of(tmp_path / "log.sqlite")
+    found = scored(result, *(truth for _, truth, _ in runs))
+    assert found is not None and found.recall.tolist() == [1.0] * FEW and found.strike_error.max() < 4e-3
+    assert min(report.clipped_acceleration for report in result.reports if report.place == "hip") > 2
+
+
 def test_the_score_sees_what_is_wrong(ingested, scores: IngestScore) -> None:
     """Each measure moves when the truth is moved by as much."""
     result, (first, *others) = ingested

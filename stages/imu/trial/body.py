@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -117,6 +117,12 @@ class BodySensor:
     time: np.ndarray
     force: np.ndarray
     rate: np.ndarray
+
+    @property
+    def saturated(self) -> BodySensor:
+        """The same with clipped readings of force at full scale, where blows are, in place of NaN."""
+        read = self.trace.indexed.recording.acceleration * self.trace.scale.acceleration
+        return replace(self, force=read @ self.frame.rotation.T)
 
     def longest_step(self, settings: Settings) -> float:
         """Longest time between two samples that is interpolated [s]."""

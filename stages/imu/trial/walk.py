@@ -43,15 +43,16 @@ def strikes_of(
     """Heel strikes of the run, and the corner of the low pass they show [Hz], NaN if they show none.
 
     From the hip sensor, which seldom clips, with the help of the foot's, which turns with it in its holes; else from
-    the foot's. They are found in the time of a robot that is so `quick` as Table 1's, for which windows were chosen.
+    the foot's. A reading at full scale is a blow like others: rigid legs give many. They are found in the time of a
+    robot that is so `quick` as Table 1's, for which windows were chosen.
     """
     present = [place for place in PLACES if place in sensors]
     if not present:
         return NO_STRIKES, math.nan
     first, *rest = present
     grid = common_grid({first: sensors[first]}, settings)
-    values = on_grid(sensors[first], grid, settings)
-    beside = [on_grid(sensors[place], grid, settings)[:, [FORWARD, UP, 3 + LATERAL]] for place in rest]
+    values = on_grid(sensors[first].saturated, grid, settings)
+    beside = [on_grid(sensors[place].saturated, grid, settings)[:, [FORWARD, UP, 3 + LATERAL]] for place in rest]
     others, rate = [values[:, [3 + LATERAL]], *beside], values[:, 3 + LATERAL]
     for one in beside:
         rate = np.where(np.isfinite(rate), rate, one[:, -1])
