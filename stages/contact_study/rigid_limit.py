@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -55,6 +56,8 @@ from stages.studies.result import COMPLETED, as_columns
 
 #: What is left of a part when it is measured.
 HALF = 0.5
+#: Two numbers that differ by less, relatively, are one.
+ROUND_OFF = 1e-9
 NOT_SOUGHT = "not sought"
 #: Steps by which a walker comes nearer to a cycle: with multipliers of .64 to a fifteenth of the distance.
 NEARER = 6
@@ -266,5 +269,10 @@ def from_rigid_limit(
 
 
 def same_set(one: ContactLaw, other: ContactLaw) -> bool:
-    """Whether two laws are one: what a law does not use may differ."""
-    return bool(one.numbers == other.numbers)
+    """Whether two laws are one: what a law does not use may differ, and all by round-off of a robot's scales."""
+    mine, theirs = one.numbers, other.numbers
+    if (type(mine.normal), type(mine.friction)) != (type(theirs.normal), type(theirs.friction)):
+        return False
+    pairs = zip((*mine.normal, *mine.friction, mine.stiction_velocity),
+                (*theirs.normal, *theirs.friction, theirs.stiction_velocity), strict=True)  # fmt: skip
+    return all(math.isclose(number, another, rel_tol=ROUND_OFF) for number, another in pairs)

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
+from stages.biped.accuracy.scales import Scales
 from stages.biped.design import Biped, Leg
 from stages.ground.slope import Slope
 
@@ -24,8 +25,8 @@ Number = Any
 Plane = tuple[Number, Number]
 Numbers = Sequence[Number]
 THETA, LENGTH, PSI, SWING_LENGTH = range(4)
-#: Which numbers of a leg have which power of time in their unit; all others have none.
-BY_TIME = {"stiffness": 2, "damping": 1}
+#: Units of the design's numbers.
+UNITS = {field.name: field.metadata["unit"] for field in dataclasses.fields(Biped)}
 
 
 class Machine(NamedTuple):
@@ -43,17 +44,18 @@ class Machine(NamedTuple):
     free: tuple[int, ...]
 
     @classmethod
-    def of(cls, biped: Biped, slope: Slope, unit: float) -> Machine:
-        """A design in kg, m, and a unit of time [s]: balls that hold the decimals that are written as parameters."""
+    def of(cls, biped: Biped, slope: Slope, scales: Scales) -> Machine:
+        """A design in scales that are powers of two: balls that hold the decimals that are written as parameters."""
 
-        def ball(value: float, power: int = 0) -> Number:
-            return arb(repr(float(value))) * arb(unit) ** power
+        def ball(value: float, unit: str) -> Number:
+            return arb(repr(float(value))) / arb(scales.size(unit))
 
-        stance, swing = (Leg(**{name: ball(value, BY_TIME.get(name, 0))
+        stance, swing = (Leg(**{name: ball(value, UNITS[name])
                                 for name, value in dataclasses.asdict(biped.leg(i)).items()}) for i in (0, 1))
-        angle, pull = ball(slope.slope_deg) * arb.pi() / 180, ball(slope.gravity, 2)
-        return cls(stance, swing, ball(biped.hip_mass), ball(biped.weighed_hip), ball(biped.hip_stiffness, 2),
-                   ball(biped.hip_damping, 1), -ball(biped.hip_rest_angle), (pull * angle.sin(), -pull * angle.cos()),
+        angle, pull = ball(slope.slope_deg, "deg") * arb.pi() / 180, ball(slope.gravity, "m/s^2")
+        spring, damper = ball(biped.hip_stiffness, "N m/rad"), ball(biped.hip_damping, "N m s/rad")
+        return cls(stance, swing, ball(biped.hip_mass, "kg"), ball(biped.weighed_hip, "kg"), spring, damper,
+                   -ball(biped.hip_rest_angle, "rad"), (pull * angle.sin(), -pull * angle.cos()),
                    (THETA, PSI) if biped.legs == "rigid" else (THETA, LENGTH, PSI, SWING_LENGTH))  # fmt: skip
 
     @property

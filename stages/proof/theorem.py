@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
+from stages.biped.accuracy.scales import Scales
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.biped.question import refuse
@@ -32,8 +33,8 @@ KEYS = ("kind", "biped", "ground", "steps", "phases", "centre", "radius", "stabl
 #: What a proof says of the claims that it decides, for one step.
 SAYS = {True: {"stable_gait": "proven for the constraint model"},
         False: {"stable_gait": "proven unstable for the constraint model"}, None: {}}  # fmt: skip
-#: Entries of the state; rigid legs have every other.
-STATE = tuple(StanceState.__dataclass_fields__)
+#: Entries of the state with their units; rigid legs have every other.
+STATE = {field.name: field.metadata["unit"] for field in dataclasses.fields(StanceState)}
 DECIMAL = re.compile(r"-?\d{1,40}(\.\d{1,80})?(e-?\d{1,3})?")
 #: Radius of a ball, in which the last of its centre's digits is this small; and how often a better centre is taken.
 RADIUS, DIGITS, CENTRES = "1e-16", 18, 3
@@ -48,16 +49,17 @@ def prove(biped: Biped, slope: Slope, centre: list[str], radius: str, steps: int
     """The content of a proof file, for the ball of `radius` about `centre` (decimals, SI units), or about a better one,
     for so many `centres` in all. Raises NotProven.
     """
-    ctx.prec, size, names = BITS, len(centre), STATE[:: len(STATE) // len(centre)]
+    ctx.prec, size, names = BITS, len(centre), list(STATE)[:: len(STATE) // len(centre)]
     fast = slope.gravity / biped.leg_length + (biped.stiffness / biped.foot_mass if biped.legs == "compliant" else 0)
-    unit = 2.0 ** -round(0.5 * math.log2(fast))  # [s]: the fastest rate is near one, and nothing is rounded
-    scales, one = [arb(1)] * (size // 2) + [1 / arb(unit)] * (size // 2), identity(size)
+    # the leg and the fastest rate are near one, and nothing is rounded
+    own = Scales(1.0, 2.0 ** round(math.log2(biped.leg_length)), 2.0 ** -round(0.5 * math.log2(fast)))
+    scales, one = [arb(own.size(STATE[name])) for name in names], identity(size)
     for attempt in range(centres):
         exact = [arb(text) / scale for text, scale in zip(centre, scales)]
         thin = column(exact).mid()
         reach = around(column(exact) - thin + column([arb(radius) / scale for scale in scales]))
         box = Carried(thin, one, arb_mat(size, 1), one, reach)
-        walk = Walk(Machine.of(biped, slope, unit), box, unit, partial(progress, attempt / centres))
+        walk = Walk(Machine.of(biped, slope, own), box, own, partial(progress, attempt / centres))
         try:
             for _ in range(steps):
                 walk.step()
@@ -145,7 +147,7 @@ def read(content: bytes, name: str) -> tuple[Biped, Slope, dict[str, Any]]:
         biped, slope = Biped(**given["biped"]), Slope(**given["ground"])
         if broken := [*faults(biped), *faults(slope)]:
             raise ValueError(f"biped or ground has a value that no design may have: {broken[0]}")
-        if tuple(given["centre"]) != (names := STATE[:: 2 if biped.legs == "rigid" else 1]):
+        if tuple(given["centre"]) != (names := tuple(STATE)[:: 2 if biped.legs == "rigid" else 1]):
             raise ValueError(f"centre has the entries {', '.join(names)}")
         if given["steps"] not in (1, 2, 4, 8):
             raise ValueError(f"steps = {given['steps']!r}; allowed: 1, 2, 4 or 8")

@@ -10,6 +10,7 @@ from typing import Any
 from flint import arb, arb_mat
 from scipy.optimize import brentq
 
+from stages.biped.accuracy.scales import Scales
 from stages.proof import flow
 from stages.proof.equations import LENGTH, SWING_LENGTH, Machine, foot, motion, strike
 from stages.proof.flow import Ball, Carried, Matrix, NotProven, Step, column, jacobian
@@ -24,13 +25,13 @@ CUTS, FORCE_WIDTH = 12, 0.02
 
 @dataclass
 class Walk:
-    """What is gathered on the way: the set, time and way (in the machine's units; `unit` [s]), phases, and the stance
+    """What is gathered on the way: the set, time and way (in the machine's `scales`), phases, and the stance
     foot's least forces.
     """
 
     machine: Machine
     carried: Carried
-    unit: float
+    scales: Scales
     advance: Callable[[str], None]
     time: Ball = field(default_factory=arb)
     length: Ball = field(default_factory=arb)
@@ -54,9 +55,10 @@ class Walk:
 
     def measured(self, steps: int) -> dict[str, Ball]:
         """Period and length of the mean of all steps, and least forces, in SI units."""
-        forces = {f"least_force_{phase.replace(' ', '_')}_N": force / arb(self.unit) ** 2
+        forces = {f"least_force_{phase.replace(' ', '_')}_N": force * arb(self.scales.size("N"))
                   for phase, force in self.least.items()}  # fmt: skip
-        return {"period_s": self.time * arb(self.unit) / steps, "step_length_m": self.length / steps, **forces}
+        return {"period_s": self.time * arb(self.scales.time) / steps,
+                "step_length_m": self.length * arb(self.scales.length) / steps, **forces}  # fmt: skip
 
     def phase(self) -> None:
         """Carry the set to the end of the phase. Raises NotProven."""
@@ -78,7 +80,7 @@ class Walk:
             if end is not None:
                 self.end()
                 return
-            self.advance(f"{self.phases[-1]}, {float(self.time) * self.unit:.3f} s")
+            self.advance(f"{self.phases[-1]}, {float(self.time) * self.scales.time:.3f} s")
 
     def rates(self, y: Sequence[Any]) -> list[Any]:
         """Rates at a state."""
@@ -96,7 +98,7 @@ class Walk:
     def require(self, shown: bool, what: str, time: Ball = 0) -> None:
         """Raise  with the place, unless a condition is shown; `what` says how it fails."""
         if not shown:
-            seconds = float(self.time + time) * self.unit
+            seconds = float(self.time + time) * self.scales.time
             raise NotProven(f"{what}, in {self.phases[-1]}, {seconds:.6g} s after the start")
 
     def crossing(self, table: Matrix, length: float) -> float | None:

@@ -150,6 +150,8 @@ def test_table_1_needs_blocks_and_a_trailing_foot_that_slips():
     said = on_a_ramp(found.validity, found.gait.stable)
     assert said.verdict == WALKS_IF and len(said.because) == 2
     assert "4.1 mm below ground" in said.because[0] and "needs friction 24 and the ground has 1.1" in said.because[1]
+    large = on_a_ramp(dataclasses.replace(found.validity, deepest_scuff=0.1234), stable=True)
+    assert "passes 120 mm below ground" in large.sentence, "it was 1.2e+02"
     enough = dataclasses.replace(found.validity, friction_there_is=30.0, time_outside_cone=0.0, deepest_scuff=0.0)
     assert on_a_ramp(enough, True).verdict == WALKS
 

@@ -230,6 +230,8 @@ def test_laws_that_differ_in_what_they_do_not_use_are_one(parameters, default):
     assert len(list(grid(bouncing, parameters.settings))) == 3 * 5
     assert same_set(bouncing, dataclasses.replace(bouncing, contact_damping=1.0, damping_depth=1.0))
     assert not same_set(default, dataclasses.replace(default, contact_damping=1.0))
+    assert same_set(default, dataclasses.replace(default, contact_damping=(1 + 1e-14) * default.contact_damping))
+    assert not same_set(default, dataclasses.replace(default, friction="coulomb"))
     rubbing = dataclasses.replace(default, friction="coulomb")
     assert same_set(rubbing, dataclasses.replace(rubbing, friction_velocity=7.0))
 

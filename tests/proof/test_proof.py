@@ -15,6 +15,7 @@ from stages.analytic.parameters import Parameters, Settings
 from stages.analytic.phases.impact import heel_strike_reset
 from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID, SINGLE_STANCE, accelerations
 from stages.analytic.questions import prove as question
+from stages.biped.accuracy.scales import SI
 from stages.biped.question import WrongOption
 from stages.ground.slope import Slope
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, changed, clearance
@@ -58,7 +59,7 @@ def proven(biped, slope, cycle=False):
 def test_equations_of_points_are_those_of_the_derivation(legs, details):
     biped = changed(TABLE_1, legs=legs, **details)
     walker = build_walker(biped, SLOPE)
-    machine, scales, size = equations.Machine.of(biped, SLOPE, 1.0), walker.scales(), walker.size
+    machine, scales, size = equations.Machine.of(biped, SLOPE, SI), walker.scales(), walker.size
     rng = np.random.default_rng(1)
     for _ in range(3):
         state = np.array([0.2, 0.33, 0.25, 0.328, 1.7, 0.1, -2.0, 0.2]) * (1 + 0.1 * rng.standard_normal(8))
@@ -112,6 +113,16 @@ def test_multipliers_are_decided_only_where_the_discs_decide_it():
     assert theorem.judged(matrix(turn, 0.2))[0] is None
     assert theorem.judged(matrix([[1.0001, 7.0], [0.0, 0.2]]))[0] is False
     assert theorem.judged(matrix([[1.0001, 7.0], [0.0, 0.2]], 1e-3))[0] is None
+
+
+@pytest.mark.slow
+def test_a_gait_on_legs_of_20_mm_is_proven():
+    """Its rates are large in SI units, and derivatives were known to as much as lengths and times of that size are."""
+    mass, length = 1e-3, 0.06
+    powers = {"hip_mass": mass, "foot_mass": mass, "leg_length": length, "foot_radius": length, "foot_com": length,
+              "stiffness": mass / length, "damping": mass / length**0.5}  # fmt: skip
+    tiny = proven(changed(TABLE_1, **{name: by * getattr(TABLE_1, name) for name, by in powers.items()}), SLOPE)
+    assert tiny["stable"] and float(tiny["enclosures"]["multiplier_1_real"][0]) == pytest.approx(0.64034, abs=1e-4)
 
 
 @pytest.mark.parametrize("share, shown", [(0.1, True), (3.0, False)])
@@ -343,7 +354,7 @@ def test_a_strike_ahead_of_the_last_is_seen(monkeypatch):
     crossing = walk.Walk.crossing
 
     def last_alone(self, table, length):
-        return crossing(self, table, length) if float(self.time) * self.unit > 0.4 else None
+        return crossing(self, table, length) if float(self.time) * self.scales.time > 0.4 else None
 
     monkeypatch.setattr(walk.Walk, "crossing", last_alone)
     with pytest.raises(NotProven, match="the swing foot may strike before"):

@@ -49,7 +49,7 @@ def on_a_ramp(validity: Validity, stable: bool, cycle: int = 0) -> OnARamp:
         (landing == math.inf, "the ground would have to pull the landing foot at heel strike"))
     conditions = (
         (validity.deepest_scuff > 0.0, "it has stepping blocks or feet that retract, as the swing foot passes "
-         f"{1e3 * validity.deepest_scuff:.2g} mm below ground"),
+         f"{float(f'{1e3 * validity.deepest_scuff:.2g}'):g} mm below ground"),
         (pulled, "the trailing foot may lift at heel strike, as the ground would have to pull it"),
         (slips and not pulled, f"the trailing foot may slip, as the impulse there needs friction {trailing:.3g} and "
          f"{ground}"))
