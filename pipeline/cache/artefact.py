@@ -173,8 +173,7 @@ def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
             return typing.cast(T, dataclasses.replace(found, files=files) if files else found)
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
-            raise StudyError(f"{name}: its fields do not fit this version of the study ({reason}); "
-                             "run its stage again") from None
+            raise StudyError(f"{name}: its fields do not fit this version of the study ({reason})") from None
 
 
 def provenance(content: bytes, name: str, older: bool = False) -> dict[str, str]:

@@ -43,8 +43,8 @@ def offered(study: Study, taken: frozenset[str]) -> tuple[dict[str, tuple[str, c
     `taken` are names of other commands.
     """
     found: dict[str, tuple[str, click.Command]] = {}
-    asked, broken = questions(study)
-    for stage, path, question in asked:
+    declared_here, broken = questions(study)
+    for stage, path, question in declared_here:
         try:
             asking = _command(stage, question)
             if question.name in {*taken, *found}:

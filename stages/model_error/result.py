@@ -70,8 +70,8 @@ class Result:
                 + (f"with a spread of {100 * found.std():.2f} %" if len(found) >= FEWEST else f"in {len(found)} alone")
                 for rung, name in enumerate(MODELS[:PENALTY])
                 if len(found := self.misses(rung)[:, frequency])]  # fmt: skip
-        told = "the penalty walker's step frequency from " + ", ".join(parts)
-        return f"{len(self.numbers)} designs; {told if parts else 'none has a stable gait by two models'}"
+        misses = "the penalty walker's step frequency from " + ", ".join(parts)
+        return f"{len(self.numbers)} designs; {misses if parts else 'none has a stable gait by two models'}"
 
     def tables(self) -> list[Table]:
         """Mean and spread of each rung's misses, as (title, columns, rows)."""

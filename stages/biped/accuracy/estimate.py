@@ -62,7 +62,7 @@ def to_accuracy(
     """
     if isinstance(accuracy, str):
         return settings, walked(settings), ()
-    asked, given, settings = accuracy.errors, settings, finer(settings, math.inf) or settings
+    wanted, given, settings = accuracy.errors, settings, finer(settings, math.inf) or settings
     last = walked(settings)
     found: Mapping[str, float] = {}
     for _ in range(MOST_REFINEMENTS):
@@ -71,17 +71,17 @@ def to_accuracy(
             break
         walk = walked(refined)
         found, used = differences(last, walk), changed(given, refined)
-        if not found.keys() >= asked.keys():
+        if not found.keys() >= wanted.keys():
             break
-        over = max(found[key] / error for key, error in asked.items())
+        over = max(found[key] / error for key, error in wanted.items())
         if over <= 1.0:
-            return refined, walk, tuple(ErrorEstimate(key, error, found[key], used) for key, error in asked.items())
+            return refined, walk, tuple(ErrorEstimate(key, error, found[key], used) for key, error in wanted.items())
         further = finer(settings, max(AIM / over, FARTHEST)) if AIM / REFINED < over < math.inf else None
         if further is None or finer(further, REFINED) is None:
             settings, last = refined, walk
         else:
             settings, last = further, walked(further)
-    raise NotMet(f"the requested accuracy is not met on this design: {sentence(asked, found)}")
+    raise NotMet(f"the requested accuracy is not met on this design: {sentence(wanted, found)}")
 
 
 def finer_explicit(settings: S, by: float) -> S | None:
@@ -95,12 +95,12 @@ def finer_explicit(settings: S, by: float) -> S | None:
     return refined
 
 
-def sentence(asked: Mapping[str, float], found: Mapping[str, float]) -> str:
-    """What was asked and what was reached."""
+def sentence(wanted: Mapping[str, float], found: Mapping[str, float]) -> str:
+    """What was wanted and what was reached."""
     return "; ".join(
         f"{key} <= {error:g} requested, " + (f"{found[key]:.1e} reached with the finest settings" if key in found
                                           else "of which this stage has no estimate")
-        for key, error in asked.items())  # fmt: skip
+        for key, error in wanted.items())  # fmt: skip
 
 
 def changed(one: Any, other: Any) -> str:

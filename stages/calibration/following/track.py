@@ -1,6 +1,6 @@
 """A run that is followed, one sample after another, over steps and pushes.
 
-What moves the robot in no model, a push, shows in samples that are all surprising. A step then begins where the
+What moves the robot in no model, a push, shows in samples that are all improbable. A step then begins where the
 robot is: with the places that were known, and rates that may be any near by.
 """
 
@@ -36,7 +36,7 @@ EARLY, SURE = 0.06, 0.006
 BEFORE, ENOUGH = 0.2, 9
 #: Intervals of 95 % end there.
 QUANTILE = 0.975
-#: A push is where all of so many samples are so surprising, in mean squares of their standard deviations. Then the step
+#: A push is where all of so many samples are so improbable, in mean squares of their standard deviations. Then the step
 #: is linearised anew after each sample.
 LATELY, PUSHED = 4, 25.0
 

@@ -89,10 +89,10 @@ def proposed(options: Options, asking: Asking) -> Answer:
     from stages.imu.sources.proposal import proposals
 
     assert options.propose is not None
-    ((text, told),) = asking.reading(proposals, Path(options.source))
+    ((text, lines),) = asking.reading(proposals, Path(options.source))
     with asking.new_file(options.propose) as file:
         file.write_text(text, encoding="utf-8")
-    return Answer(lines=told, plain={"map": text, "told": list(told)})
+    return Answer(lines=lines, plain={"map": text, "told": list(lines)})
 
 
 def read(options: Options, asking: Asking, store: Path | None) -> Iterator[Run]:

@@ -144,9 +144,9 @@ def whole_lag(hip: np.ndarray, foot: np.ndarray, dt: float, step_band_hz: tuple[
     many steps (F test).
     """
     shift = np.arange(len(hip) + len(foot) - 1) - (len(foot) - 1)  # row k of the hip beside row k - shift of the foot
-    seen, felt = np.isfinite(hip), np.isfinite(foot)
+    hip_there, foot_there = np.isfinite(hip), np.isfinite(foot)
     period, (hip, foot) = _period(hip, foot, dt, step_band_hz), map(np.nan_to_num, (hip, foot))
-    of_hip, of_foot = fftconvolve(hip**2, felt[::-1]), fftconvolve(seen, foot[::-1] ** 2)
+    of_hip, of_foot = fftconvolve(hip**2, foot_there[::-1]), fftconvolve(hip_there, foot[::-1] ** 2)
     if not (of_hip.max() > 0 and of_foot.max() > 0 and math.isfinite(period)):
         return 0, 0
     covered = np.maximum(of_hip / of_hip.max(), of_foot / of_foot.max()) >= COVERED
