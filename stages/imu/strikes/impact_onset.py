@@ -3,7 +3,8 @@
 Strikes that were laid over each other (heel_strikes.py) are each sampled at other phases, so their samples together
 show the impact many times as finely as one does. What the force does there (a blow, a jump, a bend) is fitted behind
 the second-order low pass of a sensor; where it begins is the event. The corner of the low pass is found as well, one
-for both legs. Where it is declared, the samples' times are already less its delay, which is given back.
+for both legs. Where it is declared, the samples' times are already less its delay, which is given back. What is read at
+full scale was there or beyond: hard impacts show their height by nothing else.
 """
 
 from __future__ import annotations
@@ -21,6 +22,9 @@ LIFTS_S = np.arange(-0.02, 0.0251, 0.0005)
 CORNERS = np.arange(0.15, 0.5, 0.05)  # of the low pass, in sampling rates
 FEWEST_SAMPLES = 12  # of a leg, together: twice what is fitted to a force, a line, three responses and an onset
 LEAST_GAIN = 0.5  # of the scatter about a straight line, that what is fitted must explain
+AT_STRIKE = np.arange(-0.1, 0.11, 0.05)  # how far strikes may be off, in sampling periods
+ROUNDS = 10  # in which it settles which samples tell: two to five
+UNKNOWN = 1e-9  # of what all samples tell of a fitted number: it is zero where those that are left tell less
 STRIKE, LIFT = (0, 1, 2), (1, 2)  # columns of `responses`: a strike is a blow as well
 
 
@@ -28,22 +32,23 @@ STRIKE, LIFT = (0, 1, 2), (1, 2)  # columns of `responses`: a strike is a blow a
 class Samples:
     """Samples of a sensor: time (n,) [s] less `taken_delay` [s] for its low pass, force (n, k) [m/s^2], and their rate.
 
-    NaN where a force is not known.
+    NaN where a force is not known. `beyond` (n, k) is 1 where it was this or more, -1 where this or less: clipped.
     """
 
     time: np.ndarray
     force: np.ndarray
+    beyond: np.ndarray
     rate_hz: float
     taken_delay: float
 
-    def around(self, strikes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Times (m,) from the strike of all samples around each strike, and forces (m, k)."""
+    def around(self, strikes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times (m,) from the strike of all samples around each strike, forces (m, k), and `beyond` (m, k)."""
         known = np.isfinite(self.force).all(axis=1)
-        at, sensed = self.time[known], self.force[known]
+        at, sensed, beyond = self.time[known], self.force[known], self.beyond[known]
         first, last = (np.searchsorted(at, strikes + edge) for edge in WINDOW_S)
         rows = [np.arange(a, b) for a, b in zip(first, last)]
         every = np.concatenate([np.empty(0, dtype=np.int64), *rows])
-        return at[every] - np.repeat(strikes, last - first), sensed[every]
+        return at[every] - np.repeat(strikes, last - first), sensed[every], beyond[every]
 
 
 def at_onsets(strikes: HeelStrikes, seen: Samples, transient: int) -> tuple[HeelStrikes, float]:
@@ -55,7 +60,7 @@ def at_onsets(strikes: HeelStrikes, seen: Samples, transient: int) -> tuple[Heel
     """
     time, leg_of = strikes.time[transient:], strikes.leg[transient:]
     clouds = {leg: seen.around(time[leg_of == leg]) for leg in (INNER, OUTER)}
-    clouds = {leg: cloud for leg, cloud in clouds.items() if len(cloud[0]) >= FEWEST_SAMPLES}
+    clouds = {leg: cloud for leg, cloud in clouds.items() if (cloud[2] == 0).sum(axis=0).min() >= FEWEST_SAMPLES}
     costs = {leg: np.array([costs_of(*cloud, corner * seen.rate_hz, ONSETS_S, STRIKE) for corner in CORNERS])
              for leg, cloud in clouds.items()}  # fmt: skip
     if not costs:
@@ -76,17 +81,19 @@ def at_onsets(strikes: HeelStrikes, seen: Samples, transient: int) -> tuple[Heel
 def lift_after(strikes: np.ndarray, seen: Samples, corner_hz: float) -> float:
     """How long after the other leg's strikes (s,) [s] the sensor's foot is let go [s]; NaN where that is not seen.
 
-    Its force is the foot's along the leg: what pressed the leg's slide together lets go when the ground does.
+    Its force is the foot's along the leg: what pressed the leg's slide together lets go when the ground does. Stiff
+    legs give no slide that shows it: there the other leg's blow, at the strike, tells more.
     """
-    time, force = seen.around(strikes)
-    if len(time) < FEWEST_SAMPLES or not np.isfinite(corner_hz):
+    around = time, force, beyond = seen.around(strikes)
+    if (beyond == 0).sum() < FEWEST_SAMPLES or not np.isfinite(corner_hz):
         return float("nan")
-    cost = costs_of(time, force, corner_hz, LIFTS_S, LIFT)
+    cost = costs_of(*around, corner_hz, LIFTS_S, LIFT)
+    blow = costs_of(*around, corner_hz, AT_STRIKE / seen.rate_hz - seen.taken_delay, STRIKE)
     line = np.polynomial.polynomial.polyfit(time, force, 1)
     scatter = float(((force - np.vander(time, 2, increasing=True) @ line) ** 2).sum())
-    left = float(np.exp(cost.min() / len(time)))
+    left = float(np.exp(cost.min() / (beyond == 0).sum()))
     after = lowest(cost, LIFTS_S) + seen.taken_delay
-    return after if after > 0 and left < (1 - LEAST_GAIN) * scatter else float("nan")
+    return after if after > 0 and left < (1 - LEAST_GAIN) * scatter and cost.min() < blow.min() else float("nan")
 
 
 def responses(time: np.ndarray, corner_hz: float) -> np.ndarray:
@@ -101,12 +108,25 @@ def responses(time: np.ndarray, corner_hz: float) -> np.ndarray:
 
 
 def costs_of(
-    time: np.ndarray, force: np.ndarray, corner_hz: float, onsets: np.ndarray, kinds: tuple[int, ...]
+    time: np.ndarray, force: np.ndarray, beyond: np.ndarray, corner_hz: float, onsets: np.ndarray,
+    kinds: tuple[int, ...],
 ) -> np.ndarray:
     """Cost (o,) of each onset: samples times the logarithm of the squares left by a straight line and the responses of
-    these kinds, summed over the force's columns: twice the negative log-likelihood but for a constant."""
+    these kinds, summed over the force's columns: twice the negative log-likelihood but for a constant.
+
+    A clipped sample has no square if what is fitted lies beyond it (Tobin 1958, its noise being far below full scale).
+    """
     line = np.broadcast_to(np.column_stack([np.ones(len(time)), time / WINDOW_S[1]]), (len(onsets), len(time), 2))
     columns = np.concatenate([line, responses(time - onsets[:, None], corner_hz)[..., list(kinds)]], axis=2)
     across, _ = np.linalg.qr(columns)
-    left = force - across @ (np.swapaxes(across, 1, 2) @ force)
-    return np.asarray(len(time) * np.log((left**2).sum(axis=1)).sum(axis=1))
+    tells, seen = np.broadcast_to(beyond == 0, (len(onsets), *force.shape)), None
+    for _ in range(ROUNDS):
+        if seen is not None and (tells == seen).all():
+            break
+        seen = tells
+        normal = np.einsum("onc,onk,ond->okcd", across, seen, across) + UNKNOWN * np.eye(across.shape[2])
+        sizes = np.linalg.solve(normal, np.einsum("onc,onk->okc", across, seen * force)[..., None])[..., 0]
+        left = force - np.einsum("onc,okc->onk", across, sizes)
+        tells = beyond * left >= 0
+    squares = np.where(tells, left**2, 0.0).sum(axis=1)
+    return np.asarray(((beyond == 0).sum(axis=0) * np.log(squares)).sum(axis=1))

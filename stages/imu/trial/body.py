@@ -120,9 +120,8 @@ class BodySensor:
 
     @property
     def saturated(self) -> BodySensor:
-        """The same with clipped readings of force at full scale, where blows are, in place of NaN."""
-        read = self.trace.indexed.recording.acceleration * self.trace.scale.acceleration
-        return replace(self, force=read @ self.frame.rotation.T)
+        """The same with clipped readings of force in place of NaN."""
+        return replace(self, force=self.trace.readings @ self.frame.rotation.T)
 
     def longest_step(self, settings: Settings) -> float:
         """Longest time between two samples that is interpolated [s]."""

@@ -41,6 +41,11 @@ class SensorTrace:
         return self.clock.rate_hz
 
     @property
+    def readings(self) -> np.ndarray:
+        """Specific force (n, 3) [m/s^2] on sensor axes with clipped readings at full scale, where blows are."""
+        return self.indexed.recording.acceleration * self.scale.acceleration
+
+    @property
     def rate_error(self) -> float:
         """Relative error of the clock's rate: its error over the recording; 0 where, as remarked, nothing shows it."""
         span = float(np.ptp(self.time)) if len(self.time) else 0.0

@@ -63,9 +63,14 @@ def strikes_of(
 
 
 def samples_of(sensor: BodySensor, axes: list[int], quick: float) -> Samples:
-    """The sensor's samples of the force on these axes, in the time of a robot that is so `quick` as Table 1's."""
-    taken = filter_delay(sensor.trace.indexed.recording.device.bandwidth_hz)
-    return Samples(quick * sensor.time, sensor.force[:, axes], sensor.trace.rate_hz / quick, quick * taken)
+    """The sensor's samples of the force on these axes, in the time of a robot that is so `quick` as Table 1's.
+
+    Where an axis of the sensor clips, all that it has a part in may lie beyond.
+    """
+    trace, taken = sensor.trace, filter_delay(sensor.trace.indexed.recording.device.bandwidth_hz)
+    outward = np.where(np.isnan(trace.specific_force), np.sign(trace.readings), 0.0) @ sensor.frame.rotation.T
+    return Samples(quick * sensor.time, sensor.saturated.force[:, axes], np.sign(outward[:, axes]),
+                   trace.rate_hz / quick, quick * taken)  # fmt: skip
 
 
 def hip_at(angle: np.ndarray, drawing: Drawing) -> np.ndarray:
