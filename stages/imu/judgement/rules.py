@@ -46,6 +46,8 @@ from stages.imu.judgement.verdict import (
 from stages.imu.parameters import Limits, Reading, Settings
 from stages.imu.result import Evidence, SensorReport
 from stages.imu.sources.units import declared_acceleration_unit
+from stages.imu.strikes.heel_strikes import FEWEST_SEEN
+from stages.imu.strikes.step_times import INNER, OUTER
 from stages.imu.trial.body import PLACES, BodySensor, is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace
 from stages.imu.trial.two_clocks import have_own_clocks
@@ -282,8 +284,12 @@ def _beyond(ratio: float, tolerance: float) -> bool:
 def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
     settings, limits, evidence = parameters.settings, parameters.limits, trial.evidence
     count, frequency = len(trial.strikes.time), trial.frequency[0]
+    of_leg = [int((trial.strikes.leg == leg).sum()) for leg in (INNER, OUTER)]
     if count < settings.fewest_steps:
         return (refusal(True, f"only {count} heel strikes, {settings.fewest_steps} are needed (imu.fewest_steps)"),)
+    if min(of_leg) < FEWEST_SEEN:
+        return (refusal(True, f"of one leg only {min(of_leg)} heel strikes are seen, {FEWEST_SEEN} are needed: the others lie "
+                        "in holes, or the other leg seems to land twice"),)
     if not math.isfinite(frequency):
         return (refusal(True, "no step frequency is found: no two steps are alike, or the hip has too long holes"),)
     return (

@@ -26,6 +26,7 @@ ROUNDED = 1e-3  # of the grid's step
 SMOOTHED_STEPS = 0.06  # standard deviation of what smoothes a rate before its turns are looked for, in steps
 SEARCH_STEPS = 0.3  # half width of the search around a turn, in steps
 LOBE_STEPS = 0.45  # how soon before and after a turn the leg must have moved, in steps
+FEWEST_SEEN = 2  # strikes of a leg, by which those of it that lie in holes are placed
 FAINT = 0.6  # of a leg's median pulse: a fainter one is not the strike, which then lies in a hole
 STILL = 0.1  # of the largest peak rate: below it the leg stands, however long it does
 QUIET_RATE = 0.25  # of the typical peak rate: below it the leg does not walk
@@ -38,6 +39,8 @@ def find_heel_strikes(
     time: np.ndarray, force: np.ndarray, lateral_rate: np.ndarray, others: np.ndarray, step_band_hz: tuple[float, float]
 ) -> HeelStrikes:
     """Heel strikes from an even grid (n,) [s]; NaN marks holes.
+
+    A leg of which too few are seen has no others: what lies in a hole is left out.
 
     force (n, k) [m/s^2] is searched for pulses; lateral_rate (n,) [rad/s] gives the turns of the inner leg; force and
     `others` (n, j), any further signals, refine the times.
@@ -57,12 +60,14 @@ def find_heel_strikes(
     at, leg = time[rows], np.array([leg for _, leg in found])
     hidden = in_hole(force, rows, max(1, round(0.75 * PULSE_S / dt)))
     signals = np.column_stack((force, others))
+    placed = np.ones(len(rows), dtype=bool)
     for which in (INNER, OUTER):
         mine = leg == which
         height = sharpness[rows[mine]]
         hidden[mine] |= height < FAINT * np.median(height) if len(height) else False
-        expected = expect_hidden(at[mine], hidden[mine], period)
-        at[mine] = refine(time, signals, expected, hidden[mine])
+        at[mine] = refine(time, signals, at[mine], hidden[mine], period)
+        placed[mine] = ~hidden[mine] | ((~hidden[mine]).sum() >= FEWEST_SEEN)
+    at, leg = at[placed], leg[placed]
     order = np.argsort(at)
     return HeelStrikes(at[order], leg[order])
 
@@ -82,7 +87,7 @@ def in_hole(force: np.ndarray, rows: np.ndarray, reach: int) -> np.ndarray:
 def expect_hidden(at: np.ndarray, hidden: np.ndarray, period: float) -> np.ndarray:
     """Times of one leg's strikes with those hidden in a hole put where the others expect them, two steps apart."""
     seen = np.flatnonzero(~hidden)
-    if not hidden.any() or len(seen) < 2:
+    if not hidden.any() or len(seen) < FEWEST_SEEN:
         return at
     number = np.append(0, np.cumsum(np.maximum(1, np.rint(np.diff(at) / (2 * period)))))
     expected = at.copy()
@@ -144,22 +149,27 @@ def turns(rate: np.ndarray, period: float, dt: float) -> list[tuple[int, int]]:
     return found
 
 
-def refine(time: np.ndarray, signals: np.ndarray, at: np.ndarray, hidden: np.ndarray) -> np.ndarray:
+def refine(
+    time: np.ndarray, signals: np.ndarray, at: np.ndarray, hidden: np.ndarray, period: float
+) -> np.ndarray:
     """Times (s,) shifted so that the signals (n, k) around each lie best, in least squares, on the mean of all.
 
     The mean is that of the strikes that were seen, and their mean shift is kept at zero: what is refined is the
     spacing of the strikes. Each point of the mean counts by the inverse of the strikes' variance there, so that what
     repeats decides, not the transient of the walk or the part of the pulse that sampling cuts differently each time.
+    Those hidden in a hole are moved from where the others, as they lie by then, expect them.
     """
     seen = ~hidden
-    if seen.sum() < 3:
+    if seen.sum() < FEWEST_SEEN:
         return at
     dt = spacing(time)
     offset = dt * np.arange(round(WINDOW_S[0] / dt), round(WINDOW_S[1] / dt))
     around = np.moveaxis(_windows(time, signals, at[seen, None] + offset), -1, 0)
     scale = np.array([np.std(signal[np.isfinite(signal)]) if np.isfinite(signal).any() else 0.0 for signal in around])
     scaled = signals / np.where(scale > 0, scale, 1.0)
+    found = at
     for number in range(REFINEMENTS):
+        at = expect_hidden(np.where(hidden, found, at), hidden, period)
         _, template, scatter = mean_and_variance(_windows(time, scaled, at[seen, None] + offset))
         worst = np.nanmax(scatter) if np.isfinite(scatter).any() else 1.0
         known = np.where(np.isfinite(scatter), scatter, worst)

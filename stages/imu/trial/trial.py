@@ -194,6 +194,7 @@ def _trial(
     bounds, common = stride_bounds(used), grid_signals(sensors, settings)
     dated_by = next((sensors[place].trace.rate_error for place in PLACES if place in sensors), 0.0)
     evidence = evidence_of(sensors, common, strikes, bounds, experiment.slope_deg, parameters)
+    drawing = at_slowest(sensors, parameters, evidence.hidden_strikes)
     trial = Trial(
         experiment=experiment,
         sensors=sensors,
@@ -201,9 +202,9 @@ def _trial(
         together=together,
         overlap=overlap_of(sensors["hip"], sensors["foot"]) if timed else math.nan,
         strikes=strikes,
-        frequency=step_frequency(used, at_slowest(sensors, parameters).strike_scatter_s, dated_by),
+        frequency=step_frequency(used, drawing.strike_scatter_s, dated_by),
         strides=registered(sensors, bounds, settings),
-        leg=leg_of(sensors, common, used, corner, confirmed(evidence, parameters), parameters),
+        leg=leg_of(sensors, common, used, corner, confirmed(evidence, parameters), drawing, parameters),
         evidence=evidence,
     )
     return dataclasses.replace(trial, verdict=verdict_on(trial, left_out, parameters))

@@ -35,6 +35,7 @@ FEWEST_POINTS = 8
 #: Rate of the runs of which errors in time were measured, and the power of a longer period with which they grow: steps
 #: of twenty runs were off by 0.7 ms rms at 100 Hz, by 2.1 ms at 50 Hz and by 7.9 ms at 40 Hz.
 RATE_HZ, COARSER = 100.0, 2.5
+FEWEST_SHOWN = 0.1  # of the strikes, that an error grows by
 
 
 def strikes_of(
@@ -137,14 +138,16 @@ def leg_motion(
 
 def leg_of(
     sensors: Mapping[str, BodySensor], common: GridSignals, strikes: HeelStrikes, corner_hz: float,
-    confirmed: tuple[float, float], parameters: Reading,
+    confirmed: tuple[float, float], drawing: Drawing, parameters: Reading,
 ) -> LegMotion:
-    """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's."""
+    """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's.
+
+    The drawing has errors of when things happen as `at_slowest` gives them.
+    """
     quick, none = parameters.quick, np.empty(0)
     if len(common.time) < 2:
         return LegMotion(none, none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), UNKNOWN)
     errors = [sensor.bias_error() for sensor in sensors.values()]
-    drawing = at_slowest(sensors, parameters)
     lift = math.nan
     if "foot" in sensors:
         landed = quick * strikes.time[strikes.leg == OUTER]
@@ -162,17 +165,18 @@ def leg_of(
     )
 
 
-def at_slowest(sensors: Mapping[str, BodySensor], parameters: Reading) -> Drawing:
-    """The drawing with errors of when things happen as they are at the slowest sensor's rate."""
+def at_slowest(sensors: Mapping[str, BodySensor], parameters: Reading, hidden: float) -> Drawing:
+    """The drawing with errors of when things happen as they are at the slowest sensor's rate, with so many (1) of the
+    strikes `hidden` in holes."""
     rates = [sensor.trace.indexed.recording.device.rate_hz for sensor in sensors.values()]
-    return in_time(parameters.drawing, parameters.quick, min(rates, default=RATE_HZ))
+    return in_time(parameters.drawing, parameters.quick, min(rates, default=RATE_HZ), hidden)
 
 
-def in_time(drawing: Drawing, quick: float, rate_hz: float) -> Drawing:
+def in_time(drawing: Drawing, quick: float, rate_hz: float, hidden: float = 0.0) -> Drawing:
     """The errors of when things happen as they are at this rate, of a robot that is so `quick` as Table 1's: they were
-    measured for that one, at 100 Hz.
+    measured for that one, at 100 Hz. They are of a mean over strikes, of which `hidden` (1) show nothing of it.
     """
-    by = max(RATE_HZ * quick / rate_hz, 1.0) ** COARSER / quick
+    by = max(RATE_HZ * quick / rate_hz, 1.0) ** COARSER / quick / math.sqrt(max(1.0 - hidden, FEWEST_SHOWN))
     return replace(drawing, onset_error_s=by * drawing.onset_error_s, strike_scatter_s=by * drawing.strike_scatter_s,
                    toe_off_error_s=by * drawing.toe_off_error_s)  # fmt: skip
 
