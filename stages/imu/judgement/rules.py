@@ -288,8 +288,8 @@ def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
     if count < settings.fewest_steps:
         return (refusal(True, f"only {count} heel strikes, {settings.fewest_steps} are needed (imu.fewest_steps)"),)
     if min(of_leg) < FEWEST_SEEN:
-        return (refusal(True, f"of one leg only {min(of_leg)} heel strikes are seen, {FEWEST_SEEN} are needed: the others lie "
-                        "in holes, or the other leg seems to land twice"),)
+        return (refusal(True, f"of one leg only {min(of_leg)} heel strikes are seen, {FEWEST_SEEN} are needed: the "
+                        "others lie in holes, or the other leg seems to land twice"),)  # fmt: skip
     if not math.isfinite(frequency):
         return (refusal(True, "no step frequency is found: no two steps are alike, or the hip has too long holes"),)
     return (
