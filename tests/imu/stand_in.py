@@ -23,7 +23,7 @@ from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.schema import Device, Experiment
 from stages.twin.machine.machine import Build
 
-GRID, PUSH_S = 1 / 5000, 0.4
+GRID, PUSH_S, REBOUND_S = 1 / 5000, 0.4, 0.06
 BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
 SLOPE = Slope(2.0, 9.81)
 SENSOR = SensorSettings(100.0, 2000.0, 40.0, 4.0, 2000.0, 16, 2.0, 0.005, 0.005, 0.02, 0.5, 1.77e-3, 0.007)
@@ -48,8 +48,8 @@ def result_of(path: Path) -> Result:
         return collect(trials(source.runs(), PARAMETERS))
 
 
-def device(place: str) -> Device:
-    return campaign.device(place, CAMPAIGN)
+def device(place: str, sensor: SensorSettings = SENSOR) -> Device:
+    return campaign.device(place, dataclasses.replace(CAMPAIGN, given_sensor=sensor))
 
 
 def walking(
@@ -104,14 +104,16 @@ Run = tuple[Experiment, RunTruth, tuple[Transmitted, ...]]
 
 
 def struck(motion: SensorMotion, strikes: np.ndarray, change: float) -> SensorMotion:
-    """With blows of a millisecond along the leg that change its speed at each strike [m/s]."""
-    blows = norm.pdf(motion.time[:, None], strikes, 1e-3).sum(axis=1, keepdims=True)
+    """With blows of a millisecond along the leg that change its speed at each strike [m/s], and once more, by four
+    fifths of it, when the leg has rebounded."""
+    since = motion.time[:, None] - strikes
+    blows = (norm.pdf(since, 0.0, 1e-3) + 0.8 * norm.pdf(since, REBOUND_S, 1e-3)).sum(axis=1, keepdims=True)
     return dataclasses.replace(motion, specific_force=motion.specific_force + change * blows * [0.3, 1.0, 0.0])
 
 
 def make_run(
     seed: int, radio: RadioSettings = RADIO, steps: int = 12, period: float = 0.48, rest_s: float = 2.5,
-    blow: float = 0.0,
+    blow: float = 0.0, sensor: SensorSettings = SENSOR,
 ) -> Run:  # fmt: skip
     """A run of its own period that is as planned but for what sensors and radio do, with blows [m/s] at the strikes."""
     period *= 1 + 0.01 * np.random.default_rng(seed).normal()
@@ -119,8 +121,9 @@ def make_run(
     walk = walked(steps, period, rest_s, plain)
     walk = dataclasses.replace(
         walk, **{side: struck(getattr(walk, side), walk.heel_strike_time, blow) for side in ("hip", "foot")})
-    return sensed_run(seed, walk, dataclasses.replace(CAMPAIGN, radio=radio))
+    return sensed_run(seed, walk, dataclasses.replace(CAMPAIGN, radio=radio, given_sensor=sensor))
 
 
-def make_database(runs: list[Run]) -> bytes:
-    return database_bytes([device("hip"), device("foot")], [(experiment, sent) for experiment, _, sent in runs])
+def make_database(runs: list[Run], sensor: SensorSettings = SENSOR) -> bytes:
+    devices = [device(place, sensor) for place in ("hip", "foot")]
+    return database_bytes(devices, [(experiment, sent) for experiment, _, sent in runs])

@@ -231,9 +231,10 @@ def test_a_sensor_that_turns_on_its_leg_moves_the_swing_axis() -> None:
 
 def test_counts_that_begin_again_leap_and_blows_do_not() -> None:
     blow = np.exp(-0.5 * ((np.arange(400)[:, None] % 48 - 20) / [1.0, 1.5, 2.0]) ** 2) * [3.0, 2.0, 1.5] + 0.3
-    assert wraps(blow) == 0 and wraps(blow * np.cos(np.arange(400)[:, None])) == 0
-    assert wraps((blow + 2) % 4 - 2) >= 2
-    assert wraps(np.where(np.arange(400)[:, None] == 7, -3.3, blow)) == 0, "a spike is no range"
+    assert wraps(blow, np.inf) == 0 and wraps(blow * np.cos(np.arange(400)[:, None]), np.inf) == 0
+    assert wraps((blow + 2) % 4 - 2, 2.1) >= 2
+    assert wraps(np.where(np.arange(400)[:, None] == 7, -3.3, blow), np.inf) == 0, "a spike is no range"
+    assert wraps(np.clip(3 * blow * np.where(np.arange(400) % 2, 1, -1)[:, None], -2, 2), 2.0) == 0, "it clips"
 
 
 def test_a_full_scale_that_is_half_the_declared_one_shows_in_two_samples() -> None:

@@ -410,7 +410,7 @@ def _on_readings(
     place: str, places: Iterable[str], what: str, raw: np.ndarray, full_scale: float, size: float, unit: str
 ) -> tuple[Rule, ...]:
     """What the stored readings (n, 3) of a place show of their range; one of them is `size` [unit]."""
-    over, (count, at) = wraps(raw), flat_tops(raw, full_scale)
+    over, (count, at) = wraps(raw, full_scale), flat_tops(raw, full_scale)
     return (
         remark(
             over > 0,

@@ -9,7 +9,7 @@ from scipy.signal import periodogram
 
 from stages.imu.clock.packet_index import IndexedRecording
 from stages.imu.sources.units import swept_angle
-from stages.imu.trial.sensor import SensorTrace
+from stages.imu.trial.sensor import CLIPPED, SensorTrace
 
 FEWEST_ROWS = 50
 FLAT = 5  # samples at one extreme reading
@@ -91,13 +91,14 @@ def flat_tops(raw: np.ndarray, full_scale: float) -> tuple[int, float]:
     return worst, at
 
 
-def wraps(raw: np.ndarray) -> int:
+def wraps(raw: np.ndarray, full_scale: float) -> int:
     """Times that an axis of readings (n, 3) leaps from one end of its range to the other within a sample: counts that
-    begin again beyond full scale, once out and once back. A blow swings through what lies between. 0 for fewer."""
+    begin again beyond full scale, once out and once back. A blow swings through what lies between, or, of rigid
+    legs, ends at the declared `full_scale`, where no count begins again. 0 for fewer."""
     largest = float(np.abs(raw[np.isfinite(raw)]).max(initial=0.0))
     before, after = raw[:-1], raw[1:]
     apart = np.maximum(np.minimum(before, -after), np.minimum(-before, after))
-    count = int((apart > OPPOSED * largest).sum()) if largest > 0 else 0
+    count = int((apart > OPPOSED * largest).sum()) if 0 < largest < CLIPPED * full_scale else 0
     return count if count > 1 else 0
 
 

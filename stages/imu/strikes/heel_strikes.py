@@ -55,8 +55,7 @@ def find_heel_strikes(
     found = turns(smooth, period, dt)
     if not found:
         return NO_STRIKES
-    first = [max(0, turn - half) for turn, _ in found]
-    rows = np.array([start + np.argmax(sharpness[start : turn + half + 1]) for start, (turn, _) in zip(first, found)])
+    rows = np.array([first_blow(sharpness, max(0, turn - half), turn + half + 1, lag_of(dt)) for turn, _ in found])
     at, leg = time[rows], np.array([leg for _, leg in found])
     hidden = in_hole(force, rows, max(1, round(0.75 * PULSE_S / dt)))
     signals = np.column_stack((force, others))
@@ -75,6 +74,14 @@ def find_heel_strikes(
 def spacing(time: np.ndarray) -> float:
     """Step of an even grid (n,) [s]; over all of it, as neighbours differ by what stamps since 1970 are rounded to."""
     return float(time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else 1.0
+
+
+def first_blow(sharpness: np.ndarray, start: int, end: int, lag: int) -> int:
+    """Row, from `start` to before `end`, of the first blow that is not faint: rigid legs rebound, and where both blows
+    clip the second may look larger. A pulse begins to show a `lag` before its own row."""
+    seen = sharpness[start:end]
+    begun = int(np.argmax(seen >= FAINT * seen.max()))
+    return start + begun + int(np.argmax(seen[begun : begun + lag + 1]))
 
 
 def in_hole(force: np.ndarray, rows: np.ndarray, reach: int) -> np.ndarray:
@@ -124,9 +131,14 @@ def filled(signal: np.ndarray) -> np.ndarray:
     return np.asarray(np.interp(row, row[known], signal[known]))
 
 
+def lag_of(dt: float) -> int:
+    """Rows of a grid with this step [s] that a pulse lasts."""
+    return max(1, round(PULSE_S / dt))
+
+
 def pulse_sharpness(force: np.ndarray, dt: float) -> np.ndarray:
     """How far the force (n, k) stands out against itself a pulse length earlier and later, (n,) [m/s^2]."""
-    lag = max(1, round(PULSE_S / dt))
+    lag = lag_of(dt)
     sharpness = np.zeros(len(force))
     if len(force) > 2 * lag:
         sharpness[lag:-lag] = np.linalg.norm(2 * force[lag:-lag] - force[2 * lag :] - force[: -2 * lag], axis=1)

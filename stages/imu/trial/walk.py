@@ -51,7 +51,9 @@ def strikes_of(
     if not present:
         return NO_STRIKES, math.nan
     first, *rest = present
-    grid = common_grid({first: sensors[first]}, settings)
+    # Between the points of a coarser grid a blow would be lost.
+    finest = max(settings.grid_rate_hz, sensors[first].trace.rate_hz)
+    grid = common_grid({first: sensors[first]}, replace(settings, grid_rate_hz=finest))
     values = on_grid(sensors[first].saturated, grid, settings)
     beside = [on_grid(sensors[place].saturated, grid, settings)[:, [FORWARD, UP, 3 + LATERAL]] for place in rest]
     others, rate = [values[:, [3 + LATERAL]], *beside], values[:, 3 + LATERAL]
