@@ -278,6 +278,23 @@ def test_of_halved_steps_those_that_do_not_help_do_not_count():
     assert within(most=2)[2] == "2 joint steps were not enough"
 
 
+def test_a_fit_rests_along_what_nothing_shows():
+    """As rigid legs whose inertia goes with mass and place: a step was a thousand usual changes, and none helped."""
+    jacobian = np.array([[1.0, 1.0], [1e-3, -1e-3]])
+
+    def evaluate(x, *_):
+        residuals = jacobian @ x - [1.0, 10.0]
+        cost = 0.5 * float(residuals @ residuals) + 1e9 * (x[0] - x[1]) ** 2
+        return Point(x, cost, jacobian.T @ jacobian, -jacobian.T @ residuals, None)
+
+    def ended(rule):
+        return least_squares(evaluate, np.zeros(2), np.ones(2), np.full(2, -np.inf), rule)
+
+    point, _, why = ended(JOINT)
+    assert why == "" and point.x == pytest.approx([0.5, 0.5], abs=1e-6)
+    assert ended(dataclasses.replace(JOINT, blind=0.0))[2] == "no joint step brings the residuals down"
+
+
 def bowl(lowest, low):
     """Half the squares of two residuals that hang together, with the first unknown bounded below by `low`."""
     jacobian = np.array([[1.0, 0.5], [0.0, 1.0]])

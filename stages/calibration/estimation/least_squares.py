@@ -125,7 +125,8 @@ class Rule:
     cost larger by no more than a share `larger`. No step is longer than `longest` usual changes. Steps are damped, or
     `halved`: `caution` is the damping, or one over the share of a step, at first, at least, and from where a step is
     hopeless; with its factors after steps that help and that do not. `most` counts evaluations; of halved steps those
-    that help, each of which begins as a whole one.
+    that help, each of which begins as a whole one. A combination of unknowns of which no more is known than `blind`, in
+    one over the square of usual changes, stays where it is: nearly singular steps lead far along what nothing shows.
     """
 
     most: int = 60
@@ -137,6 +138,7 @@ class Rule:
     halved: bool = False
     caution: tuple[float, float, float] = (1e-3, 1e-9, 1e8)
     factors: tuple[float, float] = (0.1, 10.0)
+    blind: float = 0.0
     step: str = "step"
     counted: str = "evaluations"
 
@@ -166,11 +168,11 @@ def least_squares(
     eased, hardened = rule.factors
     caution, evaluations, helped = first, 1, 0
     while (helped if rule.halved else evaluations) < rule.most:
-        newton, unit = _step(at, sizes, low, 0.0), max(at.spread, 1.0)
+        newton, unit = _step(at, sizes, low, 0.0, rule.blind), max(at.spread, 1.0)
         if newton[1] < rule.enough * unit:
             return at, evaluations, ""
         share = 1.0 / caution if rule.halved else 1.0
-        step, foreseen = newton if rule.halved else _step(at, sizes, low, caution)
+        step, foreseen = newton if rule.halved else _step(at, sizes, low, caution, rule.blind)
         whole = max(1.0, float(np.abs(step / sizes).max(initial=0.0)) / rule.longest)
         tried = evaluate(np.maximum(at.x + share * step / whole, low), at, share)
         evaluations += 1
@@ -187,18 +189,21 @@ def least_squares(
     return at, evaluations, f"{rule.most} {rule.counted} were not enough"
 
 
-def _step(at: Point[State], sizes: Vector, low: Vector, damping: float) -> tuple[Vector, float]:
+def _step(at: Point[State], sizes: Vector, low: Vector, damping: float, blind: float) -> tuple[Vector, float]:
     """The damped step of all unknowns that are free to move, and by how much the cost should fall with it."""
     free = ~((at.x <= low) & (at.right <= 0.0))
     unit = sizes[free]
     matrix = at.matrix[np.ix_(free, free)] * unit * unit[:, None]
-    right = at.right[free] * unit
+    right, (values, vectors) = at.right[free] * unit, np.linalg.eigh(matrix)
+    shown = values > blind
+    basis = np.eye(len(unit)) if shown.all() or not blind else vectors[:, shown]
+    matrix, right = basis.T @ matrix @ basis, basis.T @ right
     diagonal = np.diag(matrix)
     damped = matrix + np.diag(damping * diagonal + 1e-9)
     equal = 1.0 / np.sqrt(np.diag(damped))
     move = np.linalg.lstsq(damped * equal * equal[:, None], right * equal, rcond=1e-15)[0] * equal
     step = np.zeros(len(at.x))
-    step[free] = move * unit
+    step[free] = basis @ move * unit
     return step, float(move @ right - 0.5 * move @ matrix @ move) + at.eliminated
 
 
