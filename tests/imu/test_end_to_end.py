@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pipeline.study import locate
+from stages.campaign.parameters import SensorSettings
 from stages.campaign.result import Result as Campaign
 from stages.campaign.result import RunTruth
 from stages.comparison.ingest_score import IngestScore, score_ingest
@@ -16,6 +17,7 @@ from stages.imu.result import Result
 from stages.imu.run import frequency_of, trials
 from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.units import implied_acceleration_unit
+from stages.imu.trial.body import BodySensor
 from stages.imu.trial.walk import strikes_of
 from tests.imu.stand_in import (
     CAMPAIGN,
@@ -101,23 +103,38 @@ def test_strikes_whose_blows_are_beyond_full_scale_are_as_near_as_others(tmp_pat
     assert min(report.clipped_acceleration for report in result.reports if report.place == "hip") > 2
 
 
+def hip_of(path: Path, run, sensor: SensorSettings) -> tuple[BodySensor, np.ndarray]:
+    """The hip's sensor in a run, and the heel strikes [s]."""
+    path.write_bytes(make_database([run], sensor))
+    with SqliteSource(path) as source:
+        trial = next(trials(source.runs(), PARAMETERS))
+    return trial.sensors["hip"], trial.strikes.time
+
+
+def reading(sensor: BodySensor, counts: np.ndarray) -> BodySensor:
+    """The sensor with other readings of force."""
+    recording = dataclasses.replace(sensor.trace.indexed.recording, acceleration=counts)
+    indexed = dataclasses.replace(sensor.trace.indexed, recording=recording)
+    return dataclasses.replace(sensor, trace=dataclasses.replace(sensor.trace, indexed=indexed))
+
+
 def test_a_blow_in_one_sample_of_a_fast_sensor_is_a_strike(tmp_path) -> None:
     """At 400 Hz, with a rebound 60 ms later that fills three samples: between the points of a coarser grid such a blow
     was lost, and a strike 33 ms off."""
     sensor = dataclasses.replace(CAMPAIGN.given_sensor, rate_hz=400.0, bandwidth_hz=160.0)
-    run = make_run(0, sensor=sensor)
-    (tmp_path / "log.sqlite").write_bytes(make_database([run], sensor))
-    with SqliteSource(tmp_path / "log.sqlite") as source:
-        trial = next(trials(source.runs(), PARAMETERS))
-    hip, usual = trial.sensors["hip"], trial.strikes.time
-    recording = hip.trace.indexed.recording
-    at = np.searchsorted(hip.time, usual)
-    read = recording.acceleration.copy()
-    for row in (at, *(np.searchsorted(hip.time, usual + REBOUND_S) + one for one in range(3))):
-        read[row] += 12000.0
-    indexed = dataclasses.replace(hip.trace.indexed, recording=dataclasses.replace(recording, acceleration=read))
-    struck = dataclasses.replace(hip, trace=dataclasses.replace(hip.trace, indexed=indexed))
-    found, _ = strikes_of({"hip": struck}, SETTINGS)
+    hip, usual = hip_of(tmp_path / "log.sqlite", make_run(0, sensor=sensor), sensor)
+    counts = hip.trace.indexed.recording.acceleration.copy()
+    for row in (np.searchsorted(hip.time, usual), *np.searchsorted(hip.time, usual + REBOUND_S) + [[0], [1], [2]]):
+        counts[row] += 12000.0
+    found, _ = strikes_of({"hip": reading(hip, counts)}, SETTINGS)
+    assert np.abs(found.time - usual).max() < 0.01
+
+
+def test_a_rebound_is_no_strike_where_the_blow_is_in_a_hole(tmp_path) -> None:
+    hip, usual = hip_of(tmp_path / "log.sqlite", make_run(0, blow=0.5), CAMPAIGN.given_sensor)
+    lost = np.abs(hip.time - usual[6]) < 0.025
+    counts = np.where(lost[:, None], np.nan, hip.trace.indexed.recording.acceleration)
+    found, _ = strikes_of({"hip": reading(hip, counts)}, SETTINGS)
     assert np.abs(found.time - usual).max() < 0.01
 
 

@@ -16,7 +16,7 @@ from stages.imu.judgement.sensor_evidence import flat_tops, wraps
 from stages.imu.parameters import filter_delay
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, scale_of, swept_angle
-from stages.imu.strikes.heel_strikes import NO_STRIKES, lowest_between, refine
+from stages.imu.strikes.heel_strikes import NO_STRIKES, first_blow, lowest_between, refine
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import angle_between, find_frame, gravity_on_body, mounting
 from stages.imu.trial.sensor import mask_clipped
@@ -243,6 +243,15 @@ def test_a_full_scale_that_is_half_the_declared_one_shows_in_two_samples() -> No
     values[[10, 20], 2] = 17000, 18000
     assert flat_tops(np.clip(values, -16384, 16384), 32768) == (2, 16384.0)
     assert flat_tops(np.clip(values, -15000, 15000), 32768)[0] == flat_tops(values, 32768)[0] == 0
+
+
+@pytest.mark.parametrize("width", [1.0, 6.0])
+def test_of_two_blows_the_first_is_the_strike_at_its_top(width: float) -> None:
+    """Also where a slow sensor draws the pulse out, as long as it is not faint."""
+    row = np.arange(100)
+    first, second = (np.exp(-0.5 * ((row - at) / width) ** 2) for at in (30, 55))
+    assert first_blow(0.8 * first + second, 10, 90, 3) == 30
+    assert first_blow(0.5 * first + second, 10, 90, 3) == 55
 
 
 def test_strikes_move_to_where_they_lie_on_each_other_and_one_with_little_left_to_where_they_expect_it() -> None:

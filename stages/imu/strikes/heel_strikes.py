@@ -57,13 +57,17 @@ def find_heel_strikes(
         return NO_STRIKES
     rows = np.array([first_blow(sharpness, max(0, turn - half), turn + half + 1, lag_of(dt)) for turn, _ in found])
     at, leg = time[rows], np.array([leg for _, leg in found])
-    hidden = in_hole(force, rows, max(1, round(0.75 * PULSE_S / dt)))
+    reach = max(1, round(0.75 * PULSE_S / dt))
+    hidden, turned = in_hole(force, rows, reach), np.array([turn for turn, _ in found])
     signals = np.column_stack((force, others))
     placed = np.ones(len(rows), dtype=bool)
     for which in (INNER, OUTER):
         mine = leg == which
         height = sharpness[rows[mine]]
         hidden[mine] |= height < FAINT * np.median(height) if len(height) else False
+        if mine.any():  # what is found instead of a blow in a hole is a rebound
+            usual = turned[mine] + int(np.median(rows[mine] - turned[mine]))
+            hidden[mine] |= (np.abs(rows[mine] - usual) > lag_of(dt)) & in_hole(force, usual, reach)
         at[mine] = refine(time, signals, at[mine], hidden[mine], period)
         placed[mine] = ~hidden[mine] | ((~hidden[mine]).sum() >= FEWEST_SEEN)
     at, leg = at[placed], leg[placed]
@@ -78,10 +82,11 @@ def spacing(time: np.ndarray) -> float:
 
 def first_blow(sharpness: np.ndarray, start: int, end: int, lag: int) -> int:
     """Row, from `start` to before `end`, of the first blow that is not faint: rigid legs rebound, and where both blows
-    clip the second may look larger. A pulse begins to show a `lag` before its own row."""
+    clip the second may look larger. A pulse begins to show a `lag` before its own row, of a slow
+    sensor two."""
     seen = sharpness[start:end]
     begun = int(np.argmax(seen >= FAINT * seen.max()))
-    return start + begun + int(np.argmax(seen[begun : begun + lag + 1]))
+    return start + begun + int(np.argmax(seen[begun : begun + 2 * lag + 1]))
 
 
 def in_hole(force: np.ndarray, rows: np.ndarray, reach: int) -> np.ndarray:
