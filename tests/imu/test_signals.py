@@ -254,6 +254,16 @@ def test_of_two_blows_the_first_is_the_strike_at_its_top(width: float) -> None:
     assert first_blow(0.5 * first + second, 10, 90, 3) == 55
 
 
+def test_a_turn_that_a_fast_sensor_reads_often_is_no_full_scale() -> None:
+    """Of a sensor of 1 kHz the swing's fastest readings, one step apart, were each there again and again."""
+    swing = np.sin(2 * np.pi * np.arange(0.0, 8.0, 1e-3))[:, None] * [1400, 0, 0]
+    for seed in range(20):
+        values = np.rint(swing + 2.0 * np.random.default_rng(seed).normal(size=swing.shape))
+        assert flat_tops(values, 32768)[0] == 0
+        beyond = len(swing) * np.arccos(1100 / 1400) / np.pi
+        assert flat_tops(np.clip(values, -1100, 1100), 32768) == (pytest.approx(beyond, rel=0.03), 1100.0)
+
+
 def test_strikes_move_to_where_they_lie_on_each_other_and_one_with_little_left_to_where_they_expect_it() -> None:
     """Where the record ends before the last strike's pulse, less than a quarter of its window is left."""
     time, true = 0.002 * np.arange(1500), 0.3 * np.arange(1, 10) + 0.0005

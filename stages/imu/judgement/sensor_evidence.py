@@ -13,6 +13,7 @@ from stages.imu.trial.sensor import CLIPPED, SensorTrace
 
 FEWEST_ROWS = 50
 FLAT = 5  # samples at one extreme reading
+BESIDE = 3  # steps next to that reading, which hold fewer samples than it
 COARSE = 0.01  # of an axis' range
 BELOW_FULL_SCALE = 0.99
 LOUD = 0.5  # of the largest reading of any axis: a quiet axis repeats its few counts
@@ -79,10 +80,13 @@ def flat_tops(raw: np.ndarray, full_scale: float) -> tuple[int, float]:
     largest = float(np.abs(raw[np.isfinite(raw)]).max(initial=0.0))
     for axis in raw.T:
         known = axis[np.isfinite(axis)]
-        if not len(known) or quantisation_step(known[:, None]) > COARSE * np.ptp(known):
+        step = quantisation_step(known[:, None])
+        if not len(known) or step > COARSE * np.ptp(known):
             continue
         for end in (known.min(), known.max()):
             count = int((known == end).sum())
+            if count <= (np.abs(known - end) < (BESIDE + 0.5) * step).sum() - count:
+                continue  # a fast sensor reads a turn's own highest values again and again
             if not LOUD * largest < abs(end) < BELOW_FULL_SCALE * full_scale:
                 continue
             halved = math.log2(full_scale / abs(end)) if math.isfinite(full_scale) else 0.5
