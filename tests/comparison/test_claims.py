@@ -249,6 +249,13 @@ def test_a_claim_that_holds_on_a_condition_names_it_and_why(holding, change, con
     assert claim.causes and reason(claim) != reason(judged(PARAMETERS, holding))
 
 
+def test_ground_without_friction_has_no_share_of_it() -> None:
+    """The stage ended with a division by zero under friction: none."""
+    claim = judged(PARAMETERS, of(ROLLING, friction=0.0, trailing=24.0))
+    assert claim.verdict == FAILS
+    assert "the ground has no friction" in claim.causes and not any("inf" in one for one in claim.causes)
+
+
 def test_ground_that_would_have_to_pull_is_not_told_as_friction_without_a_number():
     for foot, needed, words in (("trailing", inf, "pull the trailing foot"), ("landing", 2.0, "on the landing")):
         claim = judged(PARAMETERS, of(ROLLING, **{foot: needed}))

@@ -328,7 +328,8 @@ def test_errors_in_time_are_the_rates_and_the_robots(quick: float, rate_hz: floa
 def test_strikes_of_a_fast_sensor_are_as_exact_as_its_samples(parameters: Parameters, walks: list[TwinRun]) -> None:
     """On a grid of 200 Hz blows fell between its points: strikes of a sensor of 1 kHz scattered by .26 ms."""
     fast = dataclasses.replace(parameters.sensor, rate_hz=1000.0, bandwidth_hz=400.0)
-    given = dataclasses.replace(parameters, given_sensor=fast)
+    lossless = dataclasses.replace(parameters.radio, loss_share=0.0, stall_share=0.0)
+    given = dataclasses.replace(parameters, given_sensor=fast, radio=lossless)
     for number, walk in enumerate(walks):
         hit = {side: struck(getattr(walk, side), walk.heel_strike_time, 0.5) for side in ("hip", "foot")}
         log = made_log(number, dataclasses.replace(walk, **hit), given)

@@ -72,6 +72,7 @@ def judge_rolling_without_slip(
     double stance in which the trailing foot needs more.
     """
     within = max(single, trailing, landing) <= friction and time_outside == 0
+    of_there_is = 1 / friction if friction > 0 else math.inf
     shares = f"{100 * time_outside:.0f} % of its time and {100 * impulse_outside:.0f} % of its impulse"
     return Judgement(
         f"single stance needs {of_friction(single, '.2f')} of a static coefficient of {friction:g}, the trailing foot "
@@ -81,10 +82,11 @@ def judge_rolling_without_slip(
         (
             (within, f"every phase stays inside the cone, at most at {max(single, trailing, landing):.2f}"),
             (
-                friction < trailing < math.inf,
-                f"rolling on through the impact asks the trailing foot for {trailing / friction:.3g} times "
+                0 < friction < trailing < math.inf,
+                f"rolling on through the impact asks the trailing foot for {trailing * of_there_is:.3g} times "
                 "the friction there is: hardly any normal impulse comes with the tangential one",
             ),
+            (friction == 0, "the ground has no friction"),
             (trailing == math.inf, "rolling on through the impact asks the ground to pull the trailing foot"),
             (landing > friction, "the impulse on the landing foot needs more than the friction there is"),
             (
@@ -94,7 +96,7 @@ def judge_rolling_without_slip(
             (single > friction, f"single stance needs {of_friction(single, '.2f')}"),
             (
                 not within and single <= friction,
-                f"in single stance the foot does roll, with {100 * single / friction:.0f} % of the cone",
+                f"in single stance the foot does roll, with {100 * single * of_there_is:.0f} % of the cone",
             ),
         ),
     )
