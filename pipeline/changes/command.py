@@ -71,7 +71,7 @@ def _lines(found: Row) -> Iterator[str]:
         yield f"nothing changed from {found['before']} to {found['after']}{small}"
     if found["parameters"]:
         yield from layout.titled("Parameters", ("parameter", "before", "after"), [
-            (row["key"], *("none" if value is None else value for value in (row["before"], row["after"])))
+            (row["key"], *("not there" if value is None else value for value in (row["before"], row["after"])))
             for row in found["parameters"]])  # fmt: skip
     if found["claims"]:
         turned = [(row["id"], row["before"] or "not judged", row["after"] or "not judged") for row in found["claims"]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pipeline.cache import artefact, hdf5
-from pipeline.changes.command import _change, _claims, _numbers, changes, share
+from pipeline.changes.command import _change, _claims, _lines, _numbers, changes, share
 from tests.pipeline.toy import copied
 
 Row = make_dataclass("Row", [("width", float, field(metadata={"unit": "m"})), ("name", str)])
@@ -60,6 +60,14 @@ def test_parameters_numbers_and_pictures_that_changed(changed):
     shown = (changed.root / "changes.html").read_text(encoding="utf-8")
     assert page[0] == 3 and page[2] == "written: changes.html\n"
     assert "ground.gravity" in shown and "http" not in shown.replace("http-equiv", "") and "<script" not in shown
+
+
+def test_a_key_that_was_not_there_is_not_told_as_the_word_none():
+    """A law of friction is named none."""
+    row = {"key": "ground.friction", "before": None, "after": "none", "stages": ["analytic"]}
+    empty = dict.fromkeys(("unread", "claims", "numbers", "figures"), ())
+    *_, told = _lines({**empty, "changed": True, "smaller": 0, "parameters": [row]})
+    assert told.split() == ["ground.friction", "not", "there", "none"]
 
 
 def test_a_stage_that_is_missing_or_damaged_is_said(changed):
