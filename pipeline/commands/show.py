@@ -57,7 +57,8 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
     about = artefacts.provenance(content, name)
     status.say(study, *(each for each, stage in study.graph.stages.items()
                           if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
-    made_by, fields = about.get("stage", ""), artefacts.tree(content, name)
+    made_by = "" if "sweep" in about else about.get("stage", "")  # a sweep has the stage's numbers, and no tables of it
+    fields = artefacts.tree(content, name)
     inside = [] if where is None else _inside(fields, where, name)
     if why:
         _give_account(study, content, name, inside[0] if inside else None, form)

@@ -352,6 +352,9 @@ def test_the_command(toy_with_commands):
     assert json.loads(again)["reused"] == 9
     assert code == 0 and any(line.split()[:1] == ["force"] for line in shown.splitlines())
     assert refused == (2, "", "error: none.yaml: there is no such file\n")
+    (toy.root / "tall.yaml").write_text(GRID.replace("stage: bounce", "stage: fall"))  # a stage with tables of its own
+    toy.says("sweep tall.yaml --jobs 1")
+    toy.says("show results/sweeps/tall.h5", "stage fall", "height")
     toy.says("sweep grid.yaml --set fall.behaviour=answer --set fall.height=1", "9 no answer", code=3)
 
 
