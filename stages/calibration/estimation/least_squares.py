@@ -194,10 +194,11 @@ def _step(at: Point[State], sizes: Vector, low: Vector, damping: float, blind: f
     free = ~((at.x <= low) & (at.right <= 0.0))
     unit = sizes[free]
     matrix = at.matrix[np.ix_(free, free)] * unit * unit[:, None]
-    right, (values, vectors) = at.right[free] * unit, np.linalg.eigh(matrix)
-    shown = values > blind
-    basis = np.eye(len(unit)) if shown.all() or not blind else vectors[:, shown]
-    matrix, right = basis.T @ matrix @ basis, basis.T @ right
+    right, basis = at.right[free] * unit, np.eye(len(unit))
+    values, vectors = np.linalg.eigh(matrix) if blind else (np.ones(0), basis)
+    if (values <= blind).any():
+        basis = vectors[:, values > blind]
+        matrix, right = basis.T @ matrix @ basis, basis.T @ right
     diagonal = np.diag(matrix)
     damped = matrix + np.diag(damping * diagonal + 1e-9)
     equal = 1.0 / np.sqrt(np.diag(damped))
