@@ -57,7 +57,6 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
     about = artefacts.provenance(content, name)
     status.say(study, *(each for each, stage in study.graph.stages.items()
                           if path.resolve() == study.store.place(stage.artefact).resolve()))  # fmt: skip
-    made_by = "" if "sweep" in about else about.get("stage", "")  # a sweep has the stage's numbers, and no tables of it
     fields = artefacts.tree(content, name)
     inside = [] if where is None else _inside(fields, where, name)
     if why:
@@ -74,7 +73,7 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
         [*lines, *map(_line, fields)],
         {"file": name, "fields": [_plain(field) for field in fields], "provenance": about, "without_errors": without},
         ({**_plain(field), "shape": _size(field.shape)} for field in fields if field.shape is not None),
-        _tables(study, content, made_by, name),
+        _tables(study, content, about, name),
     )
 
 
@@ -216,10 +215,11 @@ def _plain(field: Field) -> dict[str, Any]:
             "description": field.description, "numerical_error": field.error}  # fmt: skip
 
 
-def _tables(study: Study, content: bytes, stage: str, name: str) -> Iterator[options.Table]:
-    """The tables a result offers by its method `tables()`: (title, column names, rows)."""
+def _tables(study: Study, content: bytes, about: Mapping[str, str], name: str) -> Iterator[options.Table]:
+    """The tables a result offers by its method `tables()`: (title, column names, rows); of a sweep none."""
     from pipeline.cache import artefact as artefacts
 
+    stage = "" if "sweep" in about else about.get("stage", "")
     if stage in study.parameters_classes() and hasattr(cls := result_class(study.package, stage), "tables"):
         yield from artefacts.decode(content, cls, name).tables()
 
