@@ -303,6 +303,18 @@ def test_no_foot_is_let_go_by_the_other_legs_blow(off: float) -> None:
         assert np.isnan(lift_after(true + off, seen, CORNER_HZ))
 
 
+@pytest.mark.parametrize("period", [0.05, 0.06])
+def test_a_leg_that_swings_on_is_not_let_go(period: float) -> None:
+    """As heavy feet that stay on the ground for 40 ms: they were said to be let go after 7 to 29 ms."""
+    true = 0.3 + 0.987 * np.arange(6)
+    for seed in range(4):
+        seen = sampled(true, np.zeros((6, 3)), seed)
+        since = seen.time[:, None] - true
+        swing = np.where((since > 0) & (since < 0.045), 1 - np.cos(2 * np.pi * since / period), 0.0).sum(axis=1)
+        swinging = dataclasses.replace(seen, force=seen.force + 6.0 * swing[:, None])
+        assert np.isnan(lift_after(true, swinging, CORNER_HZ))
+
+
 def test_toe_offs_are_events_where_they_are_seen(trials: list[tuple[Log, Trial]]) -> None:
     """The inner foot's, as long after each landing of the outer leg as its force shows."""
     _, trial = trials[0]
