@@ -26,6 +26,7 @@ ROUNDED = 1e-3  # of the grid's step
 SMOOTHED_STEPS = 0.06  # standard deviation of what smoothes a rate before its turns are looked for, in steps
 SEARCH_STEPS = 0.3  # half width of the search around a turn, in steps
 LOBE_STEPS = 0.45  # how soon before and after a turn the leg must have moved, in steps
+REBOUND = 9  # pulses: after so many at most a rigid leg has rebounded
 FEWEST_SEEN = 2  # strikes of a leg, by which those of it that lie in holes are placed
 FAINT = 0.6  # of a leg's median pulse: a fainter one is not the strike, which then lies in a hole
 STILL = 0.1  # of the largest peak rate: below it the leg stands, however long it does
@@ -81,11 +82,14 @@ def spacing(time: np.ndarray) -> float:
 
 
 def first_blow(sharpness: np.ndarray, start: int, end: int, lag: int) -> int:
-    """Row, from `start` to before `end`, of the first blow that is not faint: rigid legs rebound, and where both blows
-    clip the second may look larger. A pulse begins to show a `lag` before its own row, of a slow
-    sensor two."""
+    """Row, from `start` to before `end`, of the first blow that is not faint, of those from which the largest may
+    rebound: rigid legs do, and where both blows clip the second may look larger. A pulse begins to show a `lag` before
+    its own row, of a slow sensor two. Where blows lie in holes the largest is none, and what is far before it neither.
+    """
+    largest = start + int(np.argmax(sharpness[start:end]))
+    start = max(start, largest - REBOUND * lag)
     seen = sharpness[start:end]
-    begun = int(np.argmax(seen >= FAINT * seen.max()))
+    begun = int(np.argmax(seen >= FAINT * sharpness[largest]))
     return start + begun + int(np.argmax(seen[begun : begun + 2 * lag + 1]))
 
 
