@@ -85,7 +85,7 @@ def determinants(e: Evidence) -> dict[str, Determinants]:
     biped, gravity, layer = e.parameters.biped, e.parameters.slope.gravity, e.parameters.twin.outsole
 
     def of(name: str, layer: float = 0.0) -> Determinants | None:
-        radii, lengths = np.array([[leg.foot_radius, leg.leg_length] for leg in map(biped.leg, (0, 1))]).T + layer
+        radii, lengths = np.array([biped.foot_radii, biped.leg_lengths]) + layer
         return known(lambda: of_walk(getattr(e.results, name).walk, radii, lengths, gravity))
 
     measured = known(lambda: e.measured)

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
+from scipy.special import ndtr, stdtrit
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import Vector
@@ -23,6 +23,7 @@ from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.following.step import Estimate, Sample, Step
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Settings
+from stages.calibration.result import HALF_WIDTH
 
 #: A step is linearised again, at most so often, where its mean moved by more than this share of its errors; what is
 #: known for certain, as the angle at mid-stance, moves by what is rounded. A move that fits worse is shortened so.
@@ -34,8 +35,6 @@ EARLY, SURE = 0.06, 0.006
 #: Forecasts of heel strikes are held against measured ones from so long before on, in steps; so many runs tell how they
 #: differ.
 BEFORE, ENOUGH = 0.2, 9
-#: Intervals of 95 % end there.
-QUANTILE = 0.975
 #: A push is where all of so many samples are so improbable, in mean squares of their standard deviations. Then the step
 #: is linearised anew after each sample.
 LATELY, PUSHED = 4, 25.0
@@ -75,8 +74,8 @@ def lateness(found: Iterable[np.ndarray]) -> tuple[float, float]:
     own, by those of each of some runs (f, 2); zero without any.
 
     Strikes scatter within a run, and whole runs among each other (R. A. Fisher's analysis of variance). Few runs leave
-    that open: 1.96 deviations are Student's interval, with the freedom of F. E. Satterthwaite (Biometrics Bulletin 2,
-    1946, 110). A lone run does not say how others are, and is taken to be off by all that it is late.
+    that open: `HALF_WIDTH` deviations are Student's interval, with the freedom of F. E. Satterthwaite (Biometrics
+    Bulletin 2, 1946, 110). A lone run does not say how others are, and is taken to be off by all that it is late.
     """
     each = [one for one in found if len(one)]
     runs = [one[:, 0] for one in each]
@@ -88,7 +87,7 @@ def lateness(found: Iterable[np.ndarray]) -> tuple[float, float]:
     alike, freedom = (means.var(ddof=1), len(runs) - 1) if len(runs) > 1 else (means[0] ** 2, math.inf)
     parts = np.array([max(alike, by_chance) * (1.0 + 1.0 / len(runs)), within - by_chance])
     left_open = float((parts**2 / [freedom, max(count - len(runs), 1)]).sum())
-    widening = stdtrit(parts.sum() ** 2 / left_open, QUANTILE) / ndtri(QUANTILE) if left_open else 1.0
+    widening = stdtrit(parts.sum() ** 2 / left_open, ndtr(HALF_WIDTH)) / HALF_WIDTH if left_open else 1.0
     spread = parts.sum() * widening**2
     return float(means.mean()), math.sqrt(max(spread - np.mean(np.vstack(each)[:, 1] ** 2), 0.0))
 

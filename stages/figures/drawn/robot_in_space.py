@@ -22,7 +22,7 @@ from stages.comparison.stride import there
 from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.entry import Entry, Given
 from stages.figures.view import COLOURS as PAIRS
-from stages.figures.view import TINTS
+from stages.figures.view import TINTS, unloaded
 from stages.twin.exports.solids import SOLE, shown_parts, what_is_drawn
 from stages.twin.machine.parts import FEET, FRAMES, Part
 
@@ -89,7 +89,6 @@ def ghost(biped: Biped, number: int) -> tuple[Part, ...]:
 def scene(given: Given) -> dict[str, Any]:
     """What the page moves: parts, and the poses of twin and ghost at the same phases of their strides."""
     biped, twin = given.parameters.biped, given.parameters.twin
-    radii, lengths = np.array(biped.foot_radii), np.array(biped.leg_lengths)
     walks = {"twin": given.twin.walk, "ghost": given.analytic.walk}
     shown = {name: stretch(walk) for name, walk in walks.items()}
     duration = shown["twin"].end - shown["twin"].start
@@ -99,10 +98,10 @@ def scene(given: Given) -> dict[str, Any]:
     return {
         "count": count, "duration": round(duration, 6), "loops": shown["twin"].is_stride,
         "units": {"length": POSITION, "angle": ANGLE, "force": FORCE}, "slope": round(given.parameters.slope.angle, 9),
-        "natural": {"twin": (lengths + twin.outsole).tolist(), "ghost": lengths.tolist()},
+        "natural": {"twin": list(unloaded(twin, biped)), "ghost": list(biped.leg_lengths)},
         "size": round(max(size(biped), (twin.outer_lane + 0.5 * twin.foot_width) / WIDE), 9),
         "weight": float(np.median(load)) or 1.0,
-        "radius": (radii + twin.outsole).tolist(), "lanes": [twin.inner_lane, twin.outer_lane],
+        "radius": [radius + twin.outsole for radius in biped.foot_radii], "lanes": [twin.inner_lane, twin.outer_lane],
         "groups": [*FRAMES, *FEET], "colours": COLOURS,
         "parts": list(rows((*shown_parts(twin, biped), *ghost(biped, 0), *ghost(biped, 1)))),
         **{name: motion(walk, shown[name], phase) for name, walk in walks.items()},

@@ -41,10 +41,9 @@ def find_heel_strikes(
 ) -> HeelStrikes:
     """Heel strikes from an even grid (n,) [s]; NaN marks holes.
 
-    A leg of which too few are seen has no others: what lies in a hole is left out.
-
     force (n, k) [m/s^2] is searched for pulses; lateral_rate (n,) [rad/s] gives the turns of the inner leg; force and
-    `others` (n, j), any further signals, refine the times.
+    `others` (n, j), any further signals, refine the times. Of a leg of which too few strikes are seen, those that lie
+    in holes are left out.
     """
     dt = spacing(time)
     period = step_period(lateral_rate, dt, step_band_hz)

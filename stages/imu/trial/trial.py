@@ -148,10 +148,10 @@ def read_trials(
     traces = [trace_sensor(recording, settings) for recording in recordings]
     walks = [walks_in(trace, settings, parameters.limits) for trace in traces]
     count = max(map(len, walks), default=0)
-    uneven = Finding(True, (), "the sensors show " + " and ".join(map(str, map(len, walks))) + " walks: give each walk "
-                     "a run of its own")  # fmt: skip
     if count > 1 and any(len(one) not in (0, count) for one in walks):
-        yield _trial(experiment, traces, parameters, [uneven])
+        counts = " and ".join(str(len(one)) for one in walks)
+        uneven = f"the sensors show {counts} walks: give each walk a run of its own"
+        yield _trial(experiment, traces, parameters, [Finding(True, (), uneven)])
         return
     for number in range(max(count, 1)):
         name = f"{experiment.name}, walk {number + 1} of {count}" if count > 1 else experiment.name
