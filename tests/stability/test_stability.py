@@ -24,7 +24,7 @@ from stages.stability.blocks import rare
 from stages.stability.blocks.borne import EVERY, STEPS, Borne
 from stages.stability.blocks.passage import Counted, from_weighed
 from stages.stability.blocks.rare import PATTERN, PLACES, NoFalls, Patterns, generator_of, learnt_patterns, weighed
-from stages.stability.blocks.walks import KEPT, Rough, heights_of, some_walks, walk_on
+from stages.stability.blocks.walks import KEPT, Rough, Walk, heights_of, some_walks, walk_on
 from stages.stability.parameters import Settings
 from stages.stability.questions import rough as question
 from stages.stability.run import SLOPE as OVER
@@ -241,16 +241,32 @@ def test_parts_of_a_walk_have_the_same_blocks():
     assert sum(walk.steps + (walk.ending != REACHES) for walk in walks[:-1]) < 500 and len(walks) > 2
 
 
-@pytest.mark.parametrize("rms", [3e-4, 3.5e-4])
+UNEQUAL = replace(TABLE_1_RIGID, other_foot_mass=0.33, other_foot_radius=0.0835)
+
+
+@pytest.mark.parametrize(("design", "rms"), [(TABLE_1_RIGID, 3e-4), (TABLE_1_RIGID, 3.5e-4), (UNEQUAL, 2.5e-4)])
 @pytest.mark.slow
-def test_weighed_walks_fall_as_often_as_counted_ones(rms):
-    rough, counted = rough_of(TABLE_1_RIGID, rms), Counted(10)
+def test_weighed_walks_fall_as_often_as_counted_ones(design, rms):
+    rough, counted = rough_of(design, rms), Counted(10)
     counted.add(some_walks(rough, 0, 0, 60_000))
     patterns, _ = learnt_patterns(rough, 1)
     parts = [weighed(rough, patterns, generator_of(number), 1500) for number in range(2)]
     found, count = from_weighed(parts, counted), counted.passage()
     assert count.falls > 40 and found.steps_high / found.steps_low < 1.6
     assert found.steps_low < count.steps_high and count.steps_low < found.steps_high
+
+
+def test_either_leg_begins_as_many_branches(monkeypatch):
+    """Where legs differ one of them falls more often: of the unequal ones here, four in five times."""
+    rough, begun = rough_of(UNEQUAL, 1e-5), []
+
+    def walk(_rough, _heights, at, _last):
+        begun.append(at.leg)
+        return Walk(KEPT, REACHES)
+
+    monkeypatch.setattr(rare, "walk_on", walk)
+    weighed(rough, Patterns(np.ones(1), np.zeros((1, PATTERN))), generator_of(0), 40)
+    assert begun.count(0) == begun.count(1) == 20
 
 
 def test_blocks_so_low_that_no_walk_falls_are_said_to_be(monkeypatch):

@@ -28,8 +28,8 @@ from stages.stability.blocks.walks import KEPT, Fall, Rough, Standing, some_walk
 #: Blocks in a pattern, and places of it among the last blocks.
 PATTERN = 5
 PLACES = KEPT - PATTERN + 1
-#: Steps before the first branch, and from one to the next.
-SETTLED, APART = 50, 4
+#: Steps before the first branch, and from one to the next: an odd number, so that either leg begins as often.
+SETTLED, APART = 50, 5
 #: Share of the heights that is drawn as it is, patterns, and the least share of each.
 PLAIN, PATTERNS, LEAST = 0.1, 4, 0.05
 #: Falls that patterns are first learnt from, in so many steps, of which a part is looked at first, on blocks higher by
