@@ -78,7 +78,7 @@ def code_of(package: Path) -> dict[str, str]:
 def program(package: Path, version: str) -> str:
     """Version, commit and digest of all code that computes the stages of a package; no commit outside of a checkout.
 
-    The digest tells a checkout that was edited: that of the commit itself is what its unchanged files say.
+    The digest shows a checkout that was edited: that of the commit itself is what its unchanged files say.
     """
     files = code_of(_ENGINE) | code_of(face()) | code_of(package)
     said = f"{version}, commit {commit}" if (commit := _commit()) else version

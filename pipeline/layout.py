@@ -41,7 +41,7 @@ def beside(head: str, text: str, columns: int | None = None) -> str:
 def table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> Iterator[str]:
     """The lines of a table: numbers to the right, words folded; columns without room go on below with the first again.
 
-    Where the first column alone does not tell the rows apart and the second does, both stand again.
+    Where the first column alone does not distinguish the rows and the second does, both stand again.
     """
     body = [[str(head), *(short(row[index]) for row in rows)] for index, head in enumerate(columns)]
     least, room = [_least(*column) for column in body], width() - _GAP

@@ -2,7 +2,7 @@
 
 As git and direnv do it. A study of another owner is refused, and root is one as well. One with code of its own is
 named. Where all its code is the user's own, the agreement is to its folder. Where some is another's, or was unpacked,
-or the system knows no owners, it is to the content: another content is asked for anew. The checkout that this program
+or the system knows no owners, it is to the content: another content is requested anew. The checkout that this program
 was installed from is trusted, whoever owns it, as its code runs already.
 """
 

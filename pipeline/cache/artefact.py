@@ -6,7 +6,7 @@ by is the numerical error of each number, and stages that read the one read the 
 A tuple of dataclasses becomes a table, a dataset for each column. The words are netCDF's, so that its readers
 understand them (`hdf5.py`).
 
-A result's artefact tells what it and the files beside it hold, so that they can be taken where nothing else came along
+A result's artefact shows what it and the files beside it hold, so that they can be taken where nothing else came along
 (`sealed`).
 
 The same numbers give the same bytes on every run: no clock time, one library version, fields in order. Whether a stage
@@ -95,7 +95,7 @@ def encoded(
 def sealed(content: bytes) -> bytes:
     """An artefact with the digest of all its bytes in its place, as it was if that stood there; b"" without the place.
 
-    It tells damage and edits, not forgery: whoever writes an artefact can seal it.
+    It shows damage and edits, not forgery: whoever writes an artefact can seal it.
     """
     head, mark, tail = content.partition(_WITH_ZEROS.encode())
     rest = tail[len(_ZEROS) :]

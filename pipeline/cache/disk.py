@@ -100,7 +100,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def write_sealed(path: Path, body: object) -> None:
-    """Put `body` as JSON at `path`, behind a line with a seal that tells damage."""
+    """Put `body` as JSON at `path`, behind a line with a seal that shows damage."""
     text = json.dumps(body, sort_keys=True).encode()
     write(path, (f"{digest(text)}\n".encode(), text))
 

@@ -5,7 +5,7 @@ result 15 differ between its kernels for SkylakeX and Haswell, by rounding error
 commands, notebooks and tests, takes those of one kind, where the processor has what they need, and one thread: matrices
 are small here, and threads that wait for each other spin meanwhile. What is left is the mathematical library of the
 system and the choice of vector instructions, by NumPy, by that library and in machine code: between machines, results
-are the same within rounding errors, not bit by bit. `words` says all of this, so that results can tell where bits may
+are the same within rounding errors, not bit by bit. `words` says all of this, so that results can show where bits may
 differ.
 """
 
@@ -69,7 +69,7 @@ def _has_avx2() -> bool:
 
 
 def _instructions() -> str:
-    """Kind of processor, with the widest vector instructions where the system tells them."""
+    """Kind of processor, with the widest vector instructions where the system shows them."""
     found = set[str]()
     with contextlib.suppress(OSError):
         found = _flags()

@@ -59,7 +59,7 @@ class SyntaxMemo:
 
     @cached_property
     def _known(self) -> dict[str, Any]:
-        """What was kept, read when the first source is asked for."""
+        """What was kept, read when the first source is requested."""
         stored: Any = disk.read_sealed(self.path)
         with contextlib.suppress(TypeError, KeyError):
             if stored["for"] == _INTERPRETER:
@@ -135,7 +135,7 @@ class Closure:
 
 
 class Sources:
-    """The package of stages under `code_root`; reads every file afresh each time a closure is asked for."""
+    """The package of stages under `code_root`; reads every file afresh each time a closure is requested."""
 
     def __init__(self, code_root: Path, package: str, memo: SyntaxMemo) -> None:
         self.code_root, self.package, self.memo = code_root, package, memo

@@ -1,9 +1,9 @@
 """What has been computed: results/.cache/<key>/ holds every file a stage made, with a manifest that vouches for them.
 
 Entries are never changed, so undoing an edit finds the old one. The files in the results folder are copies. Where they
-came without the cache, as from another machine, each stage's artefact tells what it and the files beside it hold.
+came without the cache, as from another machine, each stage's artefact shows what it and the files beside it hold.
 
-A seal tells damage, not forgery: whoever sends a results folder can write any manifest. So only outs of dvc.yaml are
+A seal shows damage, not forgery: whoever sends a results folder can write any manifest. So only outs of dvc.yaml are
 written and removed, whatever manifests and records say, and never through a link that leads out of the folder.
 """
 
@@ -155,7 +155,7 @@ class Store:
         return self.arrived(stage) if found is None else found
 
     def arrived(self, stage: str, key: str = "") -> Entry | None:
-        """The entry (of a `key`) that a stage's artefact in the results folder tells of, if all its files hold what it
+        """The entry (of a `key`) that a stage's artefact in the results folder names, if all its files hold what it
         says, and it is not known that they were half replaced. Its time is not known, and 0.
         """
         record = self._last(stage)

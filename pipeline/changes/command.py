@@ -135,7 +135,7 @@ def between(study: Study, other: Path, tolerance: float) -> Row:
     after; relative: the change as a share of what it was, of an array the largest as a share of its largest value, None
     for what is no number), `figures` (name, what, rms over its pixels in grey levels of 255). `unread` are sentences on
     what could not be compared; `smaller` counts numbers that changed by no more than `tolerance`, which have no row;
-    `changed` tells whether there is anything of all this.
+    `changed` shows whether there is anything of all this.
     """
     before, after = results_of(other), results_of(study.results)
     if before.resolve() == after.resolve():

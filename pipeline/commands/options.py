@@ -3,7 +3,7 @@
 `--accuracy` is of the latter, where a study has it. A stage's module `request` declares one: NAME of the option and of
 the key it stands for, METAVAR, HELP, FORM and `words()` for messages, FILES that have the key, FREE, its value with
 which nothing is asked, `parsed(text)`, and `level(value)`, the study's level that goes with it. With VERIFY_HELP,
-`verified(asked, result)` and `line(found)` tell what a run reached.
+`verified(asked, result)` and `line(found)` show what a run reached.
 """
 
 from __future__ import annotations
@@ -247,13 +247,13 @@ def to_verify(study: Study, stages: Iterable[str]) -> list[Asked]:
     found = list(all_requested(study, study.parameters(names)))
     if not found:
         options = " or ".join(f"--{request.NAME}" for request in study.requests)
-        raise StudyError(f"--verify estimates an error that was asked for, and none is asked of {', '.join(names)}; "
+        raise StudyError(f"--verify estimates an error that was requested, and none is asked of {', '.join(names)}; "
                          f"give {options}, or its key in the stage's parameter file")  # fmt: skip
     return found
 
 
 def keep_verifications(study: Study, chosen: list[Asked], *, show: bool) -> None:
-    """Keep what each stage's result tells of its request beside the artefact and, if `show`, print it.
+    """Keep what each stage's result says of its request beside the artefact and, if `show`, print it.
 
     Holds the lock.
     """
@@ -279,7 +279,7 @@ def record_of(study: Study, request: Request, stage: str) -> Path:
 
 
 def verifications(study: Study, about: Mapping[str, str]) -> Iterator[str]:
-    """Of each request that an artefact's provenance tells of: its verification, or else what was asked."""
+    """Of each request that an artefact's provenance names: its verification, or else what was requested."""
     for request in study.requests:
         if request.NAME not in about:
             continue

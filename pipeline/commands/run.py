@@ -151,7 +151,7 @@ def _say_what_gives_way(study: Study, values: Mapping[str, Any], shows: display.
     kept, wanted = map(max, zip((0, 0), *ranks))
     if kept > wanted:
         shows.note(f"these results are of accuracy {LEVELS[kept]} and give way to {LEVELS[wanted]}; they "
-                   "are kept, and come back at once when that accuracy is asked for again")  # fmt: skip
+                   "are kept, and come back at once when that accuracy is requested again")  # fmt: skip
     if changed:
         shows.note(f"results of {', of '.join(changed.values())}; they are kept, and come back at once without "
                    "--set; --results DIR leaves them where they are")  # fmt: skip

@@ -295,7 +295,7 @@ def _parameters(study: Study, text: str) -> Iterator[Row]:
 
 
 def _of_field(field: Field, tree: list[Field], name: str) -> Iterator[str]:
-    """A field with its value and error, and the words beside it that tell rows apart, as the name of a run."""
+    """A field with its value and error, and the words beside it that distinguish rows, as the name of a run."""
     error = "" if field.error is None else f" +- {field.error:.1g}"
     value = "" if field.value is None else f" = {layout.short(field.value)}{error} {field.shown_unit}".rstrip()
     yield from layout.folded(f"{name}: {field.path.replace('/', '.')}{value}: {field.description}")

@@ -46,7 +46,7 @@ def survey(
     for item in executor.survey(study, values):
         state, reasons = item.state, item.reasons
         if item.name in forced:
-            state, reasons = STALE, ("asked for by --force",)
+            state, reasons = STALE, ("requested by --force",)
         elif state == CURRENT and item.entry is not None and item.entry.refused:
             state, reasons = "refused", (item.entry.summary,)
         elif study.graph.stages[item.name].frozen and study.store.current(item.name) is None:

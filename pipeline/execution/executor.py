@@ -1,6 +1,6 @@
 """Brings stages up to date: what is current stays, what was computed before is restored, the rest runs.
 
-`survey` tells which stage needs what, and why. Every stage runs in a process of its own, so that a crash in compiled
+`survey` shows which stage needs what, and why. Every stage runs in a process of its own, so that a crash in compiled
 code ends that stage and nothing else. Whatever ends the run, the results computed before stay valid: files change only
 by whole-file renames.
 """
@@ -217,7 +217,7 @@ class _Run:
         above = [self.entries[each].ingredients for each in self.study.graph.needed_for((name,))
                  if each != name and each in self.entries]  # fmt: skip
         job, task = job_of(self.study, parts, inputs, above), task_of(self.study, {name: self.values[name]})
-        reasons = ("asked for by --force",) if name in self.force else assessment.reasons
+        reasons = ("requested by --force",) if name in self.force else assessment.reasons
         self.display.started(name, reasons)
         worker = Worker(job, folder, lambda message: self.events.put((name, message)), folder / _LOG)
         self.running[name] = worker, folder, assessment, time.monotonic()

@@ -2,7 +2,7 @@
 
 It is asked by `process` over the socket that is its standard input, by four files: the worker's job, and its standard
 input, output and error. When the socket ends, nobody can ask any more, and it ends as well. Each worker has a process
-of its own above it, which waits for it; on the worker's output that one tells the process id and, at last, the exit
+of its own above it, which waits for it; on the worker's output that one writes the process id and, at last, the exit
 code.
 
 It never runs code of the stages: a worker imports that itself, under observation, so that its result's key stays true.
@@ -110,7 +110,7 @@ def foreign(
 
 
 def _keep(stdin: int, stdout: int, alone: bool) -> NoReturn:
-    """Be the process above a worker: start it, and tell how it ended."""
+    """Be the process above a worker: start it, and report how it ended."""
     when_parent_ends(signal.SIGKILL)
     code = 1
     try:

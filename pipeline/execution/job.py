@@ -1,4 +1,4 @@
-"""What a worker process is asked for: a chain of stages at one point after another. A run is one stage at one point.
+"""What a worker process is to do: a chain of stages at one point after another. A run is one stage at one point.
 
 The parts of a question's answer are the same with a function in place of the stages, its arguments in place of points.
 

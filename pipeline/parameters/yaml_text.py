@@ -57,7 +57,7 @@ def parse(text: str, where: str, *, with_lines: bool = True) -> Node:
     """Read one YAML document.
 
     Raises `StudyError` with a sentence for each repeated key, or for the first error of syntax; `where` names the file
-    and `with_lines` tells whether an error of syntax has a line worth naming.
+    and `with_lines` shows whether an error of syntax has a line worth naming.
     """
     problems: list[str] = []
     try:

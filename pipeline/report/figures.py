@@ -91,7 +91,7 @@ def figures(
 
 
 def _draw_named(study: Study, names: Iterable[str], folder: Path, form: options.Form) -> None:
-    """Draw the figures whose names begin so, and tell each with its caption and what is said of its results."""
+    """Draw the figures whose names begin so, and show each with its caption and what is said of its results."""
     noted, plain, declined = {""}, [], None
     try:
         for files, caption, said in draw(study, names, folder):
@@ -143,15 +143,15 @@ def _report(found: Sequence[Row], count: int, how: str, exact: bool, form: optio
 
 
 def _strictness(study: Study, exact: bool, tolerance: float | None, against: Path | None) -> tuple[str, bool]:
-    """How figures are compared, in words, and whether byte by byte: as they were made here, or as it was asked for."""
+    """How figures are compared, in words, and whether byte by byte: as they were made here, or as it was requested."""
     if exact or tolerance is not None:
-        return f"{'byte by byte' if exact else f'{tolerance:g} of 255 rms'}, as asked for", exact
+        return f"{'byte by byte' if exact else f'{tolerance:g} of 255 rms'}, as requested", exact
     allowed = f"{TOLERANCE:g} of 255 rms"
     if against is not None:
-        return f"{allowed}, as nothing tells what processor made those in {shown(against)}", False
+        return f"{allowed}, as nothing shows what processor made those in {shown(against)}", False
     place = study.store.place(study.graph.stages[study.graph.maker(FIGURES)].artefact)
     if not place.exists():
-        return f"{allowed}, as {shown(place)} is not there to tell what made them", False
+        return f"{allowed}, as {shown(place)} is not there to show what made them", False
     about = study.provenance(place)
     if fingerprint.made_as_here(about):
         return "byte by byte, as they were made by such a processor and such versions as there are here", True

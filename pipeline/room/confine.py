@@ -55,7 +55,7 @@ _CALLS = {
 }  # fmt: skip
 _X32 = 0x40000000
 
-#: Of whoever reads one file: system libraries, time zones, what tells the processor, and devices that hold nothing.
+#: Of whoever reads one file: system libraries, time zones, what shows the processor, and devices that hold nothing.
 SYSTEM = (
     "/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib", "/nix/store", "/etc/ld.so.cache", "/etc/localtime",
     "/usr/share/zoneinfo", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/proc/self", "/sys/devices/system",
@@ -99,7 +99,7 @@ def confine(
     memory: int = 0, seconds: float = 0, written: int | None = None, signals: bool = False,
 ) -> None:  # fmt: skip
     """Let this process read and write beneath these paths alone, and see names of files beneath `lists`; it opens no
-    socket, and sends `signals` to what it starts alone. `held` tells how far it is kept.
+    socket, and sends `signals` to what it starts alone. `held` shows how far it is kept.
 
     `memory` [bytes] comes on top of what it has, `written` is the largest file; 0 or None sets no limit.
     """
@@ -239,7 +239,7 @@ def of_stages(*homes: Path | str) -> list[Path]:
 
 
 def of_code(place: Path, package: str) -> list[Path]:
-    """A package of stages in `place`, and the branch that this is on, by which users of machine code are told apart."""
+    """A package of stages in `place`, and the branch that this is on, which distinguishes users of machine code."""
     return [place / package, place / ".git" / "HEAD"]
 
 

@@ -1,6 +1,6 @@
 """Which files a stage reads while it runs, held against what it may: an input that dvc.yaml does not list is reported.
 
-Python tells what `open` and `sqlite3` open, in this process and in those that it forks, and `h5py.File` is made to.
+Python reports what `open` and `sqlite3` open, in this process and in those that it forks, and `h5py.File` is made to.
 What a library opens by itself, and what a program or process begun afresh opens, is not seen. A stage that asks the
 network is reported as well.
 """
@@ -93,7 +93,7 @@ def _places(paths: Iterable[Path | str]) -> tuple[str, ...]:
 
 
 def _hear() -> None:
-    """Let this process tell what it opens, once; a hook cannot be taken away."""
+    """Let this process report what it opens, once; a hook cannot be taken away."""
     if getattr(h5py.File, "tells", False):
         return
     begin = h5py.File.__init__

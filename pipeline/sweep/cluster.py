@@ -2,7 +2,7 @@
 
 The benches are worker processes of their own, so a point that hangs or crashes costs that process and not dask's; a
 dask worker that dies costs its chunks, which dask gives to another. What dask carries are texts in JSON and the name
-of the function `work`, none of this program's objects. At the end stand the options that ask for a cluster.
+of the function `work`, none of this program's objects. At the end stand the options that request a cluster.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def compute(client: Any, job: Job, chunks: Chunks) -> Iterator[tuple[int, Row]]:
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 
-    name = uuid.uuid4().hex  # tells this job from others
+    name = uuid.uuid4().hex  # distinguishes this job from others
     carried: Any = None  # the job, which goes to each worker once and not with each chunk
     sent: dict[Any, list[Task]] = {}
     attempts: dict[int, int] = {}
@@ -163,7 +163,7 @@ def _again(tasks: list[Task], attempts: dict[int, int], send: Any) -> Iterator[t
 
 
 def work(name: str, job: str, tasks: str) -> str:
-    """On a dask worker: compute a chunk in the bench of this thread, and tell its rows, or why it refuses."""
+    """On a dask worker: compute a chunk in the bench of this thread, and report its rows, or why it refuses."""
     place = name, threading.get_ident()
     if ending := _endings.pop(place, None):
         ending.cancel()

@@ -195,7 +195,7 @@ class Spec:
         return np.asarray(qmc.LatinHypercube(d=len(self.axes), seed=random).random(self.size))
 
     def point(self, index: int) -> Point:
-        """The point of this number, made when it is asked for, so that a million of them need little memory."""
+        """The point of this number, made when it is requested, so that a million of them need little memory."""
         if self.kind == "list":
             return dict(self.points[index])
         if self._shares is not None:

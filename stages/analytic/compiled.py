@@ -99,7 +99,7 @@ def extend(function: Callable[..., Any], choices: Mapping[Any, Callable[..., Any
 
 
 class ByKindType(types.Callable, types.Dummy):
-    """How compiled code sees a `ByKind`: as the dispatcher of the function that the type of `p` asks for."""
+    """How compiled code sees a `ByKind`: as the dispatcher of the function that the type of `p` requests."""
 
     def __init__(self, function: ByKind) -> None:
         self.function = function

@@ -2,7 +2,7 @@
 
 
 class NoGait(ValueError):
-    """The design has no gait of the kind asked for; the message says why."""
+    """The design has no gait of the kind requested; the message says why."""
 
 
 class StepFailed(ValueError):

@@ -188,7 +188,7 @@ class Result:
     validity: Validity = quantity("-", "what the gait asks of the ground")
     walk: Walk = quantity("-", "walk from mid-stance, leg 0 standing")
     numerical_error: NumericalError = quantity("-", "estimated errors of gait and walk")
-    errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of gait and walk, where an accuracy was asked for")
+    errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of gait and walk, where an accuracy was requested")
 
     def summary(self) -> str:
         """What was found, in one line."""

@@ -98,7 +98,7 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     """Find the gait, audit it and record a walk.
 
     Raises NoGait if the design has no gait, StepFailed if the recorded walk does not get to its end, NotMet if an
-    accuracy is asked for that the finest tolerance does not keep.
+    accuracy is requested that the finest tolerance does not keep.
     """
     settings = parameters.settings
     progress(0.0, "looking for gaits")

@@ -42,7 +42,7 @@ def hermite_from(
     row: int, steps: np.ndarray, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray | None
 ) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
     """What `hermite` gives at a time [s] from step number `row` to the next, each (k,): for roots, where many times are
-    asked for one after another.
+    requested one after another.
     """
     begin, end = float(steps[row]), float(steps[row + 1])
     at = _polynomial(row, end - begin, position, velocity, acceleration)
@@ -223,7 +223,7 @@ def largest_magnitudes(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 #: Window around a heel strike, in pendulum times of the design, and rate in it, that show an impact's forces.
 IMPACT_WINDOW = (-5e-3, 0.05)
 IMPACT_RATE = 4e3
-#: The hip feels a spike of some 1e-4 in this time after touch-down; at this rate its peak is seen to 1 %.
+#: A sensor at the hip shows a spike of some 1e-4 in this time after touch-down; at this rate its peak is seen to 1 %.
 SPIKE_WINDOW = (0.0, 1e-3)
 SPIKE_RATE = 4e4
 

@@ -1,4 +1,4 @@
-"""Motion of the hip and of points on the legs, eqs. (7) and (8), and what a sensor feels in the frames of the study.
+"""Motion of the hip and of points on the legs, eqs. (7) and (8), and what a sensor measures in the frames of the study.
 
 Slope frame: x down-slope, y normal to the ground, z = x cross y. Body axes of a leg at angle phi (positive with the
 foot ahead of the hip, right-handed about z): forward (cos phi, sin phi), upward along the leg (-sin phi, cos phi).

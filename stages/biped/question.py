@@ -2,7 +2,7 @@
 
 Each file in a stage's folder `questions` is one question, its `QUESTION`. The engine makes a command of it, which reads
 and checks the options, prints the answer as text or JSON, draws it, keeps its files, and shows progress. Such a file
-must be quick to import: what computes the answer is imported when it is asked for.
+must be quick to import: what computes the answer is imported when it is requested.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ class Answer:
     """An answer as text (`lines`, then `tables` of title, columns, rows), as JSON (`plain`), CSV (`rows`), and picture.
 
     `draw` is given what saves a figure. `files` (by name) and every parameter file, with `parameters` ("file.key")
-    changed, go into the folder of --into. `remark` is said beside the answer; `no` tells an answer that is no.
+    changed, go into the folder of --into. `remark` is said beside the answer; `no` marks an answer that is no.
     """
 
     lines: Sequence[str] = ()

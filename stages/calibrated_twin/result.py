@@ -23,7 +23,7 @@ class Number:
     drawn: float = quantity("SI", "value as drawn")
     found: float = quantity("SI", "by the constraint model, mean of the runs")
     by_twin: float = quantity("SI", "after one correction step with the twin; as found where there was none")
-    corrected: float = quantity("SI", "less what fits of other machines' runs miss; by the twin where none tell it")
+    corrected: float = quantity("SI", "less what fits of other machines' runs miss; by the twin where none show it")
     sd: float = quantity("SI", "standard error of the corrected value, what the model puts wrong in it")
     truth: float = quantity("SI", "the robot's, mean of the runs; NaN where nobody knows it")
 
@@ -39,12 +39,12 @@ class Number:
 
 @dataclass(frozen=True)
 class Robot:
-    """A kind of robot as its runs tell it."""
+    """A kind of robot as its runs show it."""
 
     kind: str = quantity("-", "with outsole, without outsole, lab")
     runs: int = quantity("1", "runs that were fitted")
     corrected_runs: int = quantity("1", "runs that the twin corrected")
-    other_runs: int = quantity("1", "runs of other machines that tell what the model puts wrong; 0: none")
+    other_runs: int = quantity("1", "runs of other machines that show what the model puts wrong; 0: none")
     numbers: tuple[Number, ...] = quantity("-", "a row for each parameter")
     correlations: np.ndarray = quantity(
         "1", "of the parameters, by the first run's fit, (n, n)", dimensions=("parameter", "parameter_too"))
@@ -96,7 +96,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Result:
-    """Robots as the runs tell them, corrected by the Exudyn twin, and the twin's walk with the first one's numbers."""
+    """Robots as the runs show them, corrected by the Exudyn twin, and the twin's walk with the first one's numbers."""
 
     robots: tuple[Robot, ...] = quantity("-", "robot by robot")
     pairs: tuple[Pair, ...] = quantity("-", "what the outsole does")

@@ -99,7 +99,7 @@ class TwinRobot:
         return record
 
     def settled(self, design: DesignPoint, near: Vector, steps: int, priors: Mapping[str, float]) -> Walk:
-        """A walk of the twin begun at the mid-stance of the design's gait, as its sensors at hip and feet feel it.
+        """A walk of the twin begun at the mid-stance of the design's gait, as its sensors at hip and feet measure it.
 
         `near` are section coordinates of the gait of a similar design. Raises NoGait, StepFailed.
         """

@@ -82,7 +82,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def at_rest(inputs: Inputs) -> tuple[Inputs, list[str]]:
-    """Inputs without fits that did not come to rest, which tell of no robot, and why each of those did not."""
+    """Inputs without fits that did not come to rest, which describe no robot, and why each of those did not."""
     calibration = inputs.calibration
     fits = tuple(fit for fit in calibration.fits if fit.converged)
     held = tuple(one for one in calibration.held_out if one.kind in {fit.kind for fit in fits})
@@ -180,7 +180,7 @@ class _Work:
 @dataclass(frozen=True)
 class Fitted:
     """Fits of one kind of robot as `drawn`, the corrections of some of them by their places, and what fits of other
-    machines' runs miss, where enough tell it, in shares of `scales` (d,). A correction is to be taken off the
+    machines' runs miss, where enough show it, in shares of `scales` (d,). A correction is to be taken off the
     shared parameters (d,), and off the run's own (o,)."""
 
     kind: str
@@ -216,7 +216,7 @@ class Fitted:
     def covariance(self) -> np.ndarray:
         """Of the mean of the corrected parameters, (d, d): what fits of other machines' runs scatter, noise with it.
 
-        Where they do not tell it: that of the fits, and the whole of the bias, which moves as one.
+        Where they do not show it: that of the fits, and the whole of the bias, which moves as one.
         """
         if self.discrepancy is not None:
             return self.discrepancy.spread(self.scales, self.pull)
@@ -272,7 +272,7 @@ def robot_of(fitted: Fitted, names: Sequence[str], near: Vector) -> Robot:
 def pairs_of(usual: Fitted, bare: Fitted, names: Sequence[str], near: Vector) -> tuple[Pair, ...]:
     """What the outsole does, by each run that was made with it and without. `near` as for `robot_of`.
 
-    What is wrong in both alike is not in the difference. How much else is, three other pairs of known machines tell;
+    What is wrong in both alike is not in the difference. How much else is, three other pairs of known machines show;
     where there are fewer, all that the corrections differ by counts, beside the errors of both fits.
     """
     without = {one.name.replace(BARE, ""): place for place, one in enumerate(bare.fits)}

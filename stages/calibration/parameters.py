@@ -95,7 +95,7 @@ class Parameters:
         """What is null follows the robot, and what the sensors' clocks decide their sampling period."""
         slow, long = 1 / quickness(self.biped, self.slope.gravity), size(self.biped)
         period = 1 / self.sensor.rate_hz
-        late = period + filter_delay(self.sensor.bandwidth_hz)  # samples, moved by it, feel a strike before its time
+        late = period + filter_delay(self.sensor.bandwidth_hz)  # samples, moved by it, measure a strike before its time
         object.__setattr__(self, "settings", followed(
             self.settings, settling_s=0.05 * slow, before_strike_s=late, after_strike_s=0.03 * slow,
             foot_lag_sd_s=0.2 * period, mid_stance_sd_s=0.06 * slow, start_length_sd=1e-3 * long,

@@ -38,7 +38,7 @@ Given = TypeVar("Given", bound=Parameters)
 WITH_OUTSOLE, WITHOUT, LAB = "with outsole", "without outsole", "lab"
 #: Standard error of the foot sensor's place in the campaign [m], of Table 1's robot.
 MOUNTED = 1e-5
-#: The drawing's places and moments of frames are kept, and the lower legs' inertia: sensors tell them and the place of
+#: The drawing's places and moments of frames are kept, and the lower legs' inertia: sensors show them and the place of
 #: mass together only, so that what a model lacks goes there (an inertia twice too large, masses off by a tenth).
 KEPT = ("biped.frame_com", "biped.frame_offset", "biped.frame_inertia", "biped.leg_inertia")
 #: The walk is followed from this heel strike on: the hand has let go before the first.

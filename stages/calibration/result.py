@@ -61,7 +61,7 @@ class FittedRun:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """How well the robot that other runs gave explains a run, and foretells it."""
+    """How well the robot that other runs gave explains a run, and predicts it."""
 
     name: str = quantity("-", "the run")
     kind: str = quantity("-", "of which robot")

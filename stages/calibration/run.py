@@ -83,7 +83,7 @@ def run(
     """Say what runs can tell, fit some of them blind, and put the truth beside; fits `near` ones take one step from
     there. Raises NoGait, NotIdentified, SourceRefused.
     """
-    progress(0.1, "what the sensors can tell")
+    progress(0.1, "what the sensors can show")
     parameters = as_mounted(parameters, inputs.database)
     settings = parameters.settings
     rows, not_seen = _rows(parameters)
@@ -157,7 +157,7 @@ def fitted_run(
 def held_out(
     design: DesignPoint, kind: str, fits: Sequence[FittedRun], run: MeasuredRun, model: Model, begun: float, near: Near
 ) -> HeldOut | Failed:
-    """How well the robot of other runs' fits explains a run, and foretells it from its beginning."""
+    """How well the robot of other runs' fits explains a run, and predicts it from its beginning."""
     shared, own = (np.mean(rows, axis=0) for rows in ([fit.design for fit in fits], [fit.own for fit in fits]))
     robot = model.robot(design, shared, own).with_value(SLOPE, design.value(SLOPE))
     try:

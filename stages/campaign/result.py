@@ -95,7 +95,7 @@ class RunTruth:
 
 @dataclass(frozen=True)
 class SetSpike:
-    """What the twin's planar sensors feel in the first steps on one member of the contact set's family; NaN if it fell.
+    """What the twin's planar sensors read in the first steps on one member of the contact set's family; NaN if it fell.
 
     A component counts: forward or up the leg, as a sensor's range does.
     """
@@ -114,7 +114,7 @@ class Result:
     origin: str = quantity("-", "synthetic, or not needed where a lab has measurements of its own")
     runs: tuple[RunTruth, ...] = quantity("-", "all runs")
     bare: tuple[RunTruth, ...] = quantity("-", "runs made again without the outsole: same machine, push and ramp")
-    spikes: tuple[SetSpike, ...] = quantity("-", "what the sensors would feel on other members of the contact's family")
+    spikes: tuple[SetSpike, ...] = quantity("-", "what the sensors would read on other members of the contact's family")
     files: dict[str, bytes] = quantity("-", "the synthetic measurements, and those without an outsole, by name")
 
     def summary(self) -> str:

@@ -216,7 +216,7 @@ def synthetic_run(
 def sensed_run(
     number: int, walked: TwinRun, parameters: Parameters, *, bare: bool = False
 ) -> tuple[Experiment, RunTruth, tuple[Transmitted, ...]]:
-    """A walk of the twin as two sensors and their radio tell it: experiment, truth, and what was sent."""
+    """A walk of the twin as two sensors and their radio show it: experiment, truth, and what was sent."""
     variation = walked.variation
     name = f"{SYNTHETIC} {BARE if bare else ''}run {number + 1:02d}"
     experiment = Experiment(name, SYNTHETIC, variation.slope_read_deg)

@@ -1,4 +1,4 @@
-"""One walk of the twin, with a still stand and a push before it, as its two sensors feel it.
+"""One walk of the twin, with a still stand and a push before it, as its two sensors measure it.
 
 Runs differ by the push, the ramp, the outsole and the built machine. Before the walk the robot is held still with its
 legs together, then rocked back and pushed by hand. The inner leg, which carries the sensors, stands on its round foot
@@ -112,7 +112,7 @@ def stand_and_push(
 def rolling_leg(
     leg: tuple[np.ndarray, np.ndarray, np.ndarray], biped: Biped, slope: Slope, time: np.ndarray
 ) -> tuple[SensorMotion, SensorMotion]:
-    """What hip and foot sensor feel while the leg rolls on its foot at its natural length.
+    """What hip and foot sensor measure while the leg rolls on its foot at its natural length.
 
     `leg` is angle, rate, acceleration (n,) of the leg, foot ahead positive [rad, s]. Rolling: the foot's centre moves
     by -r phi; the hip sits L - r from it (eq. 3, with theta = -phi).
@@ -155,7 +155,7 @@ class NoWalk(RuntimeError):
 
 @dataclass(frozen=True)
 class TwinRun:
-    """What the two sensors feel in one run, the true heel strikes, and what was different.
+    """What the two sensors measure in one run, the true heel strikes, and what was different.
 
     The walk begins at time 0; `attempts` counts the pushes it took.
     """

@@ -24,7 +24,7 @@ NOISE_BANDWIDTH = np.pi / (2 * np.sqrt(2))  # of a second-order Butterworth filt
 
 @dataclass(frozen=True)
 class SensorMotion:
-    """What a sensor feels on body axes forward, up, lateral, on a uniform grid.
+    """What a sensor measures on body axes forward, up, lateral, on a uniform grid.
 
     time (n,) [s]; specific_force (n, 3) [m/s^2], acceleration minus gravity; angular_velocity (n, 3) [rad/s].
     """

@@ -19,7 +19,7 @@ from stages.imu.result import Run, SensorSignals
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency
 
 #: For Table 1's robot; others have their own time.
-EDGE_S = 0.1  # left out at both ends of a walk: there the low pass still feels the push or the end
+EDGE_S = 0.1  # left out at both ends of a walk: there the low pass still holds the push or the end
 BEFORE_S = 1.0  # before the first strike: until then the robot stands, however it is pushed
 
 

@@ -81,7 +81,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def determinants(e: Evidence) -> dict[str, Determinants]:
-    """Determinants of all models; of the runs, which have no walk but heel strikes, only what these tell."""
+    """Determinants of all models; of the runs, which have no walk but heel strikes, only what these show."""
     biped, gravity, layer = e.parameters.biped, e.parameters.slope.gravity, e.parameters.twin.outsole
 
     def of(name: str, layer: float = 0.0) -> Determinants | None:

@@ -108,7 +108,7 @@ class Shares(NamedTuple):
 
     Every length and every speed of contact that is switched off is the part s of its size, so f(s) = f(0) + a s + b s^2
     and f(0) = (8 f(s) - 6 f(2 s) + f(4 s)) / 3 (Richardson and Gaunt, 1927). Two numbers check that: the order that
-    three shares show, and how far the last share is from what the other two foretell.
+    three shares show, and how far the last share is from what the other two predict.
     """
 
     far: np.ndarray
@@ -132,7 +132,7 @@ class Convergence:
 
     share: float = quantity("1", "the last share", symbol="s")
     order: np.ndarray = quantity("1", "order in the share that three shares show in the rms, shape (3, 4)")
-    missed: np.ndarray = quantity("m, m/s", "rms of the last share less what the other two foretell, shape (3, 4)")
+    missed: np.ndarray = quantity("m, m/s", "rms of the last share less what the other two predict, shape (3, 4)")
 
     @classmethod
     def of(cls, share: float, curves: Sequence[Shares], compared: np.ndarray) -> Convergence:

@@ -240,7 +240,7 @@ def estimate(usual: Parameters, here: Parameters, point: Point) -> Finding:
     tight = attainable_tolerance(walker.p, EXACT)
     exact = fixed_point(walker, found.z, tight)
     if exact is None or tight > tolerance / 50.0:
-        return Finding(UNCONFIRMED, reason="no walk is so much more exact that it could tell")
+        return Finding(UNCONFIRMED, reason="no walk is so much more exact that it could decide")
     walks = [walk_from_mid_stance(walker, one.z, STEPS, requested, RATE / walker.time)[0]
              for one, requested in ((found, tolerance), (exact, tight))]  # fmt: skip
     true = walk_differences(*walks)["hip_position_m"]

@@ -28,15 +28,15 @@ GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE, JOI
     "penalty, compiled", "tree", "joints", "rigid limit", "twin")  # fmt: skip
 #: Those that know a design with details.
 KNOWING_DETAILS = (GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE)
-#: What is asked of a gait besides itself, wherever the full map asks for one.
+#: What is asked of a gait besides itself, wherever the full map requests one.
 OF_A_GAIT = (DERIVATIVES, ESTIMATE)
 #: What lies on no axis: draws of all parameters, and the study's own parameters.
 TOGETHER, USUAL = "all together", "the study's own"
 
-#: The answer agrees with the reference; it does not, but its own audit or the tolerance asked for tell so; input or
+#: The answer agrees with the reference; it does not, but its own audit or the tolerance requested show so; input or
 #: design refused with a reason; the run ended early with a reason; an answer whose reference gave none.
 RIGHT, INACCURATE, REFUSED, FAILED, UNCONFIRMED = "right", "inaccurate", "refused", "failed", "unconfirmed"
-#: An answer that the reference contradicts and nothing in it tells: a defect. A process that died or did not return.
+#: An answer that the reference contradicts and nothing in it shows: a defect. A process that died or did not return.
 WRONG, CRASHED, HUNG = "wrong", "crashed", "hung"
 STATUSES = (RIGHT, INACCURATE, REFUSED, FAILED, UNCONFIRMED, WRONG, CRASHED, HUNG)
 

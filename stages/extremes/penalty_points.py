@@ -68,7 +68,7 @@ def one_step(usual: Parameters, here: Parameters, point: Point) -> Finding:
 def compared(
     answer: Answer, other: Answer, biped: Biped, tolerance: float, limit: float, reference: str
 ) -> Finding:
-    """Verdict on an answer beside its reference; without tolerance (NaN) nothing is asked for."""
+    """Verdict on an answer beside its reference; without tolerance (NaN) nothing is requested."""
     if not answer.completed:
         if other.completed and not (tolerance > limit or np.isnan(tolerance)):
             return Finding(WRONG, reference=reference, reason=f"{answer.outcome}, but not in the reference")

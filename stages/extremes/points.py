@@ -142,7 +142,7 @@ LIMITS = {"few": (), "coarse": (1e2,), "full": (1.0, 10.0, 1e2, 1e3, 1e4)}
 
 
 def points(parameters: Parameters) -> tuple[Point, ...]:
-    """All points of the resolution that the settings ask for, engine by engine.
+    """All points of the resolution that the settings request, engine by engine.
 
     From a design with details they depart with those models alone that know them.
     """

@@ -37,7 +37,7 @@ class Finding:
 def judged(error: float, audit: float, requested: float, limit: float, reference: str) -> Finding:
     """Verdict on an answer: `error` is its distance from the reference and `audit` its own energy residual.
 
-    `requested` is the tolerance asked for, `limit` the error up to which an answer is called right. NaN as audit: the
+    `requested` is the tolerance requested, `limit` the error up to which an answer is called right. NaN as audit: the
     model has none.
     """
     if error <= limit:
@@ -46,7 +46,7 @@ def judged(error: float, audit: float, requested: float, limit: float, reference
         return Finding(INACCURATE, error, audit, reference, f"within {GROWTH:g} times the requested tolerance")
     if audit > limit:
         return Finding(INACCURATE, error, audit, reference, "its own energy audit does not close")
-    return Finding(WRONG, error, audit, reference, "the reference contradicts it and nothing tells")
+    return Finding(WRONG, error, audit, reference, "the reference contradicts it and nothing shows")
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ def distance(one: Place, other: Place) -> float:
 def warning(engine: str, here: Place, tried: Sequence[Tried], accuracy_requested: bool) -> str | None:
     """What is to be said of a design outside what the map found right, with the nearest point; None inside.
 
-    Whoever asked for an accuracy is not warned of inaccuracy.
+    Whoever requested an accuracy is not warned of inaccuracy.
     """
     nearest = min(tried, key=lambda point: distance(here, point.place), default=None)
     away = distance(here, nearest.place) if nearest else math.inf

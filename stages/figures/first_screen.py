@@ -108,7 +108,7 @@ def answers(inputs: Inputs) -> tuple[Answer, ...]:
 
 
 def walks(inputs: Inputs) -> Answer:
-    """Whether it walks on a plain ramp, and what that asks for."""
+    """Whether it walks on a plain ramp, and what that requires."""
     settled = inputs.analytic.gait.stable
     cycle = 0 if settled or inputs.stability is None else inputs.stability.cycle
     judged = on_a_ramp(inputs.analytic.validity, settled, cycle)
@@ -164,7 +164,7 @@ def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer
         rows = np.array([[getattr(run.report, name), getattr(run.report, f"{name}_error")]
                          for run in runs]).reshape(-1, 2)  # fmt: skip
         values, errors = rows[np.isfinite(rows[:, 0])].T
-        if len(values):  # several tell their scatter, one alone its own error
+        if len(values):  # several show their scatter, one alone its own error
             error = WIDTH * max(np.std(values, ddof=len(values) > 1), errors.max()) / math.sqrt(len(values))
             shown.append((Measure(float(values.mean()), math.nan, math.nan, float(error)), found[name], factor, unit))
     if not shown:
@@ -183,7 +183,7 @@ def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer
         f"Errors of what was measured: from the scatter of {count_of(len(runs), 'run')}.{doubt}",
         f"The robot steps {100 * abs(off):.2g} % {'faster' if off > 0 else 'slower'} than the model, "
         + ("within their errors: nothing speaks against the design." if alike else
-           "more than their errors: a calibration tells which parameter differs." if model.known else
+           "more than their errors: a calibration shows which parameter differs." if model.known else
            "more than the errors that are known; what the model misses is not."),
     )  # fmt: skip
 

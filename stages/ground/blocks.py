@@ -2,7 +2,7 @@
 
 A block's middle lies where a foot of the gait would land (docs/model.md has the whole rule). Heights are independent
 and normal. Each is drawn from its own count (seed, walk, footfall) by a counter-based generator (Philox), so
-that it depends neither on the order in which they are asked for nor on how many there are.
+that it depends neither on the order in which they are requested nor on how many there are.
 """
 
 from __future__ import annotations

@@ -188,7 +188,7 @@ def has(friction: str, number: str) -> bool:
 
 
 class PointLaw(NamedTuple):
-    """The chosen laws in numbers, as one contact point feels them."""
+    """The chosen laws in numbers, as they act at one contact point."""
 
     normal: Any
     friction: Any

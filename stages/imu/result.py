@@ -90,7 +90,7 @@ class SensorReport(FrameFit, ClockFit, RowCounts):
 
 @dataclass(frozen=True)
 class Evidence:
-    """Numbers by which a trial is judged; NaN where the trial cannot tell."""
+    """Numbers by which a trial is judged; NaN where the trial does not determine them."""
 
     agreement: float = quantity("1", "squared correlation of the foot's and the hip's lateral rate, after the lag")
     rate_ratio: float = quantity("1", "foot's over hip's lateral rate")
@@ -131,7 +131,7 @@ class Evidence:
 class StepTimes:
     """Means over the run's own steps after the transient, standard errors beside them; NaN for what is not known.
 
-    Nothing on the inner leg tells when the outer one leaves the ground: its double stance is taken to be the inner
+    Nothing on the inner leg shows when the outer one leaves the ground: its double stance is taken to be the inner
     leg's, with an error as large as itself.
     """
 
@@ -216,7 +216,7 @@ class Ensemble:
 
 @dataclass(frozen=True)
 class SensorSignals:
-    """One sensor on body axes; `segment` and `index` tell which of its samples each row is."""
+    """One sensor on body axes; `segment` and `index` show which of its samples each row is."""
 
     segment: np.ndarray = quantity("1", "restarts of the sensor before this sample, shape (n,)", dimensions=("time",))
     index: np.ndarray = quantity(

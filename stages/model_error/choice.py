@@ -1,4 +1,4 @@
-"""Which rung answers: the cheapest whose model and solver leave less than the error asked for.
+"""Which rung answers: the cheapest whose model and solver leave less than the error requested.
 
 A rung is passed over before it is walked where what it misses is more than the error. What it finds is corrected by its
 bias, and its solver's error checked; where that is too large, a tighter tolerance follows, then the next rung.

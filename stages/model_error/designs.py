@@ -64,7 +64,7 @@ def numbers(design: Design) -> np.ndarray:
 
 
 def kind(design: Design) -> str:
-    """What no number tells of a design: misses of one kind say nothing of another."""
+    """What no number shows of a design: misses of one kind say nothing of another."""
     feet = "retracting feet" if design.biped.feet_retract else "feet that swing through"
     transition = "rolls" if design.friction is None else "has Coulomb friction"
     return (f"{design.biped.legs} legs, {feet}, {design.contact.normal_force} force and {design.contact.friction} "

@@ -28,7 +28,7 @@ NOT_KNOWN = "what the models miss is not known: {}; bipedstudy run model_error l
 
 @dataclass(frozen=True)
 class Allowed:
-    """An error asked for: a number, and whether it is a share of the measure or in its unit."""
+    """An error requested: a number, and whether it is a share of the measure or in its unit."""
 
     error: float
     share: bool

@@ -33,7 +33,7 @@ class Result:
     """Measures of the gaits of drawn designs by every rung; NaN where a rung was not walked, or has no gait."""
 
     seed: int = quantity("1", "seed of the draw")
-    kind: str = quantity("-", "what no number tells of the designs, all of one kind")
+    kind: str = quantity("-", "what no number shows of the designs, all of one kind")
     numbers: np.ndarray = quantity(
         "1", "dimensionless numbers of the drawn designs, in the order of stages.model_error.designs.NUMBERS",
         dimensions=("design", "number"))

@@ -46,7 +46,7 @@ from stages.twin.walking.record import peak_force
 from stages.twin_ladder.cycle import ALONG, SIDE_UNITS, Search, step_map
 from stages.twin_ladder.run import STANDING, section_numbers
 
-#: A second search at so many times the tolerance tells the error of the first.
+#: A second search at so many times the tolerance shows the error of the first.
 LOOSER = 10.0
 #: Tolerance of the constraint models.
 CONSTRAINT = 1e-8

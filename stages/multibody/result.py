@@ -81,7 +81,7 @@ class Result:
     cycle: Cycle = quantity("1", "the gait, solved for")
     mid_stance: LimitCycle | None = quantity("-", "the gait's fixed point, with the derivative of its step")
     energy: EnergyBalance = quantity("1", "energy balance over the last whole step")
-    errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was asked for")
+    errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was requested")
     facts: Facts = quantity("1", "how the run was made")
     inventory: Inventory = quantity("-", "what the scene held, counted in the assembled system")
 

@@ -39,7 +39,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     stepping blocks, the step length.
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises NotMet if an
-    accuracy is asked for that the walk does not keep with the finest settings, BeyondModel for a strike at a given
+    accuracy is requested that the walk does not keep with the finest settings, BeyondModel for a strike at a given
     time, BlocksDoNotFit for blocks of drawn heights that overlap.
     """
     require_own_strikes(parameters.biped, "Exudyn's planar model")
@@ -76,7 +76,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 def walk_to_accuracy(
     parameters: Parameters, state: PlanarState, step_length: float, laid: Laid | None = None
 ) -> tuple[Settings, tuple[Planar, Run, Walk], tuple[ErrorEstimate, ...]]:
-    """The walk from `state` with the settings that keep the accuracy asked for, and its estimated errors.
+    """The walk from `state` with the settings that keep the accuracy requested, and its estimated errors.
 
     Rows of blocks, if any, lie `step_length` [m] apart; those `laid` have drawn heights. Raises NotMet.
     """

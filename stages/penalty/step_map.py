@@ -56,7 +56,7 @@ def section_columns() -> np.ndarray:
 
 
 class PenaltyStepper:
-    """Takes steps from mid-stance to mid-stance, and counts them; `start` tells which feet are in play there.
+    """Takes steps from mid-stance to mid-stance, and counts them; `start` shows which feet are in play there.
 
     A cycle is one step, or two where the legs differ: leg 0 stands at its start and its end.
     """
@@ -163,7 +163,7 @@ def state_of(y: np.ndarray, in_play: tuple[bool, bool], first: int) -> PlanarSta
 Model = tuple[Biped, Slope, ContactLaw]
 #: Tolerance of the steps, and of those whose derivatives are subtracted.
 TOLERANCE, OF_MATRICES = 1e-12, 1e-13
-#: Multipliers whose derivatives are asked for: the others die out within a step.
+#: Multipliers whose derivatives are requested: the others die out within a step.
 LEADING = 2
 
 

@@ -245,7 +245,7 @@ def simulate(
 
     The walk ends where the hip is over the foot that landed last. A fall, a standstill or a failure of the solver ends
     it earlier and is stated in the run's outcome. Motion, accelerations and what `signals` names are kept at every step
-    and at the moments between that the settings ask for.
+    and at the moments between that the settings request.
     """
     p = numbers_of(biped, slope, contact)
     scales = scales_of(biped, slope.gravity)

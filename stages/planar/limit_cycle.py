@@ -222,7 +222,7 @@ def _newton_change(derivative: np.ndarray, moved: np.ndarray, scales: np.ndarray
 
 
 def _taken(walker: Steps[S], numbers: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, S]:
-    """A change of the section numbers from which the model takes a step: the one asked for, or a part of it."""
+    """A change of the section numbers from which the model takes a step: the one requested, or a part of it."""
     for _ in range(HALVINGS):
         try:
             return change, walker.step(numbers + change)

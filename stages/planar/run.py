@@ -35,7 +35,7 @@ def hip_creep(biped: Biped, slope: Slope) -> float:
 class PlanarState:
     """Hip point and both legs in the slope frame; SI units; leg 0 is the inner leg.
 
-    Angles are positive with the foot ahead of the hip. `in_play` tells for each leg whether the ground acts on its
+    Angles are positive with the foot ahead of the hip. `in_play` shows for each leg whether the ground acts on its
     foot, see `stages.multibody.walking.watch`.
     """
 
@@ -77,7 +77,7 @@ def rolling_state(biped: Biped, contact: ContactLaw, stance: StanceState, normal
 class Recorded:
     """Motion at the solver's own steps: times (n,) [s]; coordinates, their rates and accelerations, each (n, k).
 
-    `in_play_at_start` tells for each leg (in the twin: pair of legs) whether the ground acted on its foot at first;
+    `in_play_at_start` shows for each leg (in the twin: pair of legs) whether the ground acted on its foot at first;
     `switches` lists the changes: (time, leg, in play); `blocks` from when on a leg has a block of this height: (time,
     leg, height [m]). Accelerations that are not exact ring, as those of an implicit solver do.
     """

@@ -2,7 +2,7 @@
 
 The two share the contact laws' text and the rule of the swinging foot, and nothing of the mechanics: equations derived
 by Lagrange on one side, Exudyn's bodies, joints and integrator on the other. Both are walked at settings of the check's
-own, whatever a study walks with, and each once more with others, which tells its own error.
+own, whatever a study walks with, and each once more with others, which shows its own error.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from stages.planar.run import PlanarState, Run, rolling_state
 from stages.planar.section import SectionStep, section_numbers
 from stages.studies.result import BUT, Distance
 
-#: Tolerances of both models in a check, and so many times looser ones that tell their own errors. Over one step both
+#: Tolerances of both models in a check, and so many times looser ones that show their own errors. Over one step both
 #: walk so many times tighter where the first do not come near enough: either may step over a moment's touch.
 COMPILED, EXUDYN = 1e-12, 1e-10
 LOOSER = 10.0
 #: Largest step of Exudyn's solver, in pendulum times.
 LARGEST_STEP = 2.5e-3
 #: Over one step the models are this close, in leg lengths; over more, and between cycles, so many times the larger own
-#: error, which a difference of two runs may meet by chance: below this, a tenth of what one step may differ, it tells
+#: error, which a difference of two runs may meet by chance: below this, a tenth of what one step may differ, it shows
 #: nothing.
 ONE_STEP, TIMES, NOISE = 3e-9, 3.0, 3e-10
 #: Times at which paths are compared.

@@ -10,7 +10,7 @@ from stages.biped.accuracy.tolerances import CUSTOM, LEVEL_ERRORS, LEVELS, REFER
 #: Parameter files that have the key, each its stage's name. Other stages walk other machines, starts and grounds, or
 #: take differences: they have tolerances of their own.
 FILES = ("analytic", "multibody", "twin")
-#: What may be asked for.
+#: What may be requested.
 KEYS = tuple(Accuracy.__annotations__)
 #: The key's value with which nothing is asked.
 FREE = CUSTOM
@@ -59,7 +59,7 @@ def words() -> tuple[str, ...]:
 
 
 def parsed(text: str) -> str | dict[str, str]:
-    """The text after `--accuracy` as a level, or as the errors asked for. Raises KeyError with an unknown key."""
+    """The text after `--accuracy` as a level, or as the errors requested. Raises KeyError with an unknown key."""
     if text in LEVELS:
         return text
     requested = {}

@@ -152,7 +152,7 @@ def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
 
 
 def constraint_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
-    """Rolling trailing foot, then limited friction, which rigid legs do not ask for."""
+    """Rolling trailing foot, then limited friction, which rigid legs do not need."""
     resolution, steps = parameters.settings.resolution, parameters.settings.walked_steps
     few, full = resolution == "few", resolution == "full"
     kinds = (None,) if few or parameters.biped.legs == "rigid" else (None, parameters.contact.coefficients)

@@ -18,7 +18,7 @@ from stages.twin.machine.bill import DRAWN, faults, fitted, rule
 from stages.twin.machine.parts import Material, Part
 
 #: Of the planar projection: forces on each pair of feet, specific force and angular velocity of both sensors. In space:
-#: what the sensors feel in their sockets; roll, yaw and place across the slope; all coordinates; force on each foot.
+#: what the sensors measure in their sockets; roll, yaw and place across the slope; all coordinates; force on each foot.
 IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE = "imu_in_space", "attitude", "coordinates", "foot_force"
 SIGNALS = (GROUND_REACTION, IMU, IMU_IN_SPACE, ATTITUDE, COORDINATES, FOOT_FORCE)
 #: Loosest tolerance of the solver that is allowed, and by how much walks that others make of the twin may be looser.
@@ -120,7 +120,7 @@ class Settings(Rubber):
             if len(place) != 3:
                 yield Broken(key, "three numbers: x, y, z")
         if len(foot) == 3 and foot[2] == 0.0:
-            yield Broken("foot_socket", "z other than 0, which tells left foot from right foot")
+            yield Broken("foot_socket", "z other than 0, which distinguishes left foot from right foot")
         if self.foot_width > 2.0 * self.inner_lane:
             yield Broken("foot_width", f"<= 2 inner_lane = {2.0 * self.inner_lane:g} m, or the inner feet overlap")
         if self.outer_lane - self.inner_lane < self.foot_width:

@@ -96,7 +96,7 @@ class Settling:
     lateral_drift: float = quantity("m", "sideways drift of the hip over the walk", default=nan)
     period_transient_s: float = quantity(
         "s", "what the transient leaves in period_s: the gait's own lies within it; NaN: it does not fade, or the walk "
-        "is too short to tell", default=nan
+        "is too short to say", default=nan
     )
     step_length_transient_m: float = quantity("m", "the same of step_length_m", default=nan)
 
@@ -112,7 +112,7 @@ class Settling:
 
 @dataclass(frozen=True)
 class Signals:
-    """What is sampled of a walk in space; times as in `walk.time`. A signal that is not asked for has no rows."""
+    """What is sampled of a walk in space; times as in `walk.time`. A signal that is not requested has no rows."""
 
     walk: Walk = quantity("-", "planar projection: leg 0 the inner pair, leg 1 the outer pair, feet of a pair averaged")
     hip_imu_specific_force: np.ndarray = quantity(
@@ -179,7 +179,7 @@ class Result:
     parts: tuple[PartRow, ...] = quantity("-", "bill of parts as they are in this machine; none of point masses")
     sums: tuple[SumRow, ...] = quantity("-", "sums of the bill beside Table 1")
     bill: str = quantity("-", "how the parts of twin.yaml were made to fit the design; empty: they are as written")
-    errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was asked for")
+    errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was requested")
     solver_steps: int = quantity("1", "number of solver steps")
     inventory: Inventory = quantity("-", "what the scene held, counted in the assembled system")
 

@@ -43,7 +43,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
     A fall or a failed solver is a result whose `outcome` says so, with the walk up to there. Raises ValueError if the
     parts do not add up to the design, BeyondModel for feet that are put down at a time, BlocksDoNotFit if the ramp has
-    no room for its blocks or they overlap, NotMet if an accuracy is asked for that the walk does not keep with the
+    no room for its blocks or they overlap, NotMet if an accuracy is requested that the walk does not keep with the
     finest settings.
     """
     biped, slope, contact, settings = parameters.biped, parameters.slope, parameters.contact, parameters.settings

@@ -286,7 +286,7 @@ def step_multipliers(basis: np.ndarray, first: np.ndarray, second: np.ndarray) -
     """Multipliers of a step (k,), largest first, complex, from changes (n, k) and what two steps make of them.
 
     `basis` has orthonormal columns that a stride maps onto each other. The factor of a stride is an eigenvalue of that;
-    the factor of a step is its root, with the sign that tells whether a disturbance has changed its sign after the
+    the factor of a step is its root, with the sign that shows whether a disturbance has changed its sign after the
     first step. For alike pairs these are the step map's own.
     """
     values, vectors = np.linalg.eig(basis.T @ second)

@@ -153,7 +153,7 @@ BOX = {"count": 6, "seed": 2, "vary": {"biped.stiffness": {"low": 1800, "high": 
 @pytest.mark.parametrize(("what", "within", "said"), [
     (BOX, ("1%",), "names the measure"), (BOX, ("hop=1%",), "hop is no measure"),
     (BOX, ("multiplier=1%",), "can be 0"), (BOX, ("speed=0",), "not a positive error"),
-    (("speed",), (), "no error is asked for speed"),
+    (("speed",), (), "no error is given for speed"),
     (("speed",), ("0",), "not a positive error"),
     (("speed",), ("-1%",), "not a positive error"),
     (("speed",), ("nan",), "not a positive error"),

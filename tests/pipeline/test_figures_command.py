@@ -151,7 +151,7 @@ def test_figures_of_another_processor_are_compared_within_a_tolerance(toy_with_c
     assert code == 0 and "0.25 of 255 rms, as they were made by" in out and "NPY_DISABLE_CPU_FEATURES=NONE_SUCH" in out
     assert "NONE_SUCH" not in out.partition(", and here is ")[2] and exact[0] == 1
     (toy.root / "results/picture.h5").unlink()
-    toy.says("figures --check", "is not there to tell")
+    toy.says("figures --check", "is not there to show")
 
 
 def test_the_command_draws_from_the_artefacts_that_lie_there(ran):

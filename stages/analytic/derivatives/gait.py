@@ -3,7 +3,7 @@
 A gait P(z, p) = z moves by dz = (1 - dP/dz)^-1 dP/dp; its period and step length move with z and with p. All are
 carried by the step map: by one step, or the two of a stride where the legs differ. Variational equations, shifts of the
 events (saltation) and impacts carry one column for each section coordinate and one for each change of the numbers that
-is asked for. Multipliers are in `multipliers`.
+is requested. Multipliers are in `multipliers`.
 """
 
 from __future__ import annotations

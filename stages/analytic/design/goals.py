@@ -194,7 +194,7 @@ NORM_SHARE, NORM_TOLERANCE = 4e-4, 1e-12
 class Goal:
     """Parts (m,) of a gait's value, SI, at a tolerance, and their derivatives (m, n) for whole shares of parameters.
 
-    Where these are differences of what is drawn, `coarse` is the share of a parameter below which they tell little.
+    Where these are differences of what is drawn, `coarse` is the share of a parameter below which they show little.
     """
 
     title: str

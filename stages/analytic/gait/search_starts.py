@@ -101,7 +101,7 @@ def start_coordinates(walker: Walker, angle: float, rate: float) -> Vector:
 
 
 def at_rest(p: Compliant) -> list[float]:
-    """The section coordinates that tell how a trailing foot moves which friction may not hold: it does not."""
+    """The section coordinates that show how a trailing foot moves which friction may not hold: it does not."""
     return [0.0, 0.0] if p.mu_s < np.inf else []
 
 

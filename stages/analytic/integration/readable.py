@@ -178,7 +178,7 @@ def heel_strike(walker: Walker, y: Vector) -> Vector:
 def take_step(walker: Walker, z: Vector, tolerance: float, method: str = "DOP853") -> Step:
     """Image of section coordinates `z` after one step, like `poincare_map`. Raises StepFailed if there is none.
 
-    `method` is one of `scipy.integrate.solve_ivp`; stiff legs ask for "Radau".
+    `method` is one of `scipy.integrate.solve_ivp`; stiff legs need "Radau".
     """
     y = section_state(np.asarray(z, dtype=float), walker.p)
     double = 0.0

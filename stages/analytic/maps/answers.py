@@ -176,7 +176,7 @@ COLUMNS = (
     Column("friction_single_stance", "1", "largest friction used in single stance"),
     Column("residual", "1", "by how much the gait fails to repeat, in leg lengths and pendulum times"),
 )  # fmt: skip
-#: What a map has besides where it is asked for.
+#: What a map has besides where it is requested.
 NORM = Column(
     "sensitivity_norm", "s/m", "gait sensitivity norm: spread of a step's duration over the rms height of blocks")
 #: Anchors that a design is tried from, and solved designs of its own block.
@@ -312,7 +312,7 @@ class Anchor:
 
     @classmethod
     def of(cls, plain: Sequence[Any]) -> Anchor:
-        """The anchor that `plain` tells of."""
+        """The anchor that `plain` describes."""
         numbers, z, slopes, stable = plain
         return cls(np.array(numbers), np.array(z), np.array(slopes).reshape(len(z), -1), stable)
 

@@ -1,6 +1,6 @@
 """The numbers of a walker, in a type that says how long its state is and which terms its equations have.
 
-Compiled code takes them as `p`, asks for them by the paper's symbols, `p.r`, and is compiled for the type. All are
+Compiled code takes them as `p`, requests them by the paper's symbols, `p.r`, and is compiled for the type. All are
 dimensionless: total mass, leg length and pendulum time are one. What a walker does not have is a number that leaves it
 out: no friction at the hip, no limit to that at the feet, no time at which a step ends. On even ground h_ahead and
 h_behind are zero: heights, above the ground under the stance foot, of that where the swing foot lands, and of that

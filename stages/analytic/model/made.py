@@ -24,7 +24,7 @@ EQUATIONS = Kept(f"equations-{sympy_version()}", FOLDER / "model", by=f"sympy {s
 
 
 class Made(ModuleType):
-    """A module whose `text` is made, and run with what is `given`, when something of it is first asked for."""
+    """A module whose `text` is made, and run with what is `given`, when something of it is first requested."""
 
     def __init__(self, name: str, text: Callable[[], str], **given: Any) -> None:
         super().__init__(name)
@@ -43,7 +43,7 @@ class Made(ModuleType):
 class OfSets(ByKind):
     """The function `name` of each set of equations; `sets` has their modules by the kinds that they are for.
 
-    Only the sets of the kinds that are asked for are made. The type of the last argument decides.
+    Only the sets of the kinds that are requested are made. The type of the last argument decides.
     """
 
     def __init__(self, name: str, sets: Mapping[Any, Any]) -> None:

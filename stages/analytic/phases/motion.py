@@ -108,7 +108,7 @@ def plus(a: Four, b: Four, share: float) -> Four:
 
 @compiled
 def contact_directions(y: Vector, p: Compliant) -> tuple[Four, Four, float, float]:
-    """Pi^T by rows and -dPi^T/dt qd: the acceleration the constraints ask for."""
+    """Pi^T by rows and -dPi^T/dt qd: the acceleration the constraints demand."""
     c = eq.contact_terms(y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], p)
     return (c[0], c[1], c[2], c[3]), (c[4], c[5], c[6], c[7]), -c[8], -c[9]
 

@@ -4,7 +4,7 @@ Rigid legs: z = (theta, dtheta, dpsi), or all of (theta, psi, dtheta, dpsi) wher
 at any height. Compliant: z = (theta, L_1, L_2, dtheta, dL_1); the trailing foot's angle and two
 rates follow from its constraints, eqs. (3) and (4). Limited friction: z goes on with the rate of the trailing foot's
 clearance and its slip velocity, (..., v_N, v_T), zero for a foot that rolls. A foot on the ground has v_N = 0, and the
-map does not ask for v_N below zero; where it is at rest, v_T = 0 has no neighbour either. Their columns of the
+map does not require v_N below zero; where it is at rest, v_T = 0 has no neighbour either. Their columns of the
 derivative are then zero: the derivative holds for the states that heel strikes lead to.
 """
 

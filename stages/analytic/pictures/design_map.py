@@ -16,7 +16,7 @@ from stages.analytic.maps.answers import Outcome
 from stages.analytic.maps.box import Axis, Box
 from stages.drawing import style
 
-#: Colours from stable (blue, below 1) to unstable (red), light at the boundary: told apart by every colour vision.
+#: Colours from stable (blue, below 1) to unstable (red), light at the boundary: distinguished by every colour vision.
 COLOURS, NO_GAIT, BOUNDARY = "RdBu_r", "#BDB7AB", "#111111"
 #: Multipliers beyond this have the last colour. Cells along an axis of a picture of scattered designs.
 LARGEST, CELLS = 2.0, 60

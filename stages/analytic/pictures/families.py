@@ -82,7 +82,7 @@ def _legend(figure: Figure, families: Sequence[RecordedFamily], cycles: Sequence
     figure.legend(handles=handles, loc="outside upper center", ncols=2)
 
 
-#: Light to dark in grey as well, so that kinds of ending are told apart in print.
+#: Light to dark in grey as well, so that kinds of ending are distinguished in print.
 LOOKS = {FORWARD: "#C9C9C9", BACK: "#8E8E8E", STILL: "#5E5E5E", OTHERWISE: "#2B2B2B", WALKS_ON: style.MULTIBODY,
          NO_START: "#FFFFFF"}  # fmt: skip
 

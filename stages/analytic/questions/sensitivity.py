@@ -27,7 +27,7 @@ class Options:
     """Options of `sensitivity`."""
 
     parameters: tuple[str, ...] = option(
-        "-", "Parameter to ask for, instead of all that the gait depends on; repeatable", default=(),
+        "-", "Parameter to differentiate by, instead of all that the gait depends on; repeatable", default=(),
         metavar="FILE.KEY")
 
 

@@ -204,7 +204,7 @@ class DrivenStance:
 
     `states` (n, 4): stance angle (hip ahead positive), swing angle (foot ahead positive) and their rates [rad, rad/s].
     `by_start` (n, 4, 4): derivatives by the first of them. `along` (n, 4, m): by the parameters, in their units, then
-    by the sizes of the torques asked for. Fewer rows than samples where the hip's friction chatters.
+    by the sizes of the torques requested. Fewer rows than samples where the hip's friction chatters.
     """
 
     states: np.ndarray

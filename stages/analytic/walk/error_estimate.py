@@ -1,6 +1,6 @@
 """Error estimates of a gait and of a walk on it, and whether they are to be trusted.
 
-An estimate is a leading term, and tells nothing where the integrator's steps are too long for it to lead. So the same
+An estimate is a leading term, and shows nothing where the integrator's steps are too long for it to lead. So the same
 is computed with a tenth of the tolerance: both differ by what both estimates say, or the estimate is not given.
 
 The global error of a recorded walk: the errors of its steps, carried along by one variation.
@@ -233,7 +233,7 @@ def numerical_error(walker: Walker, one: Estimated, other: Estimated, checked: s
     """The errors in SI units.
 
     The gait's numbers have two estimates, of which that from the finer results is the better one. Where leading terms
-    cancel in a number, both tell what is left of them, each another thing: then it has none.
+    cancel in a number, both show what is left of them, each another thing: then it has none.
     """
     finer = np.abs(other.gait_error).max() < np.abs(one.gait_error).max()
     error = other.gait - one.gait + other.gait_error if finer else one.gait_error.copy()

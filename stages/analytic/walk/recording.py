@@ -33,7 +33,7 @@ GROWTH = 16
 class Segment:
     """One phase of a walk (dimensionless): its nodes, when and where it starts, who stands, and its end state.
 
-    `times` (n,) and `states` (n, size) are the accepted step starts; `origin` is x_0 of eq. (7). `last` tells whether
+    `times` (n,) and `states` (n, size) are the accepted step starts; `origin` is x_0 of eq. (7). `last` shows whether
     it is the last one of its step, single stance, which ends with heel strike. `height` is that of the standing foot's
     ground, zero but for feet put down at a given time.
     """

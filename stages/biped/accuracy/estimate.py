@@ -1,6 +1,6 @@
-"""An accuracy that was asked for, checked by the run itself on the design at hand.
+"""An accuracy that was requested, checked by the run itself on the design at hand.
 
-The loosest settings are where it begins. A second walk with finer ones tells the error: how far both differ. That is
+The loosest settings are where it begins. A second walk with finer ones shows the error: how far both differ. That is
 too much as soon as refining halves the error, and solvers of any order do better. If it is more than asked, the next
 pair is at the settings that should have half of what is asked, by what was found.
 """
@@ -36,15 +36,15 @@ W = TypeVar("W")
 
 
 class NotMet(ValueError):
-    """An accuracy asked for cannot be shown to be met on this design; the message says what was reached."""
+    """An accuracy requested cannot be shown to be met on this design; the message says what was reached."""
 
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """One error that was asked for, as estimated by a walk with coarser settings than the one kept."""
+    """One error that was requested, as estimated by a walk with coarser settings than the one kept."""
 
-    name: str = quantity("-", "what was asked for, as in accuracy")
-    asked: float = quantity("1", "largest error asked for, in the unit of its name")
+    name: str = quantity("-", "what was requested, as in accuracy")
+    asked: float = quantity("1", "largest error requested, in the unit of its name")
     estimated: float = quantity("1", "difference from the coarser walk, in the unit of its name")
     settings: str = quantity("-", "solver settings of the walk kept")
 

@@ -35,8 +35,8 @@ class Level:
     level: str = parameter("-", "accuracy of the whole study", choices=LEVELS, default=PAPER)
 
 
-#: A stage is run once more at so many times its tolerances: what its numbers then differ by tells their errors. Looser
-#: solvers tell less: adaptive steps scatter, so two tolerances differ by too much or by little, by chance.
+#: A stage is run once more at so many times its tolerances: what its numbers then differ by shows their errors. Looser
+#: solvers show less: adaptive steps scatter, so two tolerances differ by too much or by little, by chance.
 CLOSER = 0.1
 #: Finest tolerance of the constraint model that is allowed.
 FINEST = 1e-14
@@ -81,7 +81,7 @@ CUSTOM = "custom"
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Largest errors over the walk; None: not asked for."""
+    """Largest errors over the walk; None: not requested."""
 
     hip_position_m: float | None = parameter(
         "m", "error of the hip over the whole walk", bound=Bound(above=0), default=None
@@ -96,11 +96,11 @@ class Accuracy:
 
     @property
     def errors(self) -> dict[str, float]:
-        """The errors asked for, by their keys."""
+        """The errors requested, by their keys."""
         return {key: value for key, value in vars(self).items() if value is not None}
 
     def broken_rules(self) -> Iterator[Broken]:
-        """Something is asked for."""
+        """Something is requested."""
         if not self.errors:
             yield Broken("hip_position_m", "at least one of " + ", ".join(vars(self)))
 

@@ -1,4 +1,4 @@
-"""Numba's cache of a compiled function, in a folder that we name, in files whose seal tells damage.
+"""Numba's cache of a compiled function, in a folder that we name, in files whose seal shows damage.
 
 The one file that uses private parts of numba: what its own caches are made of, the same from 0.60 on. Where they have
 changed, importing this or `attach` raises ImportError, AttributeError or TypeError, and numba's own cache serves.
@@ -50,7 +50,7 @@ class _Results(Results):  # type: ignore[misc]
 
 
 class _Kept(Cache):  # type: ignore[misc]
-    """The machine code of one function: a file for each choice of types, named by it, whose seal tells damage.
+    """The machine code of one function: a file for each choice of types, named by it, whose seal shows damage.
 
     Numba numbers such files and keeps an index. Two processes that compile at once may then give one number twice, and
     a file that holds another choice's machine code is run. The path of a source says nothing here: a file is named by

@@ -118,7 +118,7 @@ def read_steps(
 def sampled(time: Vector, path: Path) -> tuple[float, np.ndarray]:
     """The interval between samples [s] of rows at times (n,) [s], and the sample that each row is (n,).
 
-    Stamps may be rounded, so that no two of them tell the interval: 8 and 9 ms of 119 Hz, 2 and 3 ms of 400 Hz. Raises
+    Stamps may be rounded, so that no two of them show the interval: 8 and 9 ms of 119 Hz, 2 and 3 ms of 400 Hz. Raises
     WrongOption.
     """
     steps = np.diff(time)

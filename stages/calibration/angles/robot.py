@@ -54,7 +54,7 @@ class Robot:
 @dataclass(frozen=True)
 class Shown:
     """Stance angle and angle between the legs (n, 2) [rad], and their derivatives by the step's start (n, 2, 4) and by
-    the numbers asked for (n, 2, m). Fewer rows than the step has where the hip's friction chatters."""
+    the numbers requested (n, 2, m). Fewer rows than the step has where the hip's friction chatters."""
 
     angles: np.ndarray
     by_start: np.ndarray
@@ -192,7 +192,7 @@ class AngleSetup:
             if not any(step.leg == leg for step in fitted):
                 raise NotIdentified(
                     f"leg {leg} never stands in the steps that are fitted: what swings and what stands on one leg only "
-                    "cannot tell the two legs' masses apart. Give steps of both legs, or known values and other free "
+                    "cannot distinguish the two legs' masses. Give steps of both legs, or known values and other free "
                     "parameters for a robot whose legs are alike")
         return fitted, out
 

@@ -1,7 +1,7 @@
 """Whether steps of a driven walker are of the robot that others were fitted to, and which of its numbers has changed.
 
 Numbers that are fitted to the new steps differ from the robot's by chance, as the covariances of both fits say. Of one
-that has changed alone, generalised least squares of these differences tell the change, which are a score test too. A
+that has changed alone, generalised least squares of these differences show the change, which are a score test too. A
 recording that was turned or exchanged is one whose opposite fits better than any change of a number does.
 """
 
@@ -126,5 +126,5 @@ def answer(source: Path, folder: Path, asking: Asking) -> Answer:
     setup = robot.setup
     steps = read_steps(source, setup.columns, setup.left_out, setup.markers, asking.reading)
     refuse((len(steps) <= len(setup.free), f"{source}: has {len(steps)} steps, and more than {len(setup.free)} are "
-            "needed to tell as many numbers of the robot"))  # fmt: skip
+            "needed to show as many numbers of the robot"))  # fmt: skip
     return answered(judged(robot, steps), {"steps": len(steps)})

@@ -179,8 +179,8 @@ class Joint:
             converged=not why, why=why)  # fmt: skip
 
     def _together(self, fits: Sequence[RunFit]) -> Vector:
-        """The design that the runs' own fits agree on, each weighed by what it tells, about their mean, beside what is
-        known: of a combination that no run shows, as the scale of mass, each tells something else by its curvature."""
+        """The design that the runs' own fits agree on, each weighed by what it shows, about their mean, beside what is
+        known: of a combination that no run shows, as the scale of mass, each shows something else by its curvature."""
         d, unit = len(self.sizes), self.sizes
         middle = np.mean([fit.design for fit in fits], axis=0)
         there = self.model.robot(self.design, middle)

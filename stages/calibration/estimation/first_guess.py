@@ -1,7 +1,7 @@
 """Where a run begins, from the times of its heel strikes alone: what the fit's first horizon starts from.
 
 A push by hand moves the first mid-stance by a tenth of a second, which is more than a fit on a growing horizon gets
-over. The step durations after it tell the push: the drawing's walker is started after the first strike with other
+over. The step durations after it show the push: the drawing's walker is started after the first strike with other
 angles and rates, and the start whose steps last as long as those measured is followed to its mid-stance.
 """
 

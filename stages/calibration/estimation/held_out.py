@@ -1,4 +1,4 @@
-"""A run that was not fitted: how well a robot explains it, and how well it foretells it from its beginning."""
+"""A run that was not fitted: how well a robot explains it, and how well it predicts it from its beginning."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ SUMS = {TOTAL_MASS: {"biped.hip_mass": 1.0, "biped.foot_mass": 2.0, "biped.frame
 
 
 class NotIdentified(ValueError):
-    """The measurements cannot tell what is asked of them; the message says what is missing."""
+    """The measurements do not determine what is sought; the message says what is missing."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,8 @@ class Known:
 
 
 def combinations(names: Sequence[str], middle: Vector, information: np.ndarray, sizes: Vector) -> tuple[Known, ...]:
-    """What an information matrix (n, n) tells of the parameters `names` about `middle` (n,): a known sum, with a
-    standard deviation of one, for each direction that it tells anything of. `sizes` (n,) are changes for numerics."""
+    """What an information matrix (n, n) shows of the parameters `names` about `middle` (n,): a known sum, with a
+    standard deviation of one, for each direction that it shows anything of. `sizes` (n,) are changes for numerics."""
     values, vectors = np.linalg.eigh(information * sizes * sizes[:, None])
     rows = (vectors[:, values > SEEN] * np.sqrt(values[values > SEEN])).T / sizes
     shares = np.diag(information) * middle**2 > WELL

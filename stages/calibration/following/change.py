@@ -1,4 +1,4 @@
-"""What a run tells of whether it is one of the robot that was fitted, and of which part or sensor has changed.
+"""What a run shows of whether it is one of the robot that was fitted, and of which part or sensor has changed.
 
 Under the hypothesis that nothing has, a run's design is the robot's with the robot's covariance, its ramp and its
 sensors are as they usually are, and its start is free. The fit of the run with all that as priors leaves residuals, on
@@ -44,7 +44,7 @@ MOST = 5
 
 @dataclass(frozen=True)
 class Evidence:
-    """What `runs` runs tell of the design's parameters (d,) and of changes (c,) from the robot's values: the normal
+    """What `runs` runs show of the design's parameters (d,) and of changes (c,) from the robot's values: the normal
     equations, with the runs' own unknowns eliminated. `misfit` is the sum of squares of `count` readings."""
 
     matrix: np.ndarray
@@ -100,7 +100,7 @@ class Comparison:
         return [*found, *MOVED]
 
     def held(self, run: MeasuredRun) -> Evidence:
-        """What a run tells: as the robot's, or where it is not, with the part that explains most changed.
+        """What a run shows: as the robot's, or where it is not, with the part that explains most changed.
 
         Where the robot does not walk it, that is said where one that is free does. Raises StepFailed where none does.
         """
@@ -114,7 +114,7 @@ class Comparison:
         return found
 
     def alike(self, run: MeasuredRun) -> Evidence:
-        """What a run of this robot tells, whatever it tells. Raises StepFailed."""
+        """What a run of this robot shows, whatever it shows. Raises StepFailed."""
         fit = self._near(self._read(run))
         return self.evidence(run, self.model.robot(self.robot.design, fit.design, fit.own), fit.unknowns)
 
@@ -133,7 +133,7 @@ class Comparison:
         return replace(run, own={**own, **run.own})
 
     def _at_best(self, run: MeasuredRun, fit: RunFit) -> Evidence:
-        """What a run tells about its fit as the robot's, or where that is another's, with one part fitted too.
+        """What a run shows about its fit as the robot's, or where that is another's, with one part fitted too.
 
         That is the part that explains most; scores are taken again there, until they name none or one that was fitted.
         """
@@ -174,7 +174,7 @@ class Comparison:
         return cost, at, fit.unknowns
 
     def evidence(self, run: MeasuredRun, at: DesignPoint, unknowns: Vector) -> Evidence:
-        """What a run tells, linearised at a design and a run's unknowns (k,). Raises StepFailed.
+        """What a run shows, linearised at a design and a run's unknowns (k,). Raises StepFailed.
 
         What the run has of its own is eliminated. Of that, a part moves the middle of what is known before.
         """

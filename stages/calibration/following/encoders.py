@@ -30,7 +30,7 @@ BY_SHOWN = np.array([[1.0, 0.0], [-1.0, 1.0]])
 DIFFERENCES, WEIGHTS = 4, 70.0
 #: Times that noise in the rates is set again, with the power of what innovations are larger than said.
 ROUNDS, POWER = 10, 1.5
-#: Steps of either leg that tell it are so many at least, where there are.
+#: Steps of either leg that show it are so many at least, where there are.
 ENOUGH = 6
 
 
@@ -49,7 +49,7 @@ class Seen:
 def follow(robot: FittedEncoders, step: DrivenStep) -> Iterator[Seen]:
     """What is known of a step after each sample, from its first ones on, and as long as its hip does not chatter.
 
-    Numbers that no fitted step tells are as they are.
+    Numbers that no fitted step shows are as they are.
     """
     names = robot.setup.free
     drive, m = drive_of(robot.setup.robot, step, names), len(names)

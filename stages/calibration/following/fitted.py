@@ -28,7 +28,7 @@ from stages.calibration.observation.measured_run import MeasuredRun
 
 #: A ramp that is set again, and a leg that is put on again, differ by these shares at least.
 OF_SLOPE, OF_LEG = 0.03, 3e-4
-#: Two runs or more tell how a mounting differs between them; with fewer the fit's own error is taken so many times.
+#: Two runs or more show how a mounting differs between them; with fewer the fit's own error is taken so many times.
 ONE_RUN = 2.0
 #: Degrees of freedom of what is known well.
 SURE = 1e6

@@ -1,7 +1,7 @@
 """A fitted robot that is followed: how it walks with what is thought of it, and what is thought at first.
 
 What is not known, in the order of `Model.names`: the design, the start of the step at its mid-stance, and the errors of
-the sensors. They are constants of the step, of which each sample tells something; the state at any time follows from
+the sensors. They are constants of the step, of which each sample shows something; the state at any time follows from
 them, with exact derivatives. At the next mid-stance its state takes the start's place. See Bar-Shalom, Li, Kirubarajan,
 Estimation with Applications to Tracking and Navigation (2001), 11.4, on the iterated filter.
 """
@@ -93,7 +93,7 @@ class Follower:
                                                   **arrays))  # fmt: skip
 
     def pushed(self, step: Step, time: float) -> Estimate:
-        """What a step tells of its state at a time [s], from when on rates may be any near by, and a new step begins.
+        """What a step shows of its state at a time [s], from when on rates may be any near by, and a new step begins.
 
         The push was a sampling period later at most: places are as far off as rates move them until then.
         """
@@ -167,7 +167,7 @@ class Follower:
         return float(at[self.start[-1]])
 
     def onwards(self, step: Step, share: float = 1.0) -> Estimate:
-        """What a step tells of the next mid-stance, a `share` of the way from where it was linearised to its mean.
+        """What a step shows of the next mid-stance, a `share` of the way from where it was linearised to its mean.
 
         The model's discrepancy is in its start. Raises StepFailed where it does not get there.
         """
@@ -176,7 +176,7 @@ class Follower:
         return self._carried(step, step.walked.next_start(), wrong, 1 - step.sampling.first_leg, share)
 
     def _carried(self, step: Step, rows: np.ndarray, wrong: Vector, leg: int, share: float = 1.0) -> Estimate:
-        """What a step tells of a later start on a `leg`, given as `rows` of it and its derivatives; errors (n,) that
+        """What a step shows of a later start on a `leg`, given as `rows` of it and its derivatives; errors (n,) that
         are not the step's come on top.
 
         From there on time is what the hip's clock shows then, and by how much clocks are apart by then is known too.

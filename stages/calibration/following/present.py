@@ -1,4 +1,4 @@
-"""What is known of a walk at one time: its state, with the spread of what a line does not tell.
+"""What is known of a walk at one time: its state, with the spread of what a line does not show.
 
 The unknowns are Gaussian, and a state is a function of them. At a fixed time since its stretch of the walk began it is
 nearly linear. When that began is not known either, and where a leg has just landed its springs ring, or a foot leaves
@@ -32,7 +32,7 @@ from stages.calibration.observation.prediction import Walked
 LATE = 10.0
 #: So many standard errors of its time from an event a state may be before or after it.
 NEAR = 6.0
-#: Derivatives by time that tell of a state so near to another that no event lies between, and their factorials.
+#: Derivatives by time that describe a state so near to another that no event lies between, and their factorials.
 ORDERS = np.arange(6)
 FACTORIALS = np.array([math.factorial(order) for order in ORDERS], dtype=float)
 #: A sample near a heel strike may be so many standard errors of its time nearer than it is thought to be; no strike is

@@ -21,7 +21,7 @@ from stages.analytic.model.walker import Vector
 #: residuals have (Bonferroni).
 LEVEL = 0.01
 PARTS, RESIDUALS = 0.9, 0.1
-#: Two parts cannot be told apart where what they explain differs by no more than this in chi-square.
+#: Two parts cannot be distinguished where what they explain differs by no more than this in chi-square.
 ALIKE = 2.0
 
 
@@ -71,7 +71,7 @@ class Verdict:
 
     @property
     def named(self) -> tuple[Change, ...]:
-        """The part that explains most, and those that cannot be told apart from it."""
+        """The part that explains most, and those that cannot be distinguished from it."""
         return tuple(one for one in self.changes if one.explains > self.changes[0].explains - ALIKE)
 
 

@@ -46,7 +46,7 @@ class Sample:
 
 class Step:
     """A step from a mid-stance on, `walked` with the unknowns `at` (n,), of which an estimate from `before` it and the
-    samples that it has `taken` tell. Its states are `wrong` by so much, dimensionless."""
+    samples that it has `taken` show. Its states are `wrong` by so much, dimensionless."""
 
     def __init__(
         self, model: Model, wrong: float, before: Estimate, at: Vector, walked: Walked, taken: Sequence[Sample] = ()
@@ -72,7 +72,7 @@ class Step:
 
     @property
     def known(self) -> Estimate:
-        """What all samples so far tell of the unknowns."""
+        """What all samples so far show of the unknowns."""
         moved, covariance = self._solved
         return Estimate(np.asarray(self.at + moved), covariance, self.sampling)
 
@@ -133,7 +133,7 @@ class Step:
 
     @cached_property
     def _solved(self) -> tuple[Vector, np.ndarray]:
-        """What all that was taken tells: by how much the mean (n,) is from `at`, and the covariance (n, n).
+        """What all that was taken shows: by how much the mean (n,) is from `at`, and the covariance (n, n).
 
         Each further sample changes them in place.
         """

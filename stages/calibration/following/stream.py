@@ -43,7 +43,7 @@ READINGS = SAMPLE_VALUES[-6:]
 EACH_S, LONGEST_S = 1.0, 120.0
 #: So many rows in a row that are before the last one are a clock that was set back.
 SET_BACK = 20
-#: A row so many sampling periods after the last one tells of rows that are lost.
+#: A row so many sampling periods after the last one shows that rows are lost.
 LOST = 1.5
 
 

@@ -32,7 +32,7 @@ AGAIN, MOVED, ROUNDED, SHORTER = 12, 0.05, 1e-9, 0.25
 BLIND = 4.0
 #: So much of a step before a heel strike it is said whether the robot will fall, if the strike is known to this share.
 EARLY, SURE = 0.06, 0.006
-#: Forecasts of heel strikes are held against measured ones from so long before on, in steps; so many runs tell how they
+#: Forecasts of heel strikes are held against measured ones from so long before on, in steps; so many runs show how they
 #: differ.
 BEFORE, ENOUGH = 0.2, 9
 #: A push is where all of so many samples are so improbable, in mean squares of their standard deviations. Then the step
@@ -171,7 +171,7 @@ class Track:
             self._lately = [*self._lately[1 - LATELY:], (innovation, sample.time)]
         if self._pushed > -math.inf:
             if settled and sample.side == SIDES[0] and kept:
-                with contextlib.suppress(StepFailed):  # where no step is near, more samples may tell
+                with contextlib.suppress(StepFailed):  # where no step is near, more samples may show
                     self._step = self._follower.nearer(self._step, self._period, sample.time)
                     self._end()
         elif len(self._lately) == LATELY and min(self._lately)[0] > PUSHED:

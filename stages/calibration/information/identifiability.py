@@ -1,4 +1,4 @@
-"""What runs can tell of a design before they are made: standard deviations, combinations without information, what
+"""What runs can show of a design before they are made: standard deviations, combinations without information, what
 limits the rest, and what would help.
 
 A run that is planned shows the design's own gait. The information of a Gaussian fit is J^T W J; its inverse is the
@@ -89,7 +89,7 @@ BELONGS, EQUAL = 1e-3, 0.01
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What `runs` runs tell of the parameters `names` (n,): `values`, `scales`, standard deviations `sd` (n,), infinite
+    """What `runs` runs show of the parameters `names` (n,): `values`, `scales`, standard deviations `sd` (n,), infinite
     for those in a combination that is not seen, the `unseen` combinations (u, n) in shares of `scales`. The unknown
     that each parameter's error goes along with most is its partner: its name, the correlation (n,), and the parameter's
     standard deviation if it were known (n,).
@@ -173,7 +173,7 @@ def is_scale_of_mass(combination: Vector, units: Sequence[str], values: Vector) 
 
 
 def described(combination: Vector, names: Sequence[str], units: Sequence[str], values: Vector) -> str:
-    """A sentence on a combination (n,) of shares of `values` that no measurement tells of."""
+    """A sentence on a combination (n,) of shares of `values` that no measurement shows."""
     parts = combination / float(combination[np.argmax(np.abs(combination))])
     rows = [row for row in np.argsort(-np.abs(parts)) if abs(parts[row]) > max(BELONGS, EQUAL)]
     alike = all(abs(parts[row] - 1) < EQUAL for row in rows)

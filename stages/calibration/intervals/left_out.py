@@ -2,7 +2,7 @@
 
 A parameter that a fit holds pulls on the residuals by its score, at the estimate and without another fit. Its square
 over its information is chi-square with one degree of freedom where the parameter is what it is held at. Those that
-tell most are fitted too: what that takes off the sum of squares is chi-square in the same way (S. S. Wilks, 1938).
+show most are fitted too: what that takes off the sum of squares is chi-square in the same way (S. S. Wilks, 1938).
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """What a model puts wrong: whether what a fit leaves is the sensors' noise, and what fits of other machines' runs miss.
 
-Noise leaves residuals of one sigma whose mean at every phase of the step is zero, and of which none tells the next.
+Noise leaves residuals of one sigma whose mean at every phase of the step is zero, and of which none shows the next.
 What the model lacks comes back at the same phase of every step.
 
 An error that is alike in every step, like a contact that is softer than the model's, scatters nowhere: no residual of a
-run tells it. Fits of other runs of the study's twin, whose truth is known, do. What they miss on average is taken off,
+run shows it. Fits of other runs of the study's twin, whose truth is known, do. What they miss on average is taken off,
 their scatter over builds, starts and ramps is the interval.
 
 A fit can show itself how far its model pulled it: the ingest knows sensors' clocks to a few parts in ten thousand, and
@@ -132,7 +132,7 @@ def correlation_length(every: Sequence[np.ndarray]) -> float:
 
 #: A share of readings that no fit is below which is worth anything.
 LEAST = 0.1
-#: Traces with fewer samples tell nothing of how neighbours hang together.
+#: Traces with fewer samples show nothing of how neighbours hang together.
 FEWEST = 10
 
 
@@ -153,7 +153,7 @@ def widening(fits: Sequence[Equations]) -> tuple[float, float]:
     return math.sqrt(size), max(1.0, math.sqrt(variance * max(1.0, length)))
 
 
-#: How many more runs than coefficients tell a scatter at all.
+#: How many more runs than coefficients show a scatter at all.
 SPARE = 2
 #: How sure it is that an interval holds what it says: a scatter of few runs may be too small by luck, and then all
 #: intervals of the study are.
@@ -195,7 +195,7 @@ class Discrepancy:
 
     @classmethod
     def from_misses(cls, misses: Misses) -> Discrepancy | None:
-        """From what a study's runs miss; none where too few tell it."""
+        """From what a study's runs miss; none where too few show it."""
         try:
             return cls.of(misses.shares, misses.pulls)
         except ValueError:
@@ -266,18 +266,18 @@ def judged(
 def unfit(
     names: Sequence[str], known: Sequence[Known], design: DesignPoint, lever_arm_sd: float, study: Result, source: str
 ) -> str:
-    """Why a study's fits do not tell what these miss; nothing where they do."""
+    """Why a study's fits do not show what these miss; nothing where they do."""
     if Discrepancy.from_misses(study.misses) is None:
         few = len(study.misses.runs)
         return (f"{source} has {count_of(few, 'fit') if few else 'no fits'} of other robots' runs"
                 f"{', too few' * (few > 0)} (calibration.discrepancy_runs)")
     if set(names) != set(study.names):
-        return (f"{source} tells it of fits that look for {listed([short(name) for name in study.names])}; the bill of "
+        return (f"{source} shows it for fits that seek {listed([short(name) for name in study.names])}; the bill of "
                 "parts begins such a fit (design: parts)")
     if {one.name for one in known} != {TOTAL_MASS}:
-        return f"{source} tells it of robots of which the mass is known and nothing else"
+        return f"{source} shows it for robots of which the mass is known and nothing else"
     if not math.isclose(lever_arm_sd, study.lever_arm_sd, rel_tol=0.1):
-        return (f"{source} tells it of robots whose foot sensor is where it is said to be within "
+        return (f"{source} shows it for robots whose foot sensor is where it is said to be within "
                 f"{study.lever_arm_sd:.2g} m, here within {lever_arm_sd:.2g} m (calibration.lever_arm_sd)")
     other = [short(name) for name, drawn in zip(study.names, study.drawn, strict=True)
              if abs(design.value(name) - drawn) > SAME * abs(drawn)]

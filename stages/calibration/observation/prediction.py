@@ -183,7 +183,7 @@ class Walked:
 
 
 class Shown:
-    """What the sensor of one side shows of a walk, asked for in the order of time."""
+    """What the sensor of one side shows of a walk, requested in the order of time."""
 
     def __init__(self, walked: Walked, sampling: Sampling, side: str) -> None:
         self._walked, self._sampling, self._side = walked, sampling, side

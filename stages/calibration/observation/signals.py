@@ -1,4 +1,4 @@
-"""What sensors at the hip and at the foot of one leg feel of a walk, and what their low pass lets through.
+"""What sensors at the hip and at the foot of one leg measure of a walk, and what their low pass lets through.
 
 Last axes hold a value, then its exact derivatives. Those of what is sensed are by the complex step: f(x + i h dx) has h
 times the derivative along dx as its imaginary part, up to h^2, which for h = 1e-30 is nothing.
@@ -225,7 +225,7 @@ class Piece:
 class LowPass:
     """Signals that are `chosen`, k of them, behind the low pass, which has rested in the first values.
 
-    It is followed as far as it is asked for. Without derivatives where they are not to be `derived`.
+    It is followed as far as it is requested. Without derivatives where they are not to be `derived`.
     """
 
     def __init__(

@@ -172,7 +172,7 @@ def walk_stretches(
 
     It begins in single stance on leg `first_leg` with the state `begin` (size,), or upright, (size - 1,), without
     theta, which is zero. There what springs do fades soon; just after a heel strike it would move the next events too,
-    and a fit could not tell it from the time of the strike. Columns: the entries of `begin`, then the changes of the
+    and a fit could not separate it from the strike's time. Columns: the entries of `begin`, then the changes of the
     walker's numbers `along` (n, fields of `walker.p`), in whose own step leg 0 stands. Raises StepFailed like
     `poincare_map`.
     """

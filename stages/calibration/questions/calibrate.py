@@ -1,4 +1,4 @@
-"""`calibrate`: the robot that was measured, as parameters with intervals, and what measurements can tell at all."""
+"""`calibrate`: the robot that was measured, as parameters with intervals, and what measurements can show at all."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def has_angles(source: str) -> bool:
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
-    """Fit the recordings, or say what runs can tell. Raises WrongOption, NoGait, NotIdentified."""
+    """Fit the recordings, or say what runs can show. Raises WrongOption, NoGait, NotIdentified."""
     recorded = "" if options.identifiability else options.source or ""
     refuse((options.robot is not None and (has_angles(recorded) or not recorded),
             "--continue: goes on with recordings of sensors at hip and foot alone, in a database"))

@@ -40,7 +40,7 @@ QUESTION = Question(
 
     SOURCE is as for `calibrate`; of angles turned signs and exchanged legs are named too. Of runs of the same robot one
     in a hundred is said to be another's. The answer names the part of the robot or place of a sensor that explains
-    most, how much it has changed, and parts that cannot be told apart from it. It ends with 3 for another robot.
+    most, how much it has changed, and parts that cannot be distinguished from it. It ends with 3 for another robot.
     """,
     Options,
     ask,

@@ -54,7 +54,7 @@ def calibrated(
     biped: Biped, slope: Slope, about: Mapping[str, Any] | None, source: Path,
     reading: Callable[..., Iterator[Any]] = at_hand,
 ) -> Calibrated:  # fmt: skip
-    """Fit the steps of a recording and foretell the others. Raises WrongOption, NotIdentified."""
+    """Fit the steps of a recording and predict the others. Raises WrongOption, NotIdentified."""
     setup = setup_of(about, biped, slope)
     fitted, out = setup.split(read_steps(source, setup.columns, setup.left_out, setup.markers, reading))
     sizes, low = setup.sizes(), setup.low()

@@ -74,7 +74,7 @@ def sentence(verdict: Verdict) -> str:
         return ("the same robot: nothing that was measured differs from it by more than chance (probability "
                 f"{verdict.probability:.2g}, of which {LEVEL:g} and less says another)")
     named = [in_words(one) for one in verdict.named]
-    what = named[0] if len(named) == 1 else f"one of {listed(named)}, which the runs cannot tell apart"
+    what = named[0] if len(named) == 1 else f"one of {listed(named)}, which the runs cannot distinguish"
     if verdict.explained:
         return f"not the same robot: what has changed is {what}"
     return f"not the same robot: no single part explains all that differs; {what} explains most"

@@ -26,7 +26,7 @@ from stages.calibration.information.identifiability import (
 )
 from stages.calibration.parameters import Parameters
 
-#: A correlation from which on two errors are hard to tell apart, and a gain that is worth a line.
+#: A correlation from which on two errors are hard to distinguish, and a gain that is worth a line.
 STRONG, WORTH = 0.9, 1.25
 
 

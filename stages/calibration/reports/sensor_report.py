@@ -165,7 +165,7 @@ def _split(
 
 
 def _explained(design: DesignPoint, run: MeasuredRun, model: Model, begun: float) -> HeldOut | None:
-    """How well the robot explains and foretells a run held out; None where it does not walk it."""
+    """How well the robot explains and predicts a run held out; None where it does not walk it."""
     try:
         return explained(design, run, model, begun)
     except StepFailed:

@@ -61,7 +61,7 @@ def repair_clock(indexed: IndexedRecording, tolerance: float) -> Clock:
     time = segment_times(indexed, level, found.period)
     time += np.where(indexed.segment == arrival[longest, 0][0], found.bent(indexed.index), 0.0)
     error = _error(found, arrival[~longest])
-    # A floor that is even shows no loss, but one packet less tilts it as a slower clock does. Nothing tells
+    # A floor that is even shows no loss, but one packet less tilts it as a slower clock does. Nothing shows
     # the error of the sensor's own clock.
     if name == "device" or (indexed.numbered_by == BY_ROWS and error <= tolerance):
         error = np.nan
@@ -110,7 +110,7 @@ def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> np.ndarray:
 
 
 def counted(indexed: IndexedRecording) -> np.ndarray:
-    """Sampling periods of every sample (n,) with no pause between segments: how long one was, only stamps tell."""
+    """Sampling periods of every sample (n,) with no pause between segments: how long one was, only stamps show."""
     step = np.where(np.diff(indexed.segment) == 0, np.diff(indexed.index), 1)
     return np.asarray(np.cumsum(np.append(indexed.index[:1], step)))
 

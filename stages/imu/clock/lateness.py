@@ -108,7 +108,7 @@ def floors(x: np.ndarray, late: np.ndarray, moments: int = A_WINDOW, most: int =
 def unevenness(x: np.ndarray, late: np.ndarray, moments: int = A_WINDOW, most: int = MOST_WINDOWS) -> float:
     """Height [s] of the highest floor above the lowest one, and the usual doubt of a floor: how near its next is.
 
-    x, late (n,): one for each moment of arrival; NaN for too few to tell.
+    x, late (n,): one for each moment of arrival; NaN for too few.
     """
     if len(x) < FEWEST_MOMENTS:
         return float("nan")

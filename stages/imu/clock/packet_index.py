@@ -3,7 +3,7 @@
 A packet counter steps by one a packet, wraps at its modulus, and starts again when the sensor restarts. Rows may be
 repeated, swapped, or missing. From (packet, position) every sample gets an index that counts sampling periods within
 a segment, where a segment is one life of the sensor between two restarts. A packet that was sent again bears another
-stamp and the same readings: its content tells it from a restart. Without a counter the sensor's own stamps number the
+stamp and the same readings: its content shows no restart. Without a counter the sensor's own stamps number the
 samples, and only without those does the rank of a row, which knows of no loss.
 """
 
@@ -20,7 +20,7 @@ from stages.imu.sources.schema import Recording
 FEW_FALLS = 5  # stamps that fall in the order of storage: a clock that was set, not rows in any order
 BY_COUNTER, BY_DEVICE_STAMP, BY_ROWS = "counter", "device stamp", "rows"
 REORDER_WINDOW = 64  # packets; a counter that falls back further than this has restarted
-LOOK_AHEAD = 5  # packets looked at to tell a late packet from a restart
+LOOK_AHEAD = 5  # packets looked at to distinguish a late packet from a restart
 BACK_S = 0.5  # a sensor's own stamp that falls by more has restarted
 
 
@@ -143,7 +143,7 @@ def arrival_order(packet: np.ndarray, stamp: np.ndarray) -> np.ndarray:
     """Rows (n,) in order of arrival: as they are stored, unless they are stored in any order; then by their stamps.
 
     A clock that was set back makes stamps fall once or twice; to sort by it would mix what came before and after.
-    Packets held back by a stall arrive together: in rows of any order the numbers tell theirs.
+    Packets held back by a stall arrive together: in rows of any order the numbers show theirs.
     """
     return np.lexsort((packet, stamp)) if (np.diff(stamp) < 0).sum() > FEW_FALLS else np.arange(len(stamp))
 

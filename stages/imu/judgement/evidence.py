@@ -1,18 +1,18 @@
 """What a trial's signals say about themselves, beyond any declaration: numbers with a known value in a good trial.
 
-Hip and foot ride on one rigid leg that walks in a plane. So both turn alike; the foot feels what the hip feels plus
+Hip and foot ride on one rigid leg that walks in a plane. So both turn alike; the foot reads what the hip reads plus
 d (omega' forward + omega^2 up) of the lever arm d between them, which gives d, the direction of the leg's line in the
 frames that were found, and by its two parts the scale of the gyroscopes; the leg swings forward faster than it rolls
 back; the angle at its own landing and that at the other leg's are opposite; and over whole strides the mean specific
 force is gravity. None of these needs to know how the sensors were mounted or which unit was meant.
 
-A leg that stands tells of its gyroscope and its own length: gravity turns by its angle, its foot rolls. With
-theta = -phi, a sensor of which A is the height above the sole of a leg that stands and rolls feels, forward,
+A leg that stands shows its gyroscope's gain and its own length: gravity turns by its angle, its foot rolls. With
+theta = -phi, a sensor of which A is the height above the sole of a leg that stands and rolls measures, forward,
 
     f = -g sin(theta + slope) + (A + r (cos theta - 1)) theta''
 
-A gyroscope that reads gamma times the true rate gives gamma theta. How far gravity turns tells gamma, how the force
-follows the rate's change tells A. What a stance's angle is off is one more number, which a drift lets grow.
+A gyroscope that reads gamma times the true rate gives gamma theta. How far gravity turns shows gamma, how the force
+follows the rate's change shows A. What a stance's angle is off is one more number, which a drift lets grow.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ AFTER_LANDING_S, BEFORE_LANDING_S = 0.06, 0.04  # and of a stance
 HOLE_S = 0.02  # and so is what lies so near to a hole
 LATE_S = 0.06  # farthest that the rates are looked for behind the forces, or before
 EXPLAINED = 0.5  # of what does not agree is left by a lag that is reported
-ALIKE = 0.25  # smallest agreement of two signals that tells by what factor they differ
+ALIKE = 0.25  # smallest agreement of two signals that shows by what factor they differ
 FEWEST_POINTS = 50
 ROUNDS = 6  # of Gauss and Newton: from 1 to 2 in five
 SURE = 0.02  # largest standard error, from the scatter, of a gain that is reported
@@ -230,7 +230,7 @@ def swept(
 
     time (n,) [s], even; forward (n,) [m/s^2] and rate (n,) [rad/s] on body axes, NaN in holes; angle (n,) [rad] from
     that rate; stances: landings of this leg and the other leg's that follow, each (k,) [s]; slope [rad], arm [m] and
-    radius [m] as they should be. The robot is so `quick` as Table 1's. NaN for what the stances do not tell.
+    radius [m] as they should be. The robot is so `quick` as Table 1's. NaN for what the stances do not show.
     """
     number = np.full(len(time), -1)
     for place, (start, end) in enumerate(zip(*stances)):
@@ -268,7 +268,7 @@ def swept(
 def mean_gain(evidence: Evidence, drawing: Drawing) -> tuple[float, float]:
     """What the gyroscopes read in the mean over what gravity turns by (1), and its standard error.
 
-    Each place tells it, for how fast one gyroscope turns beside the other is known; the surer weighs more.
+    Each place shows it, for how fast one gyroscope turns beside the other is known; the surer weighs more.
     """
     ratio = evidence.rate_ratio or NAN
     gains = []
@@ -288,8 +288,8 @@ def confirmed(evidence: Evidence, parameters: Reading) -> tuple[float, float]:
 
     A gain found within two of its errors of 1 is confirmed to one; further off, and of a length, the square of the
     distance is that of what is declared wrong and of the error together. Two gyroscopes that differ are half as far off
-    in the mean, whichever is right. A gain that nothing tells is any that the verdict lets through. A drawing that
-    nothing tells is as good as it says.
+    in the mean, whichever is right. A gain that nothing shows is any that the verdict lets through. A drawing that
+    nothing shows is as good as it says.
     """
     drawing = parameters.drawing
     gain, sure = mean_gain(evidence, drawing)

@@ -103,7 +103,7 @@ def against_sensor(
         ),
         remark(
             indexed.resets > 0 and report.stamp == "device" and indexed.numbered_by == BY_DEVICE_STAMP,
-            "the sensor's stamps begin anew within the recording, and no other stamp tells how long it paused: give "
+            "the sensor's stamps begin anew within the recording, and no other stamp shows how long it paused: give "
             "each part a run of its own",
         )
         or remark(share > settings.loss_tolerance, f"{share:.0%} of the samples are lost"),
@@ -338,7 +338,7 @@ def _on_gains(evidence: Evidence, parameters: Reading) -> Rule:
     return (
         remark(
             abs(other / one - 1) > unlike,
-            f"while the leg stands the {place} feels forward {sensed:.2f} times what gravity gives that turns by its "
+            f"while the leg stands the {place} reads forward {sensed:.2f} times what gravity gives that turns by its "
             "rate, the other place what it should: an axis of its accelerometer",
             *_of((place,), FORCE, FRAME), LEVER,
         )

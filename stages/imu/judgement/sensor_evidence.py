@@ -46,7 +46,7 @@ def missing_share(trace: SensorTrace) -> float:
 
 
 def leg_sweep(trace: SensorTrace, slowest_hz: float) -> float:
-    """The angle that the leg sweeps by the angular rate as declared [rad]; NaN where nothing can tell."""
+    """The angle that the leg sweeps by the angular rate as declared [rad]; NaN where nothing determines it."""
     known = np.isfinite(trace.angular_rate).all(axis=1)
     if known.sum() < FEWEST_ROWS or not math.isfinite(trace.rate_hz) or trace.rate_hz <= 0:
         return math.nan

@@ -237,7 +237,7 @@ def _of_bag(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[
 #: A format: what reads columns (n,) of such a file by name, given layout and stamps.
 Format = Callable[[Path, Layout, Sequence[str], Sequence[str]], Columns]
 BOOK, PARQUET, ARRAY_FILE, BAG, TEXT = _of_book, _of_parquet, _of_arrays, _of_bag, text_table.read
-#: Formats by the endings that tell them; others are texts.
+#: Formats by the endings that show them; others are texts.
 FORMATS: dict[str, Format] = {
     ".xlsx": BOOK, ".xlsm": BOOK, ".parquet": PARQUET, ".pq": PARQUET, ".mat": ARRAY_FILE, ".h5": ARRAY_FILE,
     ".hdf5": ARRAY_FILE, ".bag": BAG, ".mcap": BAG, ".db3": BAG}

@@ -84,7 +84,7 @@ class Maker:
 
 
 MAKERS = (
-    # Both write the same names; the one in deg/s, the other in rad/s. What is above the names tells them apart.
+    # Both write the same names; the one in deg/s, the other in rad/s. What is above the names distinguishes them.
     Maker("Xsens DOT (Movella)", ("^SampleTimeFine$", "^DeviceTag|^SyncStatus|^OutputRate|(Xsens|Movella) DOT"),
           "m/s^2", "deg/s",
           {"packet": "^PacketCounter$", "device_stamp": "^SampleTimeFine$"},

@@ -1,6 +1,6 @@
 """A first map of files that nothing is known about: what their heads show, and what only a person can know.
 
-Names tell the columns, brackets or a row of units the units, and where they do not, the size of gravity does. Each
+Names show the columns, brackets or a row of units the units, and where they do not, the size of gravity does. Each
 guess is said beside the map, and what no file holds (place, mounting, slope) is left to be filled in.
 """
 
@@ -36,7 +36,7 @@ _AXIS = re.compile(r"(?:^|[^a-z])([xyz])(?:[^a-z]|$)|(?:acc|gyro?|a|g|w)([xyz])(
 _PACKET = re.compile(r"packet|counter|sample.?(number|index|no)|frame|^seq", re.I)
 _STAMP = re.compile(r"time|stamp|epoc|elapsed|clock|date|^t$", re.I)
 _SECONDS = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]", re.I)
-_TICKS = re.compile("SampleTimeFine", re.I)  # of a length that only its maker tells
+_TICKS = re.compile("SampleTimeFine", re.I)  # of a length that only its maker knows
 _ARRIVED = re.compile(r"phone|host|receiv|arriv", re.I)
 _PLACE = re.compile(r"(?<![a-z])(hip|waist|pelvis|trunk|lumbar|foot|feet|ankle|shoe|toe)(?![a-z])[\W_]?", re.I)
 _AT_THE_FOOT = re.compile("foot|feet|ankle|shoe|toe", re.I)
@@ -219,7 +219,7 @@ def _arrays_of(path: Path, wanted: Sequence[str]) -> dict[str, np.ndarray]:
 
 
 def columns_of(head: Head, alone: str = "a", maker: Maker | None = None) -> dict[str, int]:
-    """Column by value of table `sample`, as the names tell; axes without a kind are those of `alone` ("a" or "g").
+    """Column by value of table `sample`, as the names show; axes without a kind are those of `alone` ("a" or "g").
 
     What the maker names in words of its own comes first.
     """
@@ -251,7 +251,7 @@ def _holds_times(head: Head, column: int) -> bool:
 
 
 def _value_named(head: Head, column: int, alone: str, is_time: bool) -> str:
-    """Which value of table `sample` a column's name tells, such as "ax"; empty for none."""
+    """Which value of table `sample` a column's name shows, such as "ax"; empty for none."""
     name = head.name(column)
     if is_time:
         return "phone_stamp" if _ARRIVED.search(name) else "device_stamp"

@@ -29,7 +29,7 @@ _DECIMAL_COMMA = re.compile(r"[-+]?(0?,\d+|\d+,(?!\d{3}$)\d+)([eE][-+]?\d+)?$")
 @dataclass(frozen=True)
 class Layout:
     """How a table is laid out: `header_rows` stand before the one with the names; without `header` columns are called
-    by their number, from 1. Where nothing is said, its numbers tell whether a text has decimal commas, and its names
+    by their number, from 1. Where nothing is said, its numbers show whether a text has decimal commas, and its names
     which `sheet` of a book is meant."""
 
     delimiter: str = ","

@@ -1,6 +1,6 @@
 """What the numbers of a sensor mean: from declared units to SI, and what the numbers themselves say about it.
 
-A sensor at rest measures gravity, whatever its axes: the magnitude tells g from m/s^2, mg and counts. A gyroscope
+A sensor at rest measures gravity, whatever its axes: the magnitude shows g from m/s^2, mg and counts. A gyroscope
 has no such standard, but a walk has: a step of length s on legs of length l sweeps them by 2 asin(s / 2 l), which
 knows no metre, no second and no gravity. The units of angular rate lie a factor of 57 and of 1000 apart.
 """
@@ -77,7 +77,7 @@ def swept_angle(angular_rate: np.ndarray, rate_hz: float, slowest_hz: float) -> 
     """The angle [rad] between the ends that a leg swings to, from its angular rate (n, 3) [rad/s], evenly sampled.
 
     Of what turns faster than `slowest_hz`, so that neither a bias nor the way the sensor was carried counts: the
-    largest travel of any axis. NaN for a recording that is too short to tell.
+    largest travel of any axis. NaN for a recording that is too short for it.
     """
     if len(angular_rate) < rate_hz / slowest_hz:
         return math.nan

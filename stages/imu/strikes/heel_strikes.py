@@ -1,7 +1,7 @@
 """Heel strikes in the signals of the inner leg.
 
 The leg rolls backward while it stands and turns forward while it swings. It turns round shortly before it lands, and
-again shortly after the other leg has landed: each turn has one heel strike near it, and its direction tells the leg.
+again shortly after the other leg has landed: each turn has one heel strike near it, and its direction shows the leg.
 The strike itself is a short pulse of specific force. Its time is then refined: all strikes of the same leg look alike
 in all signals, and each is shifted until it lies best on the mean of them. A strike whose pulse fell into a hole of
 the recording is expected between its neighbours and placed by what is left of it.

@@ -24,7 +24,7 @@ FEWEST_SAMPLES = 12  # of a leg, together: twice what is fitted to a force, a li
 LEAST_GAIN = 0.95  # of the scatter about a straight line, that what is fitted must explain: in 84 runs 0.98 or more
 AT_STRIKE = np.arange(-0.1, 0.11, 0.05)  # how far strikes may be off, in sampling periods
 ROUNDS = 10  # in which it settles which samples tell: two to five
-UNKNOWN = 1e-9  # of what all samples tell of a fitted number: it is zero where those that are left tell less
+UNKNOWN = 1e-9  # of what all samples show of a fitted number: it is zero where those that are left show less
 STRIKE, LIFT = (0, 1, 2), (1, 2)  # columns of `responses`: a strike is a blow as well
 
 
@@ -82,7 +82,7 @@ def lift_after(strikes: np.ndarray, seen: Samples, corner_hz: float) -> float:
     """How long after the other leg's strikes (s,) [s] the sensor's foot is let go [s]; NaN where that is not seen.
 
     Its force is the foot's along the leg: what pressed the leg's slide together lets go when the ground does. Stiff
-    legs give no slide that shows it: there the other leg's blow, at the strike, tells more.
+    legs give no slide that shows it: there the other leg's blow, at the strike, shows more.
     """
     around = time, force, beyond = seen.around(strikes)
     if (beyond == 0).sum() < FEWEST_SAMPLES or not np.isfinite(corner_hz):
@@ -119,14 +119,14 @@ def costs_of(
     line = np.broadcast_to(np.column_stack([np.ones(len(time)), time / WINDOW_S[1]]), (len(onsets), len(time), 2))
     columns = np.concatenate([line, responses(time - onsets[:, None], corner_hz)[..., list(kinds)]], axis=2)
     across, _ = np.linalg.qr(columns)
-    tells, seen = np.broadcast_to(beyond == 0, (len(onsets), *force.shape)), None
+    shows, seen = np.broadcast_to(beyond == 0, (len(onsets), *force.shape)), None
     for _ in range(ROUNDS):
-        if seen is not None and (tells == seen).all():
+        if seen is not None and (shows == seen).all():
             break
-        seen = tells
+        seen = shows
         normal = np.einsum("onc,onk,ond->okcd", across, seen, across) + UNKNOWN * np.eye(across.shape[2])
         sizes = np.linalg.solve(normal, np.einsum("onc,onk->okc", across, seen * force)[..., None])[..., 0]
         left = force - np.einsum("onc,okc->onk", across, sizes)
-        tells = beyond * left >= 0
-    squares = np.where(tells, left**2, 0.0).sum(axis=1)
+        shows = beyond * left >= 0
+    squares = np.where(shows, left**2, 0.0).sum(axis=1)
     return np.asarray(((beyond == 0).sum(axis=0) * np.log(squares)).sum(axis=1))

@@ -31,11 +31,11 @@ class Options:
         bound=Bound(minimum=0, maximum=10_000))
 
     def allowed(self, measure: str) -> Allowed:
-        """The error asked for of a measure. Raises WrongOption."""
+        """The error requested of a measure. Raises WrongOption."""
         given = errors(self.within)
         found = given.get(measure, given.get(""))
         if found is None:
-            raise WrongOption(f"--within: no error is asked for {measure}; as --within {measure}=1%")
+            raise WrongOption(f"--within: no error is given for {measure}; as --within {measure}=1%")
         if measure == "multiplier" and found.share:
             raise WrongOption("--within: a multiplier can be 0: its error is a number, as --within multiplier=0.01")
         return found

@@ -56,7 +56,7 @@ def disc_force(
 def planar_connector_law(
     law: ContactLaw, radius: float, lane: Lane | None = None, ops: Operations = SYMBOLS
 ) -> Callable[..., list[Any]]:
-    """User function of a planar foot: what marker 0 feels, the negative of the force and torque on the foot.
+    """User function of a planar foot: what acts on marker 0, the negative of the force and torque on the foot.
 
     With a lane the ground exists on its blocks only; their edges are not modelled.
     """

@@ -1,4 +1,4 @@
-"""What a scene really holds, counted in the assembled system and not in what was asked for."""
+"""What a scene really holds, counted in the assembled system and not in what was requested."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ def explicit_plan(tolerance: float, largest_step: float, end: float) -> Plan:
 def explicit_settings(tolerance: float, largest_step: float, end: float, start: float = 0.0) -> Any:
     """Exudyn's settings for DOPRI5 with error control from start to end [s].
 
-    The acceleration at a step's end is that of its last stage, which lies there: asked for once more it would be the
+    The acceleration at a step's end is that of its last stage, which lies there: requested once more it would be the
     same to the last bit.
     """
     wanted = _silent_settings(largest_step, end, start)

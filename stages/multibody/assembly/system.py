@@ -37,7 +37,7 @@ exudyn.special.userInterface.SuppressAll(True)  # its renderer aborts a process 
 symbolic: Any = exudyn.symbolic
 #: What a solver raises; the checked build wraps a watch's RuntimeError, the fast one hands it on.
 SOLVER_ERRORS = (exudyn.ExudynError, RuntimeError)
-#: Version and build, as artefacts tell them.
+#: Version and build, as artefacts show them.
 VERSION = f"{exudyn.__version__} ({'fast' if 'exudyn.exudynCPPfast' in sys.modules else 'checked'} build)"
 
 __all__ = ["SOLVER_ERRORS", "VERSION", "CreateSymbolicUserFunction", "exudyn", "items", "symbolic"]
@@ -132,7 +132,7 @@ class System(ABC):
     def assemble(self) -> None:
         """Nothing more is added."""
         self.mbs.Assemble()
-        system = self.mbs.systemData  # asked for once: to look it up takes longer than to answer
+        system = self.mbs.systemData  # requested once: to look it up takes longer than to answer
         self.coordinates, self.rates = system.GetODE2Coordinates, system.GetODE2Coordinates_t
 
     def begin(self, place: Sequence[float] | np.ndarray, motion: Sequence[float] | np.ndarray) -> None:

@@ -71,7 +71,7 @@ class SectionWalker:
         return by_differences(self.step, numbers, self.differences, after)
 
 
-#: Steps at the end of a walk that tell what it does.
+#: Steps at the end of a walk that show what it does.
 LAST_STEPS = 4
 #: A walk has settled when the last step's period and length are this close to the cycle's.
 SETTLED_WITHIN = 0.01
@@ -80,7 +80,7 @@ NEARLY_SETTLED = 2.7e-3
 #: Forward and central differences, in the section's scales, of steps at a tolerance of `USUAL`. Multipliers are then
 #: within .003 and .0003: smaller ones leave more of the steps' noise, larger ones more of the map's bend, which central
 #: ones have only in second order. At another tolerance they are larger by a root of it, where both errors grow alike;
-#: so looser steps tell the bend's too.
+#: so looser steps show the bend's too.
 USUAL, FORWARD, CENTRAL = 1e-7, 5e-4, 2e-3
 
 
@@ -104,7 +104,7 @@ def solve(
 
 def search(model: Parameters, state: PlanarState, walked: Run | None = None) -> LimitCycle:
     """The gait near a mid-stance, at the coarse tolerance, with its multipliers: by central differences, unless what
-    is asked for is coarser still. Then the end of a walk from there that has nearly settled is where it is looked for.
+    is requested is coarser still. Then the end of a walk from there that has nearly settled is where it is looked for.
 
     Raises NoLimitCycle.
     """

@@ -53,10 +53,10 @@ class Words:
 
 @dataclass
 class Watch:
-    """Called before every solver step; `outcome` and `message` tell why the run ended.
+    """Called before every solver step; `outcome` and `message` show why the run ended.
 
-    `fallen` [m] is the height of the hip at which the walker has fallen. `in_play` and `landed` tell which feet stand
-    on the ground at the start, `last_landed` which of them landed last; `refine` may ask for a pause to change the step
+    `fallen` [m] is the height of the hip at which the walker has fallen. `in_play` and `landed` show which feet stand
+    on the ground at the start, `last_landed` which of them landed last; `refine` may request a pause to change the step
     size. After `most_calls` solver steps without a heel strike the solver is stuck. `approach` [m] is the height of a
     foot that comes down. A foot that leaves its place has the next of the `blocks` under it; `laid` lists them.
     """

@@ -26,7 +26,7 @@ UNITS = (*["m"] * 2, *["rad"] * 2, *["m"] * 2, *["m/s"] * 2, *["rad/s"] * 2, *["
 
 
 class LegNumbers(NamedTuple):
-    """One leg, by the symbols of `stages.biped.design`, and gravity, which its parts feel."""
+    """One leg, by the symbols of `stages.biped.design`, and gravity, which acts on its parts."""
 
     m: float
     L_nat: float

@@ -1,6 +1,6 @@
 """How high blocks a design bears, as a goal of a search.
 
-Falls on the blocks asked for may be too rare to count for each design that is tried. So the blocks grow from step to
+Falls on the blocks requested may be too rare to count for each design that is tried. So the blocks grow from step to
 step and are lower after each fall, such that it falls every `EVERY` steps: a staircase as in C. Kaernbach, Perception
 and Psychophysics 49 (1991). The mean height of these is what the design bears. Falls on lower blocks come about alike.
 
@@ -30,7 +30,7 @@ EVERY, LOWER, STEPS = 50, 0.05, 4000
 SETTLING, FASTER = 500, 5
 #: The first height, in leg lengths: low, since blocks fall faster than they grow.
 FIRST = 1e-3
-#: Share of a parameter between designs that are told apart by their walks, and the least of a search.
+#: Share of a parameter between designs that are distinguished by their walks, and the least of a search.
 SHARE, COARSE = 0.04, 0.01
 
 

@@ -9,7 +9,7 @@ as they are. They go over a `pattern` of a few blocks, about which heights are d
 weighed as if its pattern had been placed anywhere among the last blocks: each place is drawn as often (the balance
 heuristic: E. Veach and L. J. Guibas, SIGGRAPH 1995). Patterns are learnt from falls: on blocks so high that
 these are frequent, then on ever lower ones, where what was drawn about the patterns falls and is weighed, until the
-blocks are those asked for (cross-entropy: R. Y. Rubinstein, Methodology and Computing in Applied Probability 1, 1999).
+blocks are those requested (cross-entropy: R. Y. Rubinstein, Methodology and Computing in Applied Probability 1, 1999).
 Some heights are drawn as they are, which bounds the weights.
 """
 
@@ -35,7 +35,7 @@ PLAIN, PATTERNS, LEAST = 0.1, 4, 0.05
 #: Falls that patterns are first learnt from, in so many steps, of which a part is looked at first, on blocks higher by
 #: this factor, at most so often.
 FALLS, WATCHED, LOOKS, HIGHER, TIMES = 60, 4000, 8, 1.2, 13
-#: Passes that share falls out among patterns; walks on blocks of one height; rounds on those asked for.
+#: Passes that share falls out among patterns; walks on blocks of one height; rounds on those requested.
 PASSES, WALKS, ROUNDS = 15, 200, 3
 
 
@@ -51,7 +51,7 @@ class Patterns:
     heights: np.ndarray
 
     def likelihoods(self, heights: np.ndarray) -> np.ndarray:
-        """Densities (n, PLACES, k) of heights (n, KEPT) about each pattern at each place, over that asked for, times
+        """Densities (n, PLACES, k) of heights (n, KEPT) about each pattern at each place, over that requested, times
         its share; their sum over places and patterns is that of the mixture.
         """
         there = sliding_window_view(heights, PATTERN, axis=1)
@@ -66,7 +66,7 @@ class Patterns:
         return heights
 
     def weights(self, heights: np.ndarray) -> np.ndarray:
-        """Weights (n,) of falls after heights (n, KEPT): the density asked for over that drawn from."""
+        """Weights (n,) of falls after heights (n, KEPT): the density requested over that drawn from."""
         return np.asarray(1.0 / (PLAIN + (1 - PLAIN) * self.likelihoods(heights).sum(axis=(1, 2))))
 
     def moved(self, heights: np.ndarray, weights: np.ndarray) -> Patterns:

@@ -128,7 +128,7 @@ def rigid_generalized_force(work: np.ndarray, law: PointLaw) -> None:
 def solver_force(
     feet: np.ndarray, law: PointLaw, rigid: bool = False
 ) -> tuple[Callable[[Sequence[float], Sequence[float]], memoryview], np.ndarray]:
-    """`generalized_force` of coordinates and rates, and the array (4,) that tells it on which pairs the ground acts,
+    """`generalized_force` of coordinates and rates, and the array (4,) that says on which pairs the ground acts,
     and its heights under them.
 
     The answer is the same view each time, whose items Exudyn takes for less than those of an array. The compiled

@@ -119,7 +119,7 @@ class Part:
     pieces: int = parameter("1", "1, or 2 for a piece and its mirror image", bound=Bound(minimum=1, maximum=2))
 
     def broken_rules(self) -> Iterator[Broken]:
-        """Rules within a row: the size fits the shape, the position is a point, and tells left from right."""
+        """Rules within a row: the size fits the shape, the position is a point, and distinguishes left from right."""
         if len(self.position) != 3:
             yield Broken("position", "three numbers x, y, z")
             return
@@ -131,7 +131,7 @@ class Part:
         if self.pieces == 2 and self.position[2] == 0.0:
             yield Broken("position", "z other than 0 for two pieces, which would coincide")
         if self.group in FEET and self.position[2] == 0.0:
-            yield Broken("position", "z other than 0, which tells the left foot from the right one")
+            yield Broken("position", "z other than 0, which distinguishes the left foot from the right one")
 
     @property
     def volume(self) -> float:

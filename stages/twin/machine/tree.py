@@ -54,7 +54,7 @@ TOPPLED = 0.5
 
 
 class SpatialTree(System):
-    """Assembled system. `ground` (4,) tells on which pair of feet it acts, 1 or 0, and its heights under them.
+    """Assembled system. `ground` (4,) shows on which pair of feet it acts, 1 or 0, and its heights under them.
 
     Coordinates and rates are given and taken as (11,) for either kind of legs; the slides of rigid legs are zero.
     """
@@ -178,7 +178,7 @@ def edge_law(point: ContactLaw, radius: float) -> Callable[..., Any]:
         slope = friction_slope(point.numbers, s0, s2, SYMBOLS)
         upward = symbolic.Vector([zero, one, zero, -d2, zero, d0])
         slip = symbolic.Vector([s0, zero, s2, d1 * s2, d2 * s0 - d0 * s2, -(d1 * s0)])
-        return normal * (slope * slip - upward)  # what the ground's marker feels
+        return normal * (slope * slip - upward)  # what acts on the ground's marker
 
     return ground
 

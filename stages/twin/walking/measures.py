@@ -72,7 +72,7 @@ def of_its_leg(measure: np.ndarray) -> np.ndarray:
 def transient_left(*measures: np.ndarray) -> list[float]:
     """By how much the mean of the last two strides of a measure (n,) of steps may differ from where it settles.
 
-    Of measures of the same steps, whose changes fade alike: that which fades slowest tells the rate. Multipliers may be
+    Of measures of the same steps, whose changes fade alike: that which fades slowest shows the rate. Multipliers may be
     of either sign, or complex: sums of two steps keep no limp, and a largest change of several does not miss one that
     passes zero. NaN where changes do not fade, or the walk is too short.
     """
@@ -107,7 +107,7 @@ def energy_balance(record: Record, start: float, end: float) -> EnergyBalance:
     machine = record.machine
     time, weight = quadrature(record.time, start, end)
     q, v = record.at(time)
-    # a switch happens at a solver step, so the middle of each span tells for the whole of it
+    # a switch happens at a solver step, so the middle of each span stands for the whole of it
     acts = np.repeat(record.ground(time[len(NODES) // 2 :: len(NODES)]), len(NODES), axis=0)
     ground = -along(q, v, acts, machine.feet, point_law(record.contact))[1]
     legs = (machine.damping * v[:, list(SLIDE)] ** 2).sum(axis=1)

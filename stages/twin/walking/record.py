@@ -3,7 +3,7 @@
 Points fixed to the twin's bodies move as the coordinates of its tree do. Axes of a pair of legs: forward, up the leg,
 along the hip axis; all in the slope frame. Shapes are (n, 3).
 
-Signals of the twin at given times: the planar projection every model reports, and what its sockets feel in space.
+Signals of the twin at given times: the planar projection every model reports, and what its sockets measure in space.
 
 Sensor axes are those of the inner pair: forward, up the leg, lateral (along the hip axis, z of the slope frame when the
 machine stands straight). A sensor measures acceleration minus gravity, and the angular velocity, on these axes.
@@ -103,7 +103,7 @@ def point_motion(
 class Record(Recorded):
     """A machine's run on its ground: coordinates, rates and accelerations (n, 11) are those of `SpatialTree`.
 
-    `outcome` and `reason` tell how it ended; `evaluations` of the rates count rejected steps too.
+    `outcome` and `reason` show how it ended; `evaluations` of the rates count rejected steps too.
     """
 
     machine: Machine

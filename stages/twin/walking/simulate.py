@@ -44,7 +44,7 @@ WORDS = Words(
 
 @dataclass
 class RampWatch(Watch):
-    """`Watch` of a `tree` with the ground of a `ramp`; `risen` tells which pairs are in the air ahead of the other."""
+    """`Watch` of a `tree` with the ground of a `ramp`; `risen` shows which pairs are in the air ahead of the other."""
 
     tree: SpatialTree = field(kw_only=True)
     ramp: Ramp = field(kw_only=True)
@@ -173,7 +173,7 @@ def simulate_twin(
     """Walk from `start` at t = 0 through `steps` heel strikes (default: the settings') to the mid-stance after them.
 
     With a `ramp` there is ground on its blocks only, and the walk ends at the latest on the last of them. A fall, a
-    standstill or a failure of the solver ends the walk earlier; the record's outcome and reason tell it. `blocks` have
+    standstill or a failure of the solver ends the walk earlier; the record's outcome and reason show it. `blocks` have
     drawn heights.
     Pass a built `tree` of the same machine to save building it again.
     """

@@ -39,7 +39,7 @@ real = partial(sp.Symbol, real=True)
 
 def equations(biped: Biped, slope: Slope, contact: ContactLaw) -> tuple[list[str], dict[str, str]]:
     """Names of the parameters, and lines of C for any values of them: `ground`, how the feet stand and what pushes
-    them; `motion`, mass matrix a and forces b of a qdd = b; with qdd known, `sensed`, what the sensors feel.
+    them; `motion`, mass matrix a and forces b of a qdd = b; with qdd known, `sensed`, what the sensors measure.
     """
     names = [name for name in names_of(biped, slope, contact) if name not in ITERATED]
     keys, rigid = [name.partition(".")[2] for name in names], biped.legs == "rigid"
@@ -99,7 +99,7 @@ def system(p: Penalty, part: d.LegPart, legs: list[Leg], time: sp.Expr, size: in
 
 
 def sensed(kind: Kind, leg: Leg) -> str:
-    """Lines of what sensors at hip and foot's mass centre feel on the leg's axes, and of the ground's forces."""
+    """Lines of what sensors at hip and foot's mass centre measure on the leg's axes, and of the ground's forces."""
     forward, upward = sp.Matrix([sp.cos(d.phi), sp.sin(d.phi)]), sp.Matrix([-sp.sin(d.phi), sp.cos(d.phi)])
     hip, outputs = sp.Matrix([d.x, d.y]), []
     for place in (hip, hip - (d.L - kind.leg.l) * upward + kind.leg.e * forward):

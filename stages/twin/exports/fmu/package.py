@@ -51,7 +51,7 @@ STRUCTURE = {"Output": ("STATE", "STEPS", "STATUS", "OUTPUT"), "ContinuousStateD
              "InitialUnknown": ("DERIVATIVE", "OUTPUT"), "EventIndicator": ("INDICATOR",)}  # fmt: skip
 MEANING = """The planar walker on penalty ground. x is downhill along the slope, y along its normal; pushes act on the
  hip. Angles are from the normal, positive with the foot ahead of the hip; lengths from the hip to the foot's bottom.
- Sensors at the hip and at the mass centre of foot 0 feel acceleration less gravity on the axes of leg 0, and its rate.
+ Sensors at the hip and at the mass centre of foot 0 read acceleration less gravity on the axes of leg 0, and its rate.
  A leg's status: 0, the ground does not act on its foot; 1, it does, and the foot is awaited; 2, the foot has landed."""
 #: Tolerances of the constraint model's gait and of the walker's; steps of the run that is proposed.
 ROUGH, TOLERANCE, STEPS = 1e-9, 1e-12, 6
