@@ -45,7 +45,8 @@ def analytic(frequency=2.0718):
         SimpleNamespace(parameter=name, value=1.0, period=-share, step_length=0.5 * share, speed=1.5 * share)
         for name, share in (("biped.hip_mass", 0.1), ("ground.slope_deg", -0.4))
     )
-    return SimpleNamespace(walk=make_walk(), gait=gait, elasticities=answers)
+    limp = SimpleNamespace(feet_apart_m=np.full(2, 0.115))
+    return SimpleNamespace(walk=make_walk(), gait=gait, elasticities=answers, limp=limp)
 
 
 def multibody():

@@ -22,6 +22,7 @@ from stages.figures.entry import Inputs
 from stages.figures.first_screen import Measure, answers, measure, stable, title
 from stages.figures.result import Caption
 from stages.figures.run import synthetic
+from stages.ground.blocks import Blocks
 from stages.model_error.result import EVEN, WIDTH
 from stages.multibody.result import in_newtons
 from stages.rough_ground.result import written_out
@@ -146,6 +147,14 @@ def test_a_number_that_is_not_known_is_a_question_mark_in_captions():
     cycle = SimpleNamespace(**vars(results()["multibody"].cycle) | {"step_frequency_hz": math.nan})
     unknown = SimpleNamespace(walk=make_walk(), cycle=cycle)
     assert "? Hz and" in drawn.draw("gait_animation", parameters(), results(multibody=unknown))[1]
+
+
+@pytest.mark.parametrize(("length", "said"), [(0.046, False), (0.044, True)])
+def test_a_block_shorter_than_a_foot_rolls_is_said_to_be(length, said):
+    """Steps of 160 mm of which the feet are 115 mm apart: what is left a foot rolls."""
+    asked = given("figure_12_ramp")
+    asked.parameters.blocks = Blocks(block_length=length)
+    assert ("rolls over 45 mm, farther than a block" in figure("figure_12_ramp").caption(asked)) == said
 
 
 def test_a_small_robot_has_its_peak_force_in_digits():

@@ -233,10 +233,13 @@ def draw_ramp(given: Given) -> Figure:
 def caption_ramp(given: Given) -> str:
     twin = given.parameters.twin
     ramp = laid(twin, given.parameters.blocks, given.analytic.gait.step_length_m)
+    rolls = given.analytic.gait.step_length_m - float(given.analytic.limp.feet_apart_m.mean())
+    short = ("" if rolls <= ramp.lanes[0].length else f" A foot rolls over {1e3 * rolls:.0f} mm, farther than a block "
+             f"of {1e3 * ramp.lanes[0].length:.0f} mm carries it (ground.block_length).")
     return (
         f"The ramp of {ramp.length:.4g} m at {np.degrees(given.parameters.slope.angle):.3g}° with {ramp.sets} sets "
         f"of stepping blocks, {1e3 * ramp.step:.0f} mm apart, for inner and outer feet in turn: a swinging foot goes "
-        "down through the gaps of its own lanes. One sensor is at the hip, one on an inner foot."
+        "down through the gaps of its own lanes. One sensor is at the hip, one on an inner foot." + short
     )
 
 
