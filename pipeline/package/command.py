@@ -26,14 +26,13 @@ from pipeline.cache.bounds import in_units
 from pipeline.commands import options, status
 from pipeline.errors import StudyError
 from pipeline.graph import CLAIMS, FILE_NAME, is_inside
-from pipeline.home import home
 from pipeline.package import crate
 from pipeline.package.crate import Row
 from pipeline.parameters import loading, yaml_text
 from pipeline.study import Study, shown
 
 _CITATION = "CITATION.cff"
-#: Authors and licence: the study's own, or those of the study that this program comes with.
+#: Authors and licence, the study's own: those of the program have no right to a lab's recordings.
 _PAPERS = (_CITATION, "LICENSE", "codemeta.json")
 _EPOCH = "SOURCE_DATE_EPOCH"
 #: What a stranger's package may unpack to at most [bytes, files].
@@ -128,12 +127,13 @@ def _made_by(place: Path) -> dict[str, str]:
 def described(study: Study, runs: list[Row], date: datetime.datetime | None, places: dict[str, Path]) -> Row:
     """What the package says of itself, from CITATION.cff; it, the licence and codemeta.json are added to `places`.
 
-    Raises `StudyError` for a CITATION.cff without title, authors or licence, and where there is no day.
+    Raises `StudyError` without CITATION.cff, for one without title, authors or licence, and where there is no day.
     """
-    for name in _PAPERS:
-        own = next((place / name for place in (study.root, home()) if (place / name).is_file()), None)
-        places |= {name: own} if own else {}
-    where = places.get(_CITATION, study.root / _CITATION)
+    where = study.root / _CITATION
+    if not where.is_file():
+        raise StudyError(f"{shown(where)}: is missing; a package names in it its own title, authors, license and "
+                         "date-released, as docs/stages.md shows")  # fmt: skip
+    places |= {name: study.root / name for name in _PAPERS if (study.root / name).is_file()}
     plain: Any = yaml_text.read(where, shown(where)).plain()
     try:
         licenses, authors = plain["license"], tuple(dict(author) for author in plain["authors"])

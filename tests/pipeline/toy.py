@@ -205,6 +205,7 @@ def _template() -> dict[str, str]:
     own = f"{TEMPLATE_PACKAGE}/body"
     sources = {source.relative_to(TEMPLATE).as_posix(): source for source in TEMPLATE.rglob("*.*")}
     words = {f"{own}/{name}.py": HOME / f"stages/biped/{name}.py" for name in ("quantity", "question")}
+    words |= {name: HOME / name for name in ("CITATION.cff", "LICENSE")}
     return {name: source.read_text().replace("stages.biped.", f"{TEMPLATE_PACKAGE}.body.")
             for name, source in {**sources, **words}.items()
             if source.is_file() and "__pycache__" not in source.parts}  # fmt: skip
