@@ -131,8 +131,8 @@ def described(study: Study, runs: list[Row], date: datetime.datetime | None, pla
     """
     where = study.root / _CITATION
     if not where.is_file():
-        raise StudyError(f"{shown(where)}: is missing; a package names in it its own title, authors, license and "
-                         "date-released, as docs/stages.md shows")  # fmt: skip
+        raise StudyError(f"{shown(where)}: is missing; a package needs its title, license (an SPDX name), "
+                         "date-released and authors, as [{name: Our lab}]")  # fmt: skip
     places |= {name: study.root / name for name in _PAPERS if (study.root / name).is_file()}
     plain: Any = yaml_text.read(where, shown(where)).plain()
     try:

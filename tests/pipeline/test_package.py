@@ -123,7 +123,7 @@ def test_a_recording_goes_with_it(ran):
 @pytest.mark.parametrize(("name", "text", "said"), [
     ("results", None, "never run"), ("results/claims.yaml", None, "results/claims.yaml is missing"),
     ("params/side.yaml", "seed: 4\nwait: 0.0\n", "seed 3 -> 4"),
-    ("CITATION.cff", None, "CITATION.cff: is missing; a package names in it its own title, authors, license"),
+    ("CITATION.cff", None, "CITATION.cff: is missing; a package needs its title, license"),
     ("CITATION.cff", "title: mine\n", "a package needs its title, authors and"),
     ("CITATION.cff", "title: t\nlicense: MIT\nauthors: [{name: me}]\n", "--date"),
 ])  # fmt: skip
