@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.gait.continuation import PERIOD_DOUBLING
+from stages.analytic.gait.continuation import PERIOD_DOUBLING, TURNING_POINT
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_map, require_landing, start_state
@@ -20,6 +20,7 @@ from stages.analytic.parameters import Settings as OfAnalytic
 from stages.analytic.result import BACK, FORWARD, NO_START, REACHES, WALKS_ON
 from stages.biped.question import WrongOption
 from stages.ground.blocks import Blocks, BlocksDoNotFit, drawn_heights
+from stages.ground.slope import Slope
 from stages.stability.blocks import rare
 from stages.stability.blocks.borne import EVERY, STEPS, Borne
 from stages.stability.blocks.passage import Counted, from_weighed
@@ -111,6 +112,19 @@ def test_each_doubling_gives_a_family_that_is_stable_at_first(families):
         born = min(families[1:3], key=lambda family: abs(family.value[0] - turn.value))
         assert born.value[0] == pytest.approx(turn.value, abs=2e-3) and born.stable[1]
         assert born.step_duration[0] == pytest.approx(turn.step_duration[0], abs=0.02)
+
+
+def test_a_family_that_folds_beside_its_doubling_is_followed_from_there():
+    """Another gait of the family lies on the far side of the fold: from there the family was followed twice."""
+    light = changed(
+        TABLE_1, hip_mass=0.1429, foot_mass=0.1565, leg_length=0.7098, foot_radius=0.1631, foot_com=0.2283,
+        stiffness=977.2, damping=3.375)
+    design = DesignPoint(light, Slope(slope_deg=1.027, gravity=24.11))
+    z = find_gait(light, design.slope, TOLERANCE)[1].z
+    first, family = over_slope(design, z, replace(SETTINGS, doublings=1))[:2]
+    assert [turn.kind for turn in family.turns] == [TURNING_POINT]
+    assert family.turns[0].value == pytest.approx(0.5213885, abs=1e-6)
+    assert family.step_duration[0] == pytest.approx(first.turns[0].step_duration[0], abs=3e-3)
 
 
 def test_kinds_of_ending_are_those_of_single_steps(basin, gait):

@@ -347,16 +347,20 @@ def doubled_family(
     values, vectors = np.linalg.eig(derivative)
     direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])
     direction /= np.linalg.norm(direction)
-    for shift, sign in product((1e-4, 1e-3, 1e-5, 3e-6), (1, -1)):
-        beyond = design.with_value(branch.name, doubling.value + sign * shift * span)
-        for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
+    for shift in (1e-4, 1e-3, 1e-5, 3e-6):
+        newborn: list[tuple[float, int, DesignPoint, Vector]] = []
+        for sign, size in product((1, -1), (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5)):
+            beyond = design.with_value(branch.name, doubling.value + sign * shift * span)
             point = fixed_point(beyond.walker(), z + size * direction, tolerance, cycle)
             if point is None or not point.half_cycle_move > 1e-6:
                 continue
             if np.abs(point.floquet_multipliers - 1).min() < NEWBORN:
-                return continue_gait(
-                    beyond, branch.name, limits, point.z, tolerance, cycle=cycle, upward=sign > 0,
-                    largest_step=largest_step / cycle, progress=progress)
+                newborn.append((point.half_cycle_move, sign, beyond, point.z))
+        if newborn:  # the one that limps least: beyond a fold of the family there may be another
+            _, sign, beyond, start = min(newborn, key=lambda one: one[0])
+            return continue_gait(
+                beyond, branch.name, limits, start, tolerance, cycle=cycle, upward=sign > 0,
+                largest_step=largest_step / cycle, progress=progress)
     raise ValueError("no gait of twice the cycle was found next to the period doubling")
 
 
