@@ -39,7 +39,9 @@ def on_a_ramp(validity: Validity, stable: bool, cycle: int = 0) -> OnARamp:
         validity.friction_single_stance, validity.impulse_friction_landing, validity.impulse_friction_trailing)
     ground = f"the ground has {validity.friction_there_is:.3g}"
     pulled = validity.impulse_normal_trailing < 0.0 or trailing == math.inf
-    slips = trailing > there_is or validity.time_outside_cone > 0.0
+    outside = validity.time_outside_cone
+    why = f"the impulse there needs friction {trailing:.3g} and {ground}" if trailing > there_is else (
+        f"it needs more friction than there is in {100.0 * outside:.2g} % of double stance")
     against = (
         (not stable, "a step enlarges what disturbs it"
          + f"; there is a stable cycle of {cycle} steps" * bool(cycle)),
@@ -51,8 +53,7 @@ def on_a_ramp(validity: Validity, stable: bool, cycle: int = 0) -> OnARamp:
         (validity.deepest_scuff > 0.0, "it has stepping blocks or feet that retract, as the swing foot passes "
          f"{float(f'{1e3 * validity.deepest_scuff:.2g}'):g} mm below ground"),
         (pulled, "the trailing foot may lift at heel strike, as the ground would have to pull it"),
-        (slips and not pulled, f"the trailing foot may slip, as the impulse there needs friction {trailing:.3g} and "
-         f"{ground}"))
+        ((trailing > there_is or outside > 0.0) and not pulled, f"the trailing foot may slip, as {why}"))
     for verdict, rows in ((DOES_NOT, against), (WALKS_IF, conditions)):
         if because := tuple(sentence for holds, sentence in rows if holds):
             return OnARamp(verdict, because)
