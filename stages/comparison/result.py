@@ -171,7 +171,7 @@ class BipedSummary:
     multiplier: float = quantity("1", "largest multiplier of the constraint model")
     twin_multiplier: float = quantity("1", "largest multiplier of the twin in the plane")
     friction_single_stance: float = quantity("1", "friction it needs in single stance")
-    friction_heel_strike: float = quantity("1", "friction it needs in the impulses of heel strike, to roll on")
+    friction_heel_strike: float = quantity("1", "friction it needs in the impulses of heel strike")
     friction: float = quantity("1", "friction there is")
     specific_cost: float = quantity("1", "cost of transport: what gravity gives over weight and way")
     constraint_work: float = quantity("1", "evaluations a step of the constraint model for the error below")

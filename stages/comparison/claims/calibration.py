@@ -19,6 +19,8 @@ from stages.comparison.parameters import Settings
 from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, percent, yes_or_no
 
 CALIBRATION = ("calibration.fitted_runs", "calibration.discrepancy_runs")
+#: Fewer runs show no correlation of two numbers.
+FEWEST_RUNS = 5
 
 
 def as_a_method(origin: str) -> Cause:
@@ -118,24 +120,27 @@ def by_the_model(length_alone: float, with_mass: float) -> str:
     return OPEN if not known else HOLDS_IF if with_mass < 0 else FAILS
 
 
-def push_slows(e: Evidence) -> tuple[str, int, float, float, float]:
+def push_slows(e: Evidence) -> tuple[str, int, int, float, float, float]:
     frequencies = {run.report.name: run.report.step_frequency for run in e.results.imu.runs}
-    found = pushes_and_frequency(e.results.campaign.runs, frequencies)
-    return e.measured.origin, len(frequencies), *found
+    truths = [truth for truth in e.results.campaign.runs if truth.name in frequencies]
+    return e.measured.origin, len(frequencies), len(truths), *pushes_and_frequency(truths, frequencies)
 
 
 def judge_push_slows(
-    limits: Settings, origin: str, runs: int, correlation: float, significant: float, explained: float
+    limits: Settings, origin: str, runs: int, pushed: int, correlation: float, significant: float, explained: float
 ) -> Judgement:
-    """Correlation of step frequency with the push over the runs, the smallest magnitude that would be significant at
-    5 %, and the part of the frequencies' variance that the pushes explain; NaN if the pushes are not known."""
+    """Of how many runs the push is known, the correlation of step frequency with it over the runs, the smallest
+    magnitude that would be significant at 5 %, and the part of the frequencies' variance that the pushes explain; NaN
+    if that cannot be told."""
     known, real = math.isfinite(correlation), origin == MEASURED
     tied = abs(correlation) > significant
     return Judgement(
         f"over {runs} {origin} runs frequency and push correlate by {correlation:+.2f} "
         f"(significant beyond {significant:.2f}); pushes explain {100 * explained:.0f} % of its variance"
         if known
-        else f"the pushes of the {origin} runs are not known",
+        else f"the pushes of the {origin} runs are not known" if pushed < runs
+        else f"{runs} {origin} runs are too few to correlate frequency and push" if runs < FEWEST_RUNS
+        else f"the {origin} runs do not differ in push, or not in frequency",
         yes_or_no(tied) if known and real else OPEN,
         (
             made_up(origin),
@@ -204,7 +209,7 @@ def pushes_and_frequency(truths: Iterable[RunTruth], frequencies: dict[str, floa
     known = [truth for truth in truths if truth.name in frequencies]
     count = len(known)
     found = np.array([frequencies[truth.name] for truth in known])
-    if count < 5 or count < len(frequencies) or np.ptp(found) == 0:
+    if count < FEWEST_RUNS or count < len(frequencies) or np.ptp(found) == 0:
         return NAN, NAN, NAN
     pushes = np.array([(truth.stance_push, truth.swing_push) for truth in known])
     if not (np.ptp(pushes, axis=0) > 0).all():

@@ -50,7 +50,7 @@ def judge_twice_differentiated(limits: Settings, drift: float, slip: float, desc
     )
 
 
-def rolling_without_slip(e: Evidence) -> tuple[float, float, float, float, float, float]:
+def rolling_without_slip(e: Evidence) -> tuple[float, float, float, float, float, float, float]:
     validity = e.results.analytic.validity
     return (
         validity.friction_there_is,
@@ -59,19 +59,21 @@ def rolling_without_slip(e: Evidence) -> tuple[float, float, float, float, float
         validity.impulse_friction_landing,
         validity.time_outside_cone,
         validity.impulse_outside_cone,
+        e.results.analytic.energy.friction_loss,
     )
 
 
 def judge_rolling_without_slip(
     limits: Settings, friction: float, single: float, trailing: float, landing: float, time_outside: float,
-    impulse_outside: float,
+    impulse_outside: float, slid: float,
 ) -> Judgement:  # fmt: skip
     """Friction over normal force (1): there is, needed in single stance, by the impulses of heel strike on both feet.
 
     It is infinite where the ground would have to pull. `time_outside` and `impulse_outside` are the shares (1) of
-    double stance in which the trailing foot needs more.
+    double stance in which the trailing foot needs more. A foot with Coulomb's transition needs no more than there is:
+    it slides, and friction takes `slid` [J] of a step.
     """
-    within = max(single, trailing, landing) <= friction and time_outside == 0
+    within = max(single, trailing, landing) <= friction and time_outside == 0 and slid == 0
     of_there_is = 1 / friction if friction > 0 else math.inf
     shares = f"{100 * time_outside:.0f} % of its time and {100 * impulse_outside:.0f} % of its impulse"
     return Judgement(
@@ -86,6 +88,7 @@ def judge_rolling_without_slip(
                 f"rolling on through the impact asks the trailing foot for {trailing * of_there_is:.3g} times "
                 "the friction there is: hardly any normal impulse comes with the tangential one",
             ),
+            (slid > 0, f"in double stance the trailing foot slides: friction takes {slid:.2g} J of a step"),
             (friction == 0, "the ground has no friction"),
             (trailing == math.inf, "rolling on through the impact asks the ground to pull the trailing foot"),
             (landing > friction, "the impulse on the landing foot needs more than the friction there is"),
@@ -297,6 +300,7 @@ STATEMENTS = (
         rolling_without_slip,
         judge_rolling_without_slip,
         ("ground.friction", "ground.static_friction", "analytic.transition"),
+        units={"J": "slid"},
         plain="The feet roll and never slip, because the ground has enough friction.",
     ),
     Statement(
