@@ -239,14 +239,19 @@ class Result:
     )
     engines: EngineAgreement = quantity("-", "distance of the compiled penalty walker, which walks all, from Exudyn")
 
+    @property
+    def undecided(self) -> str:
+        """Why no set was chosen, so that the starting one stands in its place; empty where one was."""
+        if self.limit is None:
+            return self.limit_outcome
+        return "" if self.limit.chosen.outcome == COMPLETED else self.limit.chosen.outcome
+
     def summary(self) -> str:
         """What was chosen, in one line."""
         failed = sum(outcome != COMPLETED for outcome in self.variations.outcome)
         ended = f"{failed} variations ended early; " if failed else ""
-        if self.limit is None or self.candidates is None:
-            return f"{ended}no set chosen: {self.limit_outcome}"
-        if self.limit.chosen.outcome != COMPLETED:
-            return f"{ended}no set chosen, the starting set: {self.limit.chosen.outcome}"
+        if self.limit is None or self.candidates is None or self.undecided:
+            return f"{ended}no set chosen: {self.undecided}"
         law, found, hard = self.chosen.law, self.limit.chosen, self.limit.hard
         damping = f"c_max {law.contact_damping:g} N s/m, d {1e3 * law.damping_depth:g} mm, "
         damping *= law.normal_force == "impact"  # no other law uses them

@@ -26,7 +26,7 @@ from stages.ground.blocks import Blocks
 from stages.model_error.result import EVEN, WIDTH
 from stages.multibody.result import in_newtons
 from stages.rough_ground.result import written_out
-from tests.comparison.made_up import make_agreement, make_study, make_walk
+from tests.comparison.made_up import DEFAULTS, make_agreement, make_study, make_walk
 from tests.figures.made_up_results import analytic, comparison, given, misses, parameters, results, stability
 from tests.figures.made_up_results import drawn as made_up_figure
 
@@ -79,6 +79,13 @@ def test_captions_state_the_numbers_of_the_results(name, other, words):
 
 def test_without_a_statement_that_applies_the_paper_is_not_named():
     assert "paper" not in text("figure_08_hip_motion", comparison=comparison(verdict="does not apply"))
+
+
+def test_the_law_of_the_normal_force_is_that_of_ground_yaml():
+    law = dataclasses.replace(DEFAULTS, normal_force="restitution", restitution=0.12, impact_speed=0.2)
+    said = figure("figure_04_normal_force").caption(SimpleNamespace(parameters=SimpleNamespace(contact=law)))
+    assert "a damping that returns 0.12 of an impact at 0.2 m/s" in said and "c_max" not in said
+    assert "c_max = 10 N s/mm, complete at d = 0.1 mm" in text("figure_04_normal_force")
 
 
 def test_gaits_of_legs_that_differ_are_counted_in_steps():

@@ -189,7 +189,10 @@ def test_the_figure_of_contact_sets_shows_distances_that_do_not_cancel():
 def test_without_a_rigid_limit_the_figures_say_so():
     study = dataclasses.replace(make_study(), limit=None, candidates=None, limit_outcome="the foot slips away")
     assert drawn("contact_sets", contact_study=study).get_axes()[0].get_title() == "the foot slips away"
-    assert drawn("figure_05_contact_parameters", contact_study=study)
+    for name in ("figure_05_contact_parameters", "figure_06_friction"):
+        labels = [line.get_label() for panel in drawn(name, contact_study=study).get_axes() for line in panel.lines]
+        said = [*labels, figure(name).caption(given(name, contact_study=study))]
+        assert "starting set" in said[-1] and not any("chosen set" in each for each in said)
 
 
 def test_a_rigid_limit_that_is_rolling_feet_is_said_and_not_drawn():

@@ -76,10 +76,13 @@ def draw_normal_force(given: Given) -> Figure:
 
 def caption_normal_force(given: Given) -> str:
     law = given.parameters.contact
+    damping = (
+        f"c_max = {1e-3 * law.contact_damping:g} N s/mm, complete at d = {1e3 * law.damping_depth:g} mm"
+        if law.normal_force == "impact" else
+        f"with a damping that returns {law.restitution:g} of an impact at {law.impact_speed:g} m/s")
     return (
         f"The law of the normal force as ground.yaml sets it: k_c = {law.contact_stiffness:g} N/mm^e, "
-        f"e = {law.contact_exponent:g}, c_max = {1e-3 * law.contact_damping:g} N s/mm, complete at "
-        f"d = {1e3 * law.damping_depth:g} mm. The force never pulls."
+        f"e = {law.contact_exponent:g}, {damping}. The force never pulls."
     )
 
 
@@ -131,7 +134,8 @@ def draw_contact_parameters(given: Given) -> Figure:
                 label = f"{factor * study.variations.value[variation]:g}"
                 force = study.variations.force[variation, :, 1]
                 panel.plot(1e3 * study.time, force, color=colour, linewidth=0.8, label=label)
-            panel.plot(1e3 * study.time, study.chosen_force[:, 1], "--", color=CHOSEN, linewidth=1.2)
+            if not study.undecided:
+                panel.plot(1e3 * study.time, study.chosen_force[:, 1], "--", color=CHOSEN, linewidth=1.2)
         after.legend(title=f"{symbol} [{unit}]", loc="center left", bbox_to_anchor=(1.0, 0.5))
         impact.set_ylabel("normal force [N]")
     impact.set(xlim=(-0.004 * milliseconds, 0.01 * milliseconds), xlabel="time from heel strike [ms]")
@@ -151,8 +155,8 @@ def draw_contact_parameters(given: Given) -> Figure:
         handles=[
             Line2D([], [], color=CONSTRAINT, linewidth=4, label="constraint model, rolling feet"),
             Line2D([], [], color="black", label="starting set"),
-            Line2D([], [], color=CHOSEN, linestyle="--", label="chosen set: all four changed"),
-        ],
+            Line2D([], [], color=CHOSEN, linestyle="--", label="chosen set"),
+        ][: 2 if study.undecided else 3],
         loc="outside upper center",
         ncols=3,
     )
@@ -174,8 +178,8 @@ def _differences(axes: Axes, study: Result) -> None:
         values, found = differences(study, key)
         axes.plot(values / getattr(study.default.law, key), 1e3 * found, f"{mark}-", color=colour, markersize=3.5,
                   label=f"{symbol} alone")  # fmt: skip
-    chosen = 1e3 * study.chosen.hip_position.max()
-    axes.axhline(chosen, color=CHOSEN, linestyle="--", label="chosen set: all four changed")
+    if not study.undecided:
+        axes.axhline(1e3 * study.chosen.hip_position.max(), color=CHOSEN, linestyle="--", label="chosen set")
     far = 0.0 if study.limit is None else 1e3 * study.limit.hard.hip_position.max()
     if far > 0.0:  # rigid legs' own limit is rolling feet; a logarithmic axis has no zero
         axes.axhline(far, color=LIMIT, linestyle=":", label="rigid limit")
@@ -192,8 +196,10 @@ def caption_contact_parameters(given: Given) -> str:
     study = given.contact_study
     text = (
         "Each contact parameter changed alone. From the starting set the hip differs from the constraint model's by "
-        f"{1e3 * study.default.hip_position.max():.2f} mm over a step; with the set chosen from "
-        f"{0 if study.candidates is None else len(study.candidates.outcome)} tried, by "
+        f"{1e3 * study.default.hip_position.max():.2f} mm over a step; "
+    ) + (
+        "no set was chosen" if study.candidates is None or study.undecided else
+        f"with the set chosen from {len(study.candidates.outcome)} tried, by "
         f"{1e3 * study.chosen.hip_position.max():.2f} mm"
     )
     if study.limit is None:
@@ -220,23 +226,21 @@ def draw_friction(given: Given) -> Figure:
     study = walked(given.contact_study)
     figure, ((law, force), (hip, creep)) = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 4.2))
     default, chosen = study.default.law, study.chosen.law
+    sets = [(study.default, study.default_force, style.TWIN, "starting set")]
+    sets += [(study.chosen, study.chosen_force, style.MULTIBODY, "chosen set")] * (not study.undecided)
     slip = np.linspace(-1.5, 1.5, 3001) * default.friction_velocity
-    for one, colour, label in (
-        (default, style.TWIN, "Adams' transitions, starting set"),
-        (chosen, style.MULTIBODY, "Adams' transitions, chosen set"),
-        (dataclasses.replace(chosen, friction="coulomb"), style.ANALYTIC, "regularised Coulomb"),
-    ):
-        line = "--" if one.friction == "coulomb" else "-"
-        law.plot(slip, friction_coefficient(one, slip), line, color=colour, label=label, linewidth=1.0)
+    for one, _, colour, label in sets:
+        law.plot(slip, friction_coefficient(one.law, slip), color=colour, label=label, linewidth=1.0)
+    coulomb = dataclasses.replace(chosen, friction="coulomb")
+    law.plot(slip, friction_coefficient(coulomb, slip), "--", color=style.ANALYTIC, label="by Coulomb's law",
+             linewidth=1.0)  # fmt: skip
     law.set(ylim=(-1.25, 2.0), xlabel="slip velocity $v$ [m/s]", ylabel=r"friction coefficient $\mu$ [1]")
     law.legend(loc="upper left")
 
     exact = constraint_force(given.analytic.walk)
     shown = exact[0] <= study.time[-1]
     force.plot(exact[0][shown], exact[1][shown, 0], color=CONSTRAINT, linewidth=4, label="constraint model")
-    for curve, colour, label in (
-        (study.default_force, style.TWIN, "starting set"), (study.chosen_force, style.MULTIBODY, "chosen set")
-    ):  # fmt: skip
+    for _, curve, colour, label in sets:
         force.plot(study.time, curve[:, 0], color=colour, linewidth=0.9, label=label)
     force.set_xlim(-0.01, study.time[-1])
     quiet = exact[1][shown & (exact[0] > 0.02), 0]
@@ -256,7 +260,8 @@ def draw_friction(given: Given) -> Figure:
         order = np.argsort([getattr(default, key), *study.variations.value[rows]])
         creep.loglog(values, 1e3 * speeds[order], line, color=colour, markersize=3, label=f"{symbol} changed alone")
     for panel, size in ((hip, study.chosen.hip_position.max()), (creep, study.chosen.creep_velocity)):
-        panel.plot(chosen.stiction_velocity, 1e3 * size, "*", color=style.TWIN, markersize=9, label="chosen set")
+        if not study.undecided:
+            panel.plot(chosen.stiction_velocity, 1e3 * size, "*", color=style.TWIN, markersize=9, label="chosen set")
         panel.set_xlabel("transition velocity [m/s]")
         panel.legend(loc="lower right")
         style.round_ticks(panel.yaxis)
@@ -268,10 +273,10 @@ def draw_friction(given: Given) -> Figure:
 
 def caption_friction(given: Given) -> str:
     study = given.contact_study
+    chosen = f" and {1e3 * study.chosen.creep_velocity:.2f} mm/s with the chosen set" * (not study.undecided)
     return (
         "Below the stiction velocity a loaded foot slides slowly (creeps): at "
-        f"{1e3 * study.default.creep_velocity:.2f} mm/s with the starting set and "
-        f"{1e3 * study.chosen.creep_velocity:.2f} mm/s with the chosen set."
+        f"{1e3 * study.default.creep_velocity:.2f} mm/s with the starting set{chosen}."
     )
 
 
