@@ -203,3 +203,9 @@ def as_plain(record: Any) -> dict[str, Any]:
         else:
             plain[field.name] = value.tolist() if hasattr(value, "tolist") else value
     return plain
+
+
+def elasticity(value: float, width: int) -> str:
+    """An elasticity in a column of that width: four decimals, fewer where it is large, a dash where it is not known."""
+    digits = "-" if value != value else f"{value:+.4f}" if abs(value) < 10.0 else f"{value:+.5g}"
+    return f"{digits:>{width}}"

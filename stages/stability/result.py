@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stages.analytic.result import Basin, RecordedFamily
-from stages.biped.quantity import quantity
+from stages.biped.quantity import count_of, quantity
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,6 @@ class Result:
 
     def summary(self) -> str:
         """What was found, in one line."""
-        cycles = ", ".join(f"{len(family.value)} gaits of cycle {family.steps}" for family in self.families)
+        cycles = ", ".join(f"{count_of(len(family.value), 'gait')} of cycle {family.steps}" for family in self.families)
         share = f"{100 * self.basin.share:.1f} % of the starts reach the gait" if self.basin else "the gait is unstable"
         return f"{cycles or 'no family'}; {share}"

@@ -17,7 +17,7 @@ from stages.analytic.parameters import DesignDigits, Parameters, Settings, Slope
 from stages.analytic.questions import basin, continue_gait, gait, sensitivity
 from stages.analytic.walk.on_a_ramp import DOES_NOT
 from stages.biped.quantity import faults
-from stages.biped.question import WrongOption, interval
+from stages.biped.question import WrongOption, elasticity, interval
 from stages.model_error.questions import design
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1
 
@@ -275,3 +275,9 @@ def test_an_interval_is_two_finite_numbers_in_order(text):
     with pytest.raises(WrongOption, match="is not two numbers LOW:HIGH with LOW < HIGH"):
         interval(text, "--range")
     assert interval("-1e-3:2", "--range") == (-0.001, 2.0)
+
+
+def test_columns_of_elasticities_stay_apart():
+    """By -139 % for 1 % of a leg's length, as multipliers of two legs that differ: numbers ran together."""
+    row = "".join(elasticity(value, 8) for value in (0.0747, -139.1513, -13915.13, 12.5, float("nan")))
+    assert row.split() == ["+0.0747", "-139.15", "-13915", "+12.5", "-"]

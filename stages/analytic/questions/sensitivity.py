@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stages.biped.question import Answer, Asking, Question, option, refuse
+from stages.biped.question import Answer, Asking, Question, elasticity, option, refuse
 from stages.biped.question import as_plain as plain
 
 if TYPE_CHECKING:
@@ -110,9 +110,7 @@ def lines(found: Sensitivity) -> Iterator[str]:
     yield f"{'':23}" + "".join(f"{head:>8}" for head in columns)
     for row, name in enumerate(changes.names):
         if changes.values[row] != 0:
-            numbers = "".join(f"{values[row]:>+8.4f}" if values[row] == values[row] else f"{'-':>8}"
-                              for values in columns.values())  # fmt: skip
-            yield f"{name:23}{numbers}"
+            yield f"{name:23}" + "".join(elasticity(values[row], 8) for values in columns.values())
     for row, name in enumerate(changes.names):
         if changes.values[row] == 0:
             yield f"{name} is 0; with it, in {changes.units[row]}:"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stages.biped.question import Answer, Asking, Question, WrongOption, option
+from stages.biped.question import Answer, Asking, Question, WrongOption, elasticity, option
 from stages.contact_study.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def lines(
     yield "Elasticities: by how many percent a measure changes for 1 % of a parameter."
     yield f"{'':25}" + "".join(f"{head:>9}" for head in HEADS)
     for name, row in zip(plain["parameters"], elasticities, strict=True):
-        yield f"{name:25}" + "".join(f"{value:>+9.4f}" if value == value else f"{'-':>9}" for value in row)
+        yield f"{name:25}" + "".join(elasticity(value, 9) for value in row)
     for (name, own), scale in zip(plain["parameters"].items(), scales, strict=True):
         if not own["value"]:
             yield f"{name} is 0: above stands what 1 % of {scale:.3g} does"
