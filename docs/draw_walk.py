@@ -14,8 +14,6 @@ from PIL import Image
 import bipedstudy as bs
 from stages.drawing import style
 from stages.figures import view
-from stages.figures.view import by_group
-from stages.twin.exports.solids import shown_parts
 from stages.twin.ramp import laid
 
 TARGET = Path(__file__).with_name("walk.gif")
@@ -27,10 +25,10 @@ def main() -> None:
     """Draw the last stride, the camera going along, so that it can be repeated."""
     twin, given = bs.load("twin"), bs.parameters("twin")
     walk, settings, biped = twin.walk, given.settings, given.biped
-    ramp = laid(settings, twin.settling.step_length_m)
+    ramp = laid(settings, given.blocks, twin.settling.step_length_m)
     strikes = walk.heel_strike_time[walk.heel_strike_leg == 0][-2:]
     camera = view.Camera(*CAMERA, given.slope.angle)
-    bodies, natural = by_group(shown_parts(settings, biped)), biped.leg_length + settings.outsole
+    bodies, natural = view.of_twin(settings, biped), view.unloaded(settings, biped)
     edge, pictures = ramp.tracks[1] + 0.8 * ramp.width, []
     with style.drawing():
         for time in np.linspace(*strikes, FRAMES, endpoint=False):
@@ -40,7 +38,8 @@ def main() -> None:
             moved = view.Pose(pose.hip - [near - 4.0 * ramp.step, 0.0], pose.angle, pose.slide)
             figure, axes = plt.subplots(figsize=INCHES)
             x = moved.hip[0]
-            view.paint(axes, camera, [view.deck(x - 1.2, x + 1.2, edge), view.blocks(ramp), moved.robot(bodies)])
+            ground = view.deck(x - 1.2, x + 1.2, edge, 1.0), view.blocks(ramp, 1.0)
+            view.paint(axes, camera, [*ground, moved.robot(bodies)])
             view.frame(axes)
             figure.set_layout_engine(None)
             axes.set_position((0.0, 0.0, 1.0, 1.0))

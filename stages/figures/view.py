@@ -73,7 +73,7 @@ def by_group(parts: tuple[Part, ...], facets: int = FACETS, longest: float = LON
     return {group: joined(many) for group, many in gathered.items()}
 
 
-def faces(made: Surface, colour: np.ndarray, longest: float = LONGEST) -> Faces:
+def faces(made: Surface, colour: np.ndarray, longest: float) -> Faces:
     """A surface as flat triangles of one colour, none with an edge longer than `longest` [m]."""
     corners = cut(made.corners[made.triangles], longest)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -100,7 +100,7 @@ LIGHT = np.array([-0.35, 0.75, 0.56])
 WOOD, DECK = "#A98C62", "#CDBFA5"
 #: Width of the triangles' outlines [points].
 OUTLINE = 0.25
-#: Height of the deck under the blocks [m].
+#: Height of the deck under the blocks [m], for Table 1's leg.
 DECK_HEIGHT = 0.02
 
 
@@ -192,19 +192,21 @@ class Camera:
         return float(x) + aside[0], float(y) + aside[1]
 
 
-def blocks(ramp: Ramp, first: int = 0, last: int | None = None) -> Faces:
-    """The stepping blocks from set `first` to `last` (counted from 0), in the slope frame."""
-    size = (ramp.lanes[0].length, BLOCK_HEIGHT, ramp.width)
+def blocks(ramp: Ramp, large: float, first: int = 0, last: int | None = None) -> Faces:
+    """The stepping blocks from set `first` to `last` (counted from 0), in the slope frame, for a robot so `large`."""
+    height = BLOCK_HEIGHT * large
+    block = box((ramp.lanes[0].length, height, ramp.width))
     sides = [(number, side * ramp.tracks[number % 2])
              for number in range(ramp.sets)[first : None if last is None else last + 1] for side in (1.0, -1.0)]
-    return joined(faces(box(size).moved((number * ramp.step, -BLOCK_HEIGHT / 2, z)), tinted(WOOD, 0.0))
+    return joined(faces(block.moved((number * ramp.step, -height / 2, z)), tinted(WOOD, 0.0), LONGEST * large)
                   for number, z in sides)  # fmt: skip
 
 
-def deck(start: float, end: float, half_width: float) -> Faces:
-    """The board under the blocks, from x = start to end [m]."""
-    middle = (0.5 * (start + end), -BLOCK_HEIGHT - DECK_HEIGHT / 2, 0.0)
-    return faces(box((end - start, DECK_HEIGHT, 2.0 * half_width)).moved(middle), tinted(DECK, 0.0))
+def deck(start: float, end: float, half_width: float, large: float) -> Faces:
+    """The board under the blocks, from x = start to end [m], for a robot so `large`."""
+    middle = (0.5 * (start + end), -(BLOCK_HEIGHT + DECK_HEIGHT / 2) * large, 0.0)
+    board = box((end - start, DECK_HEIGHT * large, 2.0 * half_width))
+    return faces(board.moved(middle), tinted(DECK, 0.0), LONGEST * large)
 
 
 def paint(axes: Axes, camera: Camera, layers: Iterable[Faces], *, strength: float = 1.0) -> None:

@@ -105,7 +105,7 @@ def test_a_part_is_numbered_on_the_left_half_and_beside_the_axis_only_in_the_mid
 
 
 def test_pale_paint_is_nearer_to_white():
-    faces = view.faces(box((0.1, 0.1, 0.1)), np.array([0.2, 0.4, 0.1]))
+    faces = view.faces(box((0.1, 0.1, 0.1)), np.array([0.2, 0.4, 0.1]), 0.2)
     figure, panels = plt.subplots(1, 2)
     for axes, strength in zip(panels, (1.0, 0.5)):
         view.paint(axes, view.Camera(0.3, 0.3, 0.0), [faces], strength=strength)
@@ -113,6 +113,20 @@ def test_pale_paint_is_nearer_to_white():
     plt.close(figure)
     assert len(full) == len(pale) == (faces.normals @ view.Camera(0.3, 0.3, 0.0).axes[2] > 0).sum()
     assert pale == pytest.approx(0.5 + 0.5 * full)
+
+
+@pytest.mark.parametrize("large", [0.01, 100.0])
+def test_the_ramp_of_a_larger_robot_is_drawn_alike(large):
+    """Its blocks were 30 mm high whatever walked on them, and a leg of 33 m had 10 million triangles."""
+    settings, blocks = parameters_of("twin").settings, Blocks()
+    larger = (dataclasses.replace(one, **{name: large * getattr(one, name) for name in names}) for one, names in (
+        (settings, ("ramp_length", "inner_lane", "outer_lane")), (blocks, ("block_length", "block_width"))))
+    table_1, other = laid(settings, blocks, 0.16), laid(*larger, 0.16 * large)
+    for one, its in ((view.blocks(table_1, 1.0), view.blocks(other, large)),
+                     (view.deck(-0.2, 1.8, 0.3, 1.0), view.deck(-0.2 * large, 1.8 * large, 0.3 * large, large))):
+        assert len(its.corners) == len(one.corners)
+        for edge in (np.min, np.max):
+            assert edge(its.corners, axis=(0, 1)) == pytest.approx(large * edge(one.corners, axis=(0, 1)))
 
 
 @pytest.mark.parametrize("step", [0.01, 0.05, 0.161, 0.4, 1.5])

@@ -79,7 +79,7 @@ def draw_simple_model(given: Given) -> Figure:
     x = pose.hip[0]
     figure, axes = plt.subplots(figsize=(style.ONE_COLUMN, 2.7))
     large = size(biped)
-    floor = view.deck(x - 0.3 * large, x + 0.3 * large, 0.15 * large)
+    floor = view.deck(x - 0.3 * large, x + 0.3 * large, 0.15 * large, large)
     level = np.array([0.0, float(floor.corners[..., 1].max()), 0.0])
     view.paint(axes, camera, [Faces(floor.corners - level, floor.normals, floor.colours),
                               pose.robot(by_group(parts(biped), 40, LONGEST * large))])  # fmt: skip
@@ -132,7 +132,7 @@ def draw_walk(axes: Axes, given: Given) -> None:
     end = ramp.steps * ramp.step
     poses = [pose for pose in (view.pose_at(walk, time, natural) for time in times) if pose.hip[0] <= end]
     edge = ramp.tracks[1] + 0.6 * ramp.width
-    view.paint(axes, camera, [view.deck(-0.16 * large, end + 0.1 * large, edge), view.blocks(ramp)])
+    view.paint(axes, camera, [view.deck(-0.16 * large, end + 0.1 * large, edge, large), view.blocks(ramp, large)])
     for pose, time in zip(poses, times):
         view.paint(axes, camera, [pose.robot(bodies)])
         x, y = camera.spot(np.array([pose.hip[0], 0.0, edge + 0.02 * large]))
@@ -206,8 +206,8 @@ def draw_ramp(given: Given) -> Figure:
     figure, axes = plt.subplots(figsize=(style.ONE_COLUMN, 2.2))
     spare = 0.5 * (ramp.length - ramp.steps * ramp.step)
     view.paint(axes, camera, [
-        view.deck(-spare, ramp.steps * ramp.step + spare, edge),
-        view.blocks(ramp),
+        view.deck(-spare, ramp.steps * ramp.step + spare, edge, large),
+        view.blocks(ramp, large),
         pose.robot(of_twin(twin, biped, SMALL)),
     ])  # fmt: skip
     for name, (ahead, above) in WORDS.items():
@@ -279,8 +279,8 @@ def draw_steps(given: Given) -> Figure:
     for number, (axes, time) in enumerate(zip(panels, moments(walk)), 1):
         x, (centre, ground) = poses[number - 1].hip[0], middles[number - 1]
         near = max(0, int(np.ceil((x - 3 * half) / ramp.step))), int((x + 3 * half) / ramp.step)
-        board = view.deck(x - 0.6 * half / STEP_WINDOW, x + 0.6 * half / STEP_WINDOW, edge)
-        view.paint(axes, camera, [board, view.blocks(ramp, *near), robots[number - 1]])
+        board = view.deck(x - 0.6 * half / STEP_WINDOW, x + 0.6 * half / STEP_WINDOW, edge, large)
+        view.paint(axes, camera, [board, view.blocks(ramp, large, *near), robots[number - 1]])
         view.frame(axes)
         axes.set(xlim=(centre - half, centre + half), ylim=(ground - below - 0.15 * large, ground + above))
         axes.set_title(f"step {number}, {time - walk.time[0]:.2f} s", fontsize=7)
