@@ -50,7 +50,7 @@ def one_step(usual: Parameters, here: Parameters, point: Point) -> Finding:
     require_own_strikes(here.biped, "the model")
     engine, limit, start = point.engine, usual.settings.right_within, mid_stance(here.biped, here.slope)
     answer = answer_of(here, engine, *start)
-    if not answer.completed and "gets nowhere" in answer.outcome:
+    if "gets nowhere" in answer.outcome:
         return Finding(FAILED, reason=answer.outcome)
     file, tolerance = ("twin", here.twin.tolerance) if engine == TWIN else ("multibody", here.multibody.tolerance)
     if engine in (COMPILED, JOINTS):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import quantity
-from stages.extremes.parameters import CRASHED, HUNG, INACCURATE, RIGHT, STATUSES, WRONG
+from stages.extremes.parameters import INACCURATE, RIGHT, STATUSES, WRONG
 from stages.studies.result import Table
 
 #: An answer may depart by so many tolerances: errors grow over a step's thousand integration steps and its impact.
@@ -63,11 +63,6 @@ class Result:
     audit: np.ndarray = quantity("1", "part of the energy turned over that the model's own balance lacks, or NaN, (n,)")
     reference: tuple[str, ...] = quantity("-", "what the answer was checked against")
     reason: tuple[str, ...] = quantity("-", "why it is not right")
-
-    @property
-    def defects(self) -> int:
-        """Points answered wrong without a sign, crashed, or hung."""
-        return sum(status in (WRONG, CRASHED, HUNG) for status in self.status)
 
     def summary(self) -> str:
         """One line of what was found."""

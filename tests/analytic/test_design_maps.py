@@ -222,6 +222,7 @@ def test_blocks_do_not_depend_on_each_other():
         ({"kind": "cloud", "vary": {}}, "kind = 'cloud' is not allowed; allowed: sobol or grid"),
         ({"counts": 3}, "there is no key 'counts' in a map (keys: kind, count, seed, vary); did you mean count?"),
         ({"count": 3}, "vary: allowed are names like ground.slope_deg"),
+        ({"count": 3, "vary": ["ground.slope_deg"]}, "vary: allowed are names like ground.slope_deg"),
         ({"vary": {"ground.slope_deg": {"low": 1, "high": 2}}}, "count = None is not allowed; allowed: a whole number"),
         ({"count": 0, "vary": {"ground.slope_deg": {"low": 1, "high": 2}}}, "count = 0 is not allowed"),
         ({"count": 9, "vary": {"ground.slope": {"low": 1, "high": 2}}}, "ground.slope: not a number of the design"),

@@ -10,8 +10,9 @@ from scipy.signal import butter, freqs
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.agreement import between_cycles, creep_velocity, from_same_start, overlay
+from stages.comparison.ingest_score import TIMES, true_times
 from stages.comparison.measurement import compare_leg, of_walk
-from stages.comparison.stride import Stride, last_stride, normalised_rms, through_low_pass
+from stages.comparison.stride import Stride, last_stride, means, normalised_rms, through_low_pass
 from stages.imu.strikes.step_times import INNER, OUTER
 from tests.comparison.made_up import make_walk, resampled
 
@@ -36,6 +37,12 @@ def test_a_spike_between_two_phases_keeps_its_impulse(place):
     stride = last_stride(dataclasses.replace(resampled(walk, time), hip_specific_force=forces), points)
     assert stride.signals[:, 0].sum() * stride.period / (points - 1) == pytest.approx(50.0 * 4e-6, rel=1e-6)
     assert stride.peaks[0] == pytest.approx(50.0)
+
+
+def test_a_mean_is_over_what_of_its_span_lies_in_the_record():
+    time = np.linspace(0.0, 1.0, 11)
+    found = means(time, 3.0 * time[:, None], np.array([-0.5, 0.32, 0.9]), np.array([0.25, 0.48, 2.0]))
+    assert found[:, 0] == pytest.approx([3.0 * 0.125, 3.0 * 0.4, 3.0 * 0.95])
 
 
 def test_strides_of_different_period_lie_on_each_other():
@@ -184,3 +191,23 @@ def test_runs_without_steps_have_no_leg_to_compare():
     assert compare_leg(imu, walk, walk, SKIPPED) is None
     with pytest.raises(ValueError, match="too short"):
         of_walk(make_walk(steps=2), POINTS, 51)
+
+
+def test_the_true_times_of_a_limping_walk_are_those_between_its_landings_and_liftings():
+    """A stride of 1.1 s; the outer foot lands .5 s after the inner one, and each is let go .05 s or .03 s later."""
+    landed, strides = {INNER: 0.0, OUTER: 0.5}, 1.1 * np.arange(4)
+    lifted = {INNER: 0.5 + 0.05, OUTER: 0.03}
+    strikes = np.ravel([[at + landed[INNER], at + landed[OUTER]] for at in strides])
+    truth = SimpleNamespace(
+        heel_strike_time=strikes, heel_strike_leg=np.tile([INNER, OUTER], len(strides)),
+        leg=SimpleNamespace(toe_off_time=np.ravel([[at + lifted[OUTER], at + lifted[INNER]] for at in strides]),
+                            toe_off_leg=np.tile([OUTER, INNER], len(strides))))  # fmt: skip
+    expected = {
+        "outer step": landed[OUTER] - landed[INNER],
+        "double stance": lifted[INNER] - landed[OUTER],
+        "inner stance": lifted[INNER] - landed[INNER],
+        "inner swing": landed[INNER] + 1.1 - lifted[INNER],
+        "outer stance": lifted[OUTER] + 1.1 - landed[OUTER],
+    }
+    for skipped in (0, 1, 2):
+        assert dict(zip(TIMES, true_times(truth, skipped), strict=True)) == pytest.approx(expected), skipped

@@ -88,6 +88,7 @@ def test_the_choice_is_among_the_candidates_and_at_the_head_of_its_family(result
     limit, depth = result.limit, result.chosen.law.damping_depth
     chosen = dataclasses.replace(default, stiction_velocity=0.03, damping_depth=depth)
     assert result.chosen.law == limit.chosen.law == chosen and limit.finalists == (limit.chosen,)
+    assert limit.family[0] is limit.chosen
     assert [one.law.stiction_velocity for one in limit.family] == [0.03, 0.015]
     assert limit.family[1].position_parts.sum() < limit.family[0].position_parts.sum()
     assert limit.chosen.evaluations <= limit.most_evaluations

@@ -1,6 +1,7 @@
 """The rungs: the twin of a design in detail, that penalty walker and twin are one machine, and robots of any size."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,9 +10,9 @@ from stages.biped.design import BeyondModel
 from stages.biped.question import WrongOption
 from stages.ground.blocks import Blocks
 from stages.model_error.designs import NUMBERS, draws, kind, numbers
-from stages.model_error.measures import NAMES
+from stages.model_error.measures import NAMES, Allowed
 from stages.model_error.miss import Learnt, ridge
-from stages.model_error.questions.design import Options, ask
+from stages.model_error.questions.design import Options, ask, misses
 from stages.model_error.result import MODELS, PENALTY, SHARED, TWIN, Result
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS, NoRung
@@ -242,6 +243,15 @@ def test_a_target_is_held_as_the_twin_has_it(parameters, small):
     twin = RUNGS[TWIN].find(design_of(dataclasses.replace(parameters, biped=biped)), 1e-7)
     assert abs(twin.values[NAMES.index("speed")] / told["value"] - 1.0) <= 3e-3
     assert any(line.startswith("speed: ") for line in answer.lines)
+
+
+def test_a_target_is_missed_by_more_than_its_error():
+    """A measure without a target has none to miss, nor has one of which nothing is known."""
+    values = {"speed": 0.35, "step_length": 0.2, "period": 0.5, "step_frequency": np.nan}
+    held = {"speed_m_s": (0.3, 0.33), "step_length_m": (0.19, 0.199), "step_frequency_hz": (2.0, 2.0)}
+    allowed = {name: Allowed(0.002, name != "step_length") for name in values}
+    answers = [SimpleNamespace(measure=name, value=value, met=value == value) for name, value in values.items()]
+    assert misses(answers, held, allowed) == pytest.approx({"speed": 0.02})
 
 
 def test_a_design_names_the_measure_of_each_error_and_needs_what_was_learnt(parameters, small):

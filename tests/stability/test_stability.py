@@ -17,13 +17,13 @@ from stages.analytic.gait.poincare import fixed_point, poincare_map, require_lan
 from stages.analytic.integration.phase import walk_step
 from stages.analytic.integration.readable import advance, clearance, double_stance, heel_strike, integrate
 from stages.analytic.parameters import Settings as OfAnalytic
-from stages.analytic.result import BACK, FORWARD, NO_START, REACHES, WALKS_ON
+from stages.analytic.result import BACK, ENDINGS, FORWARD, NO_START, REACHES, WALKS_ON
 from stages.biped.question import WrongOption
 from stages.ground.blocks import Blocks, BlocksDoNotFit, drawn_heights
 from stages.ground.slope import Slope
 from stages.stability.blocks import rare
 from stages.stability.blocks.borne import EVERY, STEPS, Borne
-from stages.stability.blocks.passage import Counted, from_weighed
+from stages.stability.blocks.passage import Counted, from_weighed, ways_of
 from stages.stability.blocks.rare import PATTERN, PLACES, NoFalls, Patterns, generator_of, learnt_patterns, weighed
 from stages.stability.blocks.walks import KEPT, Rough, Walk, heights_of, some_walks, walk_on
 from stages.stability.parameters import Settings
@@ -285,9 +285,21 @@ def test_either_leg_begins_as_many_branches(monkeypatch):
 
 def test_blocks_so_low_that_no_walk_falls_are_said_to_be(monkeypatch):
     """Weights of what leads to a fall on blocks much higher would overflow."""
+    low = rough_of(TABLE_1_RIGID, 1e-6)
     monkeypatch.setattr(rare, "WATCHED", 200)
     with pytest.raises(NoFalls, match="no walk falls even on blocks 11 times as high"):
-        learnt_patterns(rough_of(TABLE_1_RIGID, 1e-6), 1)
+        learnt_patterns(low, 1)
+    as_they_are = Patterns(np.ones(1), np.zeros((1, PATTERN)))
+    assert not weighed(low, as_they_are, generator_of(1), 20).falls
+
+
+def test_ways_to_fall_have_their_share_and_mean_heights_by_weight():
+    one, other = np.linspace(-1.0, 1.0, KEPT), np.ones(KEPT)
+    often, seldom = ways_of([(FORWARD, 1.0, other), (BACK, 1.0, one), (BACK, 3.0, other)])
+    assert (often["ending"], seldom["ending"]) == (ENDINGS[BACK], ENDINGS[FORWARD])
+    assert (often["share"], seldom["share"]) == (0.8, 0.2)
+    assert often["last_blocks_rms"] == pytest.approx((one + 3.0 * other) / 4.0)
+    assert seldom["last_blocks_rms"] == pytest.approx(other)
 
 
 def test_weights_of_drawn_heights_are_those_of_normal_ones():

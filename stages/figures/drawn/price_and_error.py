@@ -53,8 +53,7 @@ def panel(axes: Axes, result: Result, measure: int) -> None:
             axes.plot([max(solver, LEAST), whole], [price, price], color=colour, linewidth=0.8)
         else:
             axes.plot([], [], marker, color=colour, label=name, markersize=5)
-        if np.isfinite(model) and model > LEAST:
-            axes.axvline(model, color=colour, linewidth=0.8, linestyle=":")
+        axes.axvline(model, color=colour, linewidth=0.8, linestyle=":")
     axes.xaxis.set_major_locator(LogLocator(numticks=4))
     axes.xaxis.set_minor_locator(NullLocator())
 

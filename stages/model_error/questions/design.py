@@ -193,8 +193,7 @@ def misses(answers: Sequence[Answered], held: Targets, allowed: Mapping[str, All
     """By how much measures miss their targets, of those that miss them by more than their error."""
     from stages.analytic.design.search import TARGETS
 
-    limits = {one.measure: held[TARGETS[one.measure]] for one in answers
-              if one.met and TARGETS.get(one.measure) in held}  # fmt: skip
+    limits = {one.measure: held[TARGETS[one.measure]] for one in answers if TARGETS.get(one.measure) in held}
     of_targets = {one.measure: min(max(one.value, low), high) for one in answers if one.measure in limits
                   for low, high in [limits[one.measure]]}  # fmt: skip
     missed = {one.measure: one.value - of_targets[one.measure] for one in answers if one.measure in of_targets}
