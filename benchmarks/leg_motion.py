@@ -17,7 +17,7 @@ from pipeline.study import locate
 from stages.campaign.run import sensed_run
 from stages.comparison.ingest_score import score_legs, shift_of
 from stages.imu.run import run_of
-from stages.imu.trial.trial import read_trial
+from stages.imu.trial.trial import read_trials
 from tests.imu.made_logs import made_log
 
 
@@ -35,7 +35,7 @@ def main() -> None:
         scored = []
         for number, walked in enumerate(walks):
             log = made_log(number, walked, parameters)
-            trial = read_trial(log.experiment, log.recordings, imu)
+            trial = next(read_trials(log.experiment, log.recordings, imu))
             if trial.accepted:
                 run, (_, truth, _) = run_of(trial), sensed_run(number, walked, parameters)
                 scored.append((run, truth, shift_of(run, truth)))

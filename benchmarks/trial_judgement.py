@@ -28,7 +28,7 @@ from stages.campaign.twin_run import TwinRun, first_state, walk_twin
 from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
 from stages.imu.parameters import Reading
 from stages.imu.trial.sensor import trace_sensor
-from stages.imu.trial.trial import read_trial
+from stages.imu.trial.trial import read_trials
 from tests.imu import wrong_logs
 from tests.imu.made_logs import Log, made_log, with_errors, wrong_quantities
 
@@ -63,7 +63,7 @@ def judged(
     for number, walked in enumerate(walks):
         rng = np.random.default_rng([parameters.runs.seed, number])
         log = family(made_log(number, walked, with_errors(parameters, times)), walks, rng)
-        trial = read_trial(log.experiment, log.recordings, imu)
+        trial = next(read_trials(log.experiment, log.recordings, imu))
         count[trial.verdict.outcome] += 1
         wrong = set(wrong_quantities(log, trial)) if trial.accepted else set()
         count["wrong"] += bool(wrong)

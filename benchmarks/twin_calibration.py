@@ -43,7 +43,7 @@ from stages.calibration.recordings import drawn_design, guess, run_of, table_val
 from stages.calibration.result import HALF_WIDTH
 from stages.campaign.parameters import Parameters as CampaignParameters
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, generator, walk_twin
-from stages.imu.trial.trial import Trial, read_trial
+from stages.imu.trial.trial import Trial, read_trials
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import project
 from tests.imu.made_logs import Log, made_log
@@ -92,7 +92,7 @@ def blind(
     except NoWalk as reason:
         return {"seed": seed, "number": number, "why": str(reason)}
     log = made_log(number, walked, campaign)
-    trial = read_trial(log.experiment, log.recordings, calibration.ingest)
+    trial = next(read_trials(log.experiment, log.recordings, calibration.ingest))
     if not trial.accepted:
         return {"seed": seed, "number": number, "why": "turned down by the ingest"}
     return {"seed": seed, "number": number, "outsole": walked.variation.build.outsole,

@@ -74,7 +74,7 @@ def starts_around(
     """Walks from a grid of angles and rates of the stance leg around the gait's own."""
     rate = z[walker.rate_entry] / walker.time
     return basin_of_attraction(
-        walker, [z],
+        walker, z,
         np.linspace(settings.angle_from, settings.angle_to, settings.starts) * -z[0],
         np.linspace(settings.rate_from, settings.rate_to, settings.starts) * rate,
         steps=settings.most_steps, progress=progress,

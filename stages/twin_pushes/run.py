@@ -12,7 +12,6 @@ from stages.analytic.result import Result as Analytic
 from stages.biped.between_steps import uniform_times
 from stages.biped.processes import Progress, ignore
 from stages.twin.machine.contact import ROLL, YAW, Z
-from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.measures import largest_roll
@@ -64,10 +63,10 @@ def walks_after(
         record = simulate_twin(
             machine, parameters.slope, parameters.contact, start, solver, steps=settings.steps, tree=tree
         )
-        yield pushed_walk(record, machine, kind, unit, size, settings.rate_hz)
+        yield pushed_walk(record, kind, unit, size, settings.rate_hz)
 
 
-def pushed_walk(record: Record, machine: Machine, kind: str, unit: str, size: float, rate_hz: float) -> PushedWalk:
+def pushed_walk(record: Record, kind: str, unit: str, size: float, rate_hz: float) -> PushedWalk:
     """What is kept of a walk after a push."""
     times = uniform_times(float(record.time[-1]), rate_hz)
     q = record.at(times)[0]

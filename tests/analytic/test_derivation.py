@@ -36,7 +36,7 @@ def numeric(legs, expression):
     symbols = list(equations.coordinates) + list(equations.rates)
     names = present(WALKERS[legs].p)
     numbers = [getattr(WALKERS[legs].p, name) for name in names]
-    function = sp.lambdify([symbols, [d.PARAMETERS[name] for name in names]], expression, "numpy")
+    function = sp.lambdify([symbols, [d.TABLE_1.parameters[name] for name in names]], expression, "numpy")
     return lambda y: np.asarray(function(y, numbers), dtype=float)
 
 

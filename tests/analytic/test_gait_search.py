@@ -170,7 +170,7 @@ def gait():
 def small_map(gait, workers):
     walker, point = gait
     angles, rates = np.linspace(0.1, 0.45, 12), np.linspace(0.1, 0.9, 12) / walker.time
-    return basin_of_attraction(walker, [point.z], angles, rates, workers=workers)
+    return basin_of_attraction(walker, point.z, angles, rates, steps=30, workers=workers)
 
 
 @pytest.fixture(scope="module")
@@ -188,7 +188,7 @@ def test_the_map_does_not_depend_on_the_number_of_workers(gait, mapped):
 def test_the_gait_lies_in_its_own_basin_and_a_standstill_does_not(gait):
     walker, point = gait
     rates = np.array([point.z[3], 0.01]) / walker.time
-    mapped = basin_of_attraction(walker, [point.z], np.array([-point.z[0]]), rates, steps=30)
+    mapped = basin_of_attraction(walker, point.z, np.array([-point.z[0]]), rates, steps=30)
     assert mapped.reached.tolist() == [[0, NONE]]
     assert mapped.ending[0, 0] == REACHES and mapped.ending[0, 1] in (BACK, STILL)
     assert mapped.steps[0, 1] < 30

@@ -13,7 +13,7 @@ from stages.imu.sources.column_map import CsvSource
 from stages.imu.sources.schema import Device, Recording
 from stages.imu.sources.units import scale_of
 from stages.imu.trial.body import mounting
-from stages.imu.trial.trial import Trial, read_trial
+from stages.imu.trial.trial import Trial, read_trials
 from tests.imu.made_logs import Log
 
 UNITS = {"m/s^2": 1.0, "g": 1 / 9.80665, "mg": 1e3 / 9.80665, "rad/s": 1.0, "deg/s": 180 / np.pi, "mdps": 180e3 / np.pi}
@@ -114,7 +114,7 @@ def rewritten(log: Log, how: Rewriting, folder: Path, parameters: Reading) -> Tr
     for one in log.recordings:
         (folder / f"{one.device.place}.csv").write_bytes(text_of(one, how).encode())
     ((experiment, recordings),) = CsvSource(described(log, how), folder).runs()
-    return read_trial(experiment, recordings, parameters)
+    return next(read_trials(experiment, recordings, parameters))
 
 
 def differs(one: Trial, other: Trial) -> float:

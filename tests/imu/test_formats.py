@@ -20,7 +20,7 @@ from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.proposal import proposal
 from stages.imu.sources.schema import Recording
 from stages.imu.sources.units import scale_of
-from stages.imu.trial.trial import read_trial
+from stages.imu.trial.trial import read_trials
 from tests.imu.exports import LAYOUTS, MAKERS, SINGLE, Export, G, Table, delsys, names
 from tests.imu.made_logs import Log
 from tests.imu.rewritings import UNITS
@@ -292,7 +292,7 @@ def read_as_proposed(path: Path, log: Log, table: Table) -> list[str]:
     assert whole.mean() > 0.95
     np.testing.assert_allclose(recordings[0].acceleration * scale.acceleration, table[2], atol=1e-3)
     np.testing.assert_allclose((recordings[0].angular_rate * scale.angular_rate)[whole], table[3][whole], atol=1e-4)
-    trial = read_trial(experiment, recordings, PARAMETERS)
+    trial = next(read_trials(experiment, recordings, PARAMETERS))
     assert trial.verdict.outcome != REFUSED, trial.verdict.findings
     assert trial.frequency[0] == pytest.approx(1 / np.median(np.diff(log.strike_time)), rel=0.02)
     return told

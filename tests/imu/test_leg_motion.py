@@ -15,7 +15,7 @@ from stages.imu.result import Evidence
 from stages.imu.sources.cells import recording_from_columns
 from stages.imu.strikes.impact_onset import STRIKE, Samples, at_onsets, lift_after, responses
 from stages.imu.strikes.step_times import INNER, OUTER, UNKNOWN, HeelStrikes, step_frequency, step_times
-from stages.imu.trial.trial import Trial, read_trial
+from stages.imu.trial.trial import Trial, read_trials
 from stages.imu.trial.walk import hip_at, in_time, leg_motion, stance_angle
 from tests.imu.conftest import RUNS
 from tests.imu.made_logs import Log, made_log, stand_in_walks, with_errors
@@ -28,7 +28,7 @@ AMPLITUDE = 0.24  # of the stand-in's leg
 @pytest.fixture(scope="module")
 def trials(parameters: Parameters, walks: list[TwinRun]) -> list[tuple[Log, Trial]]:
     logs = [made_log(number, walk, with_errors(parameters, 1.0)) for number, walk in enumerate(walks)]
-    return [(log, read_trial(log.experiment, log.recordings, PARAMETERS)) for log in logs]
+    return [(log, next(read_trials(log.experiment, log.recordings, PARAMETERS))) for log in logs]
 
 
 def angle_errors(log: Log, trial: Trial) -> tuple[np.ndarray, np.ndarray]:
@@ -346,7 +346,7 @@ def test_strikes_of_a_fast_sensor_are_as_exact_as_its_samples(parameters: Parame
         hit = {side: struck(getattr(walk, side), walk.heel_strike_time, 0.5) for side in ("hip", "foot")}
         log = made_log(number, dataclasses.replace(walk, **hit), given)
         own = tuple(recording_from_columns(log.experiment, one.device, alone(one)) for one in log.recordings)
-        off = read_trial(log.experiment, own, PARAMETERS).strikes.time - log.strike_time
+        off = next(read_trials(log.experiment, own, PARAMETERS)).strikes.time - log.strike_time
         assert max(np.ptp(off[log.strike_leg == leg]) for leg in (INNER, OUTER)) < 2e-4
 
 
@@ -354,7 +354,7 @@ def test_a_slower_sensor_has_larger_errors_in_time(trials: list[tuple[Log, Trial
     log, usual = trials[0]
     slower = tuple(dataclasses.replace(one, device=dataclasses.replace(one.device, rate_hz=97.0))
                    for one in log.recordings)  # fmt: skip
-    found = read_trial(log.experiment, slower, PARAMETERS).leg.times.step_error
+    found = next(read_trials(log.experiment, slower, PARAMETERS)).leg.times.step_error
     assert found == pytest.approx((100.0 / 97.0) ** 2.5 * usual.leg.times.step_error)
 
 
@@ -367,7 +367,7 @@ def test_the_error_of_a_frequency_has_the_clocks_and_what_no_line_shows(paramete
     over = []
     for seed, walk in enumerate(stand_in_walks(10, parameters)):
         log = made_log(seed, walk, parameters)
-        found, said = read_trial(log.experiment, log.recordings, PARAMETERS).frequency
+        found, said = next(read_trials(log.experiment, log.recordings, PARAMETERS)).frequency
         true, _ = step_frequency(HeelStrikes(log.strike_time[3:], log.strike_leg[3:]))
         over.append((found - true) / said)
     assert np.abs(over).max() < 3.0 and np.sqrt(np.mean(np.square(over))) > 0.3

@@ -18,7 +18,7 @@ from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.step_times import INNER
 from stages.imu.trial.body import BodySensor
 from stages.imu.trial.sensor import trace_sensor
-from stages.imu.trial.trial import read_sensor, read_trial
+from stages.imu.trial.trial import read_sensor, read_trials
 from stages.imu.trial.walk import strikes_of
 from tests.imu.real_recordings import FOLDER, ipol, xio
 from tests.imu.stand_in import LIMITS, PARAMETERS, SETTINGS
@@ -163,5 +163,5 @@ def test_a_persons_log_is_not_taken_for_the_robots(name: str, hip: str, foot: st
                                                             forward_axis=None, up_axis=None))
         for one in recordings if one.device.place in renamed
     )  # fmt: skip
-    trial = read_trial(dataclasses.replace(experiment, slope_deg=0.0), chosen, PARAMETERS)
+    trial = next(read_trials(dataclasses.replace(experiment, slope_deg=0.0), chosen, PARAMETERS))
     assert trial.verdict.outcome == REFUSED

@@ -14,7 +14,7 @@ from stages.campaign.twin_run import TwinRun
 from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.strikes.step_times import INNER
-from stages.imu.trial.trial import Trial, read_trial
+from stages.imu.trial.trial import Trial, read_trials
 from tests.imu import wrong_logs
 from tests.imu.conftest import RUNS
 from tests.imu.damage import HARMFUL, NEVER_ACCEPTED, edited, flipped, overwritten_head, truncated
@@ -27,7 +27,7 @@ QUICK = ("mg, mdps", "1000 s later", "clocks an hour apart", "decimal comma, exp
 
 @pytest.fixture(scope="module")
 def as_made(log: Log) -> Trial:
-    return read_trial(log.experiment, log.recordings, PARAMETERS)
+    return trial_of(log)
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_a_log_that_begins_late_or_ends_early_is_as_good(first: float, last: flo
     at = [one.phone_stamp - log.recordings[0].phone_stamp.min() for one in log.recordings]
     end = min(one.max() for one in at)
     cut = tuple(one.take((t >= first) & (t <= end - last)) for one, t in zip(log.recordings, at))
-    assert read_trial(log.experiment, cut, PARAMETERS).verdict.findings == ()
+    assert next(read_trials(log.experiment, cut, PARAMETERS)).verdict.findings == ()
 
 
 # --- Damaged logs: an answer or one clear sentence, never a traceback, never a wrong unit, never a changed source.
@@ -115,7 +115,7 @@ FAMILIES = {**wrong_logs.WRONG, **wrong_logs.LATER, **wrong_logs.CLOCKS, **wrong
 
 
 def trial_of(log: Log) -> Trial:
-    return read_trial(log.experiment, log.recordings, PARAMETERS)
+    return next(read_trials(log.experiment, log.recordings, PARAMETERS))
 
 
 def remarks(trial: Trial) -> str:
@@ -211,7 +211,8 @@ def test_a_robot_that_is_not_its_drawings_is_said_and_its_step_has_an_error_that
     """The drawing's leg is a tenth shorter, and so is every step."""
     drawing = dataclasses.replace(PARAMETERS.drawing, leg_length=PARAMETERS.drawing.leg_length / 1.1)
     limits = dataclasses.replace(PARAMETERS.limits, lever_arm=PARAMETERS.limits.lever_arm / 1.1)
-    trial = read_trial(log.experiment, log.recordings, dataclasses.replace(PARAMETERS, drawing=drawing, limits=limits))
+    parameters = dataclasses.replace(PARAMETERS, drawing=drawing, limits=limits)
+    trial = next(read_trials(log.experiment, log.recordings, parameters))
     assert "times its nominal length" in remarks(trial)
     report = trial.report()
     assert report.step_length_drawing_error / report.step_length == pytest.approx(0.1, abs=0.02)

@@ -28,7 +28,7 @@ from stages.imu.trial.agreement import (
     nrmse,
     rmse,
 )
-from stages.imu.trial.trial import read_trial
+from stages.imu.trial.trial import read_trials
 from stages.imu.trial.two_clocks import brought_together, whole_lag
 from tests.imu.damage import edited
 from tests.imu.stand_in import PARAMETERS, make_database, make_run, result_of
@@ -47,7 +47,7 @@ def on_own_clocks(lag: float, drift: float, folder) -> RunReport:
     (folder / "log.sqlite").write_bytes(content)
     with SqliteSource(folder / "log.sqlite") as source:
         ((experiment, recordings),) = source.runs()
-    return read_trial(experiment, recordings, PARAMETERS).report()
+    return next(read_trials(experiment, recordings, PARAMETERS)).report()
 
 
 @pytest.mark.parametrize(("lag", "drift"), [
@@ -90,7 +90,7 @@ def test_a_hole_of_one_sensor_does_not_move_the_lag(place: str, tmp_path) -> Non
     (tmp_path / "log.sqlite").write_bytes(database())
     with SqliteSource(tmp_path / "log.sqlite") as source:
         ((experiment, recordings),) = source.runs()
-    sensors = read_trial(experiment, recordings, PARAMETERS).sensors
+    sensors = next(read_trials(experiment, recordings, PARAMETERS)).sensors
     whole = sensors[place]
     there = np.abs(whole.time - whole.time[0] - 3.35) > 0.35
     holed = dataclasses.replace(whole, time=whole.time[there], force=whole.force[there], rate=whole.rate[there])

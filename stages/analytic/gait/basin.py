@@ -1,4 +1,4 @@
-"""Basin of attraction: which starts lead to which gait and after how many steps, and how the other walks end."""
+"""Basin of attraction: which starts lead to a gait and after how many steps, and how the other walks end."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from stages.analytic.phases.section import section_coordinates, section_state
 from stages.analytic.result import BACK, FORWARD, NO_START, OTHERWISE, REACHES, STILL, WALKS_ON, Basin
 
 NONE = -1
+#: A walk is at the gait within this, in all section coordinates; the integrator's tolerance.
+NEAR, TOLERANCE = 1e-3, 1e-6
 
 
 @compiled
@@ -33,74 +35,63 @@ def unlanded(status: int, y: Vector) -> int:
 
 @compiled
 def walk_starts(
-    starts: np.ndarray, p: Kind, gaits: np.ndarray, gait_steps: int, near: float, steps: int, tolerance: float,
-    time_limit: float, step_limit: int, made: Vector, reached: Vector, ending: Vector,
-) -> None:  # fmt: skip
-    """Walk every start (n, j) up to `steps` steps; a walk ends early within `near` of a gait of `gaits` (g, j).
+    starts: np.ndarray, p: Kind, gait: Vector, gait_steps: int, steps: int, made: Vector, ending: Vector
+) -> None:
+    """Walk every start (n, j) up to `steps` steps; a walk ends early within `NEAR` of the `gait` (j,).
 
-    It is compared with the gaits after every `gait_steps` steps.
+    It is compared with the gait after every `gait_steps` steps.
     """
     for i in range(starts.shape[0]):
         standing = p
         y = section_state(starts[i], p)
-        made[i], reached[i], ending[i] = 0, NONE, WALKS_ON
+        made[i], ending[i] = 0, WALKS_ON
         if not np.isfinite(y).all():
             ending[i] = NO_START
             continue
         for _ in range(steps):
-            status, _, _, _, _ = walk_step(y, standing, tolerance, time_limit, step_limit, None)
+            status, _, _, _, _ = walk_step(y, standing, TOLERANCE, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, None)
             why = unlanded(status, y)
             if why != REACHES:
                 ending[i] = why
                 break
             made[i] += 1
             standing = exchanged(standing)
-            if made[i] % gait_steps != 0:
-                continue
-            z = section_coordinates(y, standing)
-            for g in range(gaits.shape[0]):
-                if np.abs(z - gaits[g]).max() < near:
-                    reached[i], ending[i] = g, REACHES
-            if reached[i] >= 0:
+            if made[i] % gait_steps == 0 and np.abs(section_coordinates(y, standing) - gait).max() < NEAR:
+                ending[i] = REACHES
                 break
 
 
 def basin_of_attraction(
     walker: Walker,
-    gaits: list[Vector],
+    gait: Vector,
     angles: np.ndarray,
     rates: np.ndarray,
     *,
-    steps: int = 30,
-    near: float = 1e-3,
-    tolerance: float = 1e-6,
+    steps: int,
     workers: int = 1,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Basin:
-    """Walk from a grid over stance angle [rad], foot ahead positive, and rate [rad/s]; all else as in the first gait.
+    """Walk from a grid over stance angle [rad], foot ahead positive, and rate [rad/s]; all else as in the gait.
 
-    A start that comes within `near` of a stable gait in all section coordinates is said to reach it; `gaits` should
-    be stable ones, else a walk that passes an unstable gait ends there. The result does not depend on `workers`.
+    The `gait` should be a stable one, else a walk that passes it ends there. The result does not depend on `workers`.
     """
-    grid = np.repeat(np.asarray(gaits[0])[None, :], angles.size * rates.size, axis=0)
+    grid = np.repeat(gait[None, :], angles.size * rates.size, axis=0)
     rate = walker.rate_entry
     grid[:, 0] = -np.repeat(angles, rates.size)
     grid[:, rate] = np.tile(rates, angles.size) * walker.time
-    kept = np.zeros((3, len(grid)), dtype=np.int64)
-    known = np.array(gaits)
+    kept = np.zeros((2, len(grid)), dtype=np.int64)
     # Interleaved shares: neighbours take about the same time, so every share is equally long.
     shares = [np.arange(start, len(grid), 64) for start in range(min(64, len(grid)))]
 
     def work(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        found = np.zeros((3, rows.size), dtype=np.int64)
-        walk_starts(grid[rows], walker.p, known, walker.gait_steps, near, steps, tolerance,
-                    TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, *found)
+        found = np.zeros((2, rows.size), dtype=np.int64)
+        walk_starts(grid[rows], walker.p, gait, walker.gait_steps, steps, *found)
         return rows, found
 
     with ThreadPoolExecutor(workers) as pool:  # the compiled function lets go of the interpreter lock
         for done, (rows, found) in enumerate(pool.map(work, shares), 1):
             kept[:, rows] = found
             progress(done / len(shares))
-    made, reached, ending = kept.reshape(3, angles.size, rates.size)
-    gait = gaits[0]
-    return Basin(angles, rates, made, reached, ending, float(-gait[0]), float(gait[rate] / walker.time), steps, near)
+    made, ending = kept.reshape(2, angles.size, rates.size)
+    reached = np.where(ending == REACHES, 0, NONE)
+    return Basin(angles, rates, made, reached, ending, float(-gait[0]), float(gait[rate] / walker.time), steps, NEAR)

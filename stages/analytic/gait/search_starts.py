@@ -112,11 +112,11 @@ def grid(walker: Walker, angles: Vector = ANGLES, rates: Vector = RATES) -> Iter
             yield start_coordinates(walker, float(angle), float(rate))
 
 
-def walk_forward(walker: Walker, z: Vector, steps: int) -> list[Vector]:
-    """Section coordinates after each of up to `steps` steps from `z`, strides if they alternate, as far as it gets."""
+def walk_forward(walker: Walker, z: Vector) -> list[Vector]:
+    """Section coordinates after each of `SCAN_STEPS` steps from `z`, strides if they alternate, as far as it gets."""
     reached = []
     with suppress(StepFailed):
-        for _ in range(steps):
+        for _ in range(SCAN_STEPS):
             z = repeated(walker, z, walker.gait_steps, SCAN_TOLERANCE)
             reached.append(z)
     return reached
@@ -141,7 +141,7 @@ def ranked_starts(walker: Walker, thinned: int = 1) -> tuple[tuple[Vector, ...],
     pairs: list[tuple[float, Vector]] = []
     longest = 0
     for z in grid(walker, ANGLES[::thinned], RATES[::thinned]):
-        trail = walk_forward(walker, z, SCAN_STEPS)
+        trail = walk_forward(walker, z)
         longest = max(longest, len(trail))
         for before, after in zip([z, *trail], trail, strict=False):
             if before[0] < 0.0:
@@ -158,7 +158,7 @@ def walked_on(walker: Walker) -> list[Vector]:
     ends: list[Vector] = []
     for z in grid(walker, WIDE_ANGLES, WIDE_RATES):
         for _ in range(LONG_WALK // SCAN_STEPS):
-            trail = walk_forward(walker, z, SCAN_STEPS)
+            trail = walk_forward(walker, z)
             if len(trail) < SCAN_STEPS or any(np.abs(trail[-1] - other).max() < SAME_START for other in ends):
                 break
             z = trail[-1]

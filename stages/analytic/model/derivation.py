@@ -69,7 +69,6 @@ ZERO = sp.Integer(0)
 OF_TABLE_1 = Leg(m, L_nat, r, l, k, b, inertia, ZERO, ZERO, ZERO, ZERO, ZERO)
 #: Table 1: two equal legs and a free hip; gravity in the slope frame, g (sin a, -cos a).
 TABLE_1 = Design(OF_TABLE_1, OF_TABLE_1, M, ZERO, ZERO, ZERO, named((M, m, L_nat, r, l, k, b, inertia, g_x, g_y)))
-PARAMETERS = TABLE_1.parameters
 STANCE = OF_TABLE_1._replace(**named(sp.symbols("e m_f l_f e_f I_f", real=True)))
 SWING = Leg(*(sp.Symbol(f"{symbol}_2", real=True) for symbol in STANCE))
 #: All that a detailed design has, each leg with numbers of its own; those of the swing leg end in _2.

@@ -44,7 +44,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         raise NoGait("the gait is unstable: no start stays with it")
     mapped = basin_of_attraction(
         walker,
-        [point.z],
+        point.z,
         np.linspace(*options.angle, options.points),
         np.linspace(slow, fast, options.points),
         steps=options.steps,

@@ -180,7 +180,7 @@ def _alike(out: Sequence[MeasuredRun], held: dict[str, HeldOut | None]) -> list[
 
 def answered(result: Calibrated) -> Answer:
     """The answer to `calibrate`."""
-    fit, estimate, design, model = result.fit, result.estimate, result.design, result.model
+    fit, estimate, design = result.fit, result.estimate, result.design
     units = [str(DECLARED[name]["unit"]) for name in fit.names]
     found = {name: {"drawn": design.value(name), "found": float(estimate.values[row]),
                     "sd": finite(estimate.sd[row]) if fit.converged else None, "unit": units[row]}
@@ -198,7 +198,7 @@ def answered(result: Calibrated) -> Answer:
             "why": fit.why, "slopes_deg": fit.own[:, 0].tolist(), "walks": fit.evaluations,
             "held_out": {name: _plain(one) for name, one in result.held_out.items()},
         },
-        draw=partial(_draw, fit, model),
+        draw=partial(_draw, fit),
         files={NAME: _robot(result).content()} if fit.converged else {},
         parameters=_left(result) if fit.converged else {},
         no=not fit.converged,
@@ -331,7 +331,7 @@ def _plain(one: HeldOut | None) -> dict[str, Any] | None:
     return {"sigmas": one.sigmas, "fit": fit, "foretold": predicted, "begun_s": one.begun}
 
 
-def _draw(fit: CampaignFit, model: Model, save: Any) -> None:
+def _draw(fit: CampaignFit, save: Any) -> None:
     """The first run's samples, fit and residuals."""
     from stages.calibration.reports.sensor_picture import fit_picture
     from stages.drawing import style

@@ -130,13 +130,6 @@ class Trial:
         )
 
 
-def read_trial(
-    experiment: Experiment, recordings: tuple[Recording, ...], parameters: Reading
-) -> Trial:
-    """The first of `read_trials`."""
-    return next(read_trials(experiment, recordings, parameters))
-
-
 def read_trials(
     experiment: Experiment, recordings: tuple[Recording, ...], parameters: Reading
 ) -> Iterator[Trial]:
