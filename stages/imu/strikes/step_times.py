@@ -44,6 +44,9 @@ def stances_of(strikes: HeelStrikes) -> tuple[np.ndarray, np.ndarray]:
 
 
 NAN = math.nan
+#: By how much more the onset is off where no foot is seen to be let go: stiff legs rebound, which no blow of the fit does.
+#: Steps of 144 runs (nine robots of 0.15 to 1.2 m, rigid or 3 to 10 times as stiff as Table 1's) were off by 1.3 ms rms.
+STIFF = 1.5
 UNKNOWN = StepTimes(*(NAN,) * 15)
 
 
@@ -52,10 +55,11 @@ def step_times(strikes: HeelStrikes, double_stance: float, drawing: Drawing) -> 
 
     A leg's strikes share one error, that of their onset, and scatter each; toe-off has an error of its own.
     """
+    onset = drawing.onset_error_s * (1.0 if double_stance > 0 else STIFF)
     (inner, fewest), (outer, others) = (_mean_step(strikes, leg) for leg in (INNER, OUTER))
     scatter = drawing.strike_scatter_s / math.sqrt(max(min(fewest, others), 1))
-    step = math.sqrt(2) * math.hypot(drawing.onset_error_s, scatter)
-    known = math.hypot(drawing.onset_error_s, drawing.toe_off_error_s, scatter) if double_stance > 0 else NAN
+    step = math.sqrt(2) * math.hypot(onset, scatter)
+    known = math.hypot(onset, drawing.toe_off_error_s, scatter) if double_stance > 0 else NAN
     other = math.hypot(known, double_stance)
     stances = outer + double_stance, inner + double_stance
     # What is taken out of one step is in the other: their difference is off by twice the error of one.
