@@ -44,8 +44,8 @@ def stances_of(strikes: HeelStrikes) -> tuple[np.ndarray, np.ndarray]:
 
 
 NAN = math.nan
-#: By how much more the onset is off where no foot is seen to be let go: stiff legs rebound, which no blow of the fit does.
-#: Steps of 144 runs (nine robots of 0.15 to 1.2 m, rigid or 3 to 10 times as stiff as Table 1's) were off by 1.3 ms rms.
+#: By how much more the onset is off where no foot is seen to be let go: stiff legs rebound, unlike the blow of the fit.
+#: Steps of 144 runs (nine robots of 0.15 to 1.2 m, rigid or 3 to 10 times as stiff as Table 1's) are off by 1.3 ms rms.
 STIFF = 1.5
 UNKNOWN = StepTimes(*(NAN,) * 15)
 
