@@ -109,6 +109,10 @@ class Settling:
         """Their length in mm, as far as it is the gait's own."""
         return f"{with_doubt(1e3 * self.step_length_m, 1e3 * self.step_length_transient_m)} mm"
 
+    def last_four(self) -> str:
+        """Both, or that the walk ended before."""
+        return "there are fewer" if math.isnan(self.period_s) else f"{self.frequency_text()} and {self.length_text()}"
+
 
 @dataclass(frozen=True)
 class Signals:

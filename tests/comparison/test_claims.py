@@ -295,6 +295,7 @@ def test_the_causes_named_are_those_that_are_true():
     (12, {}, "in the limit 2.7 mm/s over one step and 3.4 mm/s over a settled stride; with ground.yaml's set 3.9 mm/s"),
     (13, {}, "integration moves the hip by 1e-01 mm of 0.20 mm over one step; other effects explain 90 %"),
     (15, {}, "11 sets 161.0 mm apart need 1.69 m; on them the twin's feet roll over 42 mm and come no farther than 24"),
+    (15, {"reach": nan, "rolls": nan}, "11 sets 161.0 mm apart need 1.69 m; the twin walks over fewer"),
     (18, {}, "2.0718 Hz, -0.39 %"), (19, {"above": 2e-3}, "2.0 ms a step (0.4 %) lie above 4 g, with peaks of 3 g"),
     (21, {}, "200.00 mm off after 1.70 m (12 %); one of the rate, with the foot that rolls, has errors of 2.00 %"),
     (21, {}, "0.11 degrees of the leg's angle. Their steps are 160.00 mm long, each ± 1.00 mm, the twin's 161.00 mm"),

@@ -26,6 +26,7 @@ from stages.ground.blocks import Blocks
 from stages.model_error.result import EVEN, WIDTH
 from stages.multibody.result import in_newtons
 from stages.rough_ground.result import written_out
+from stages.twin.result import Settling
 from tests.comparison.made_up import DEFAULTS, make_agreement, make_study, make_walk
 from tests.figures.made_up_results import analytic, comparison, given, misses, parameters, results, stability
 from tests.figures.made_up_results import drawn as made_up_figure
@@ -86,6 +87,14 @@ def test_the_law_of_the_normal_force_is_that_of_ground_yaml():
     said = figure("figure_04_normal_force").caption(SimpleNamespace(parameters=SimpleNamespace(contact=law)))
     assert "a damping that returns 0.12 of an impact at 0.2 m/s" in said and "c_max" not in said
     assert "c_max = 10 N s/mm, complete at d = 0.1 mm" in text("figure_04_normal_force")
+
+
+def test_walks_that_end_before_have_no_frequency():
+    multibody, nothing = given("gait_animation").multibody, np.zeros(0)
+    fell = SimpleNamespace(walk=multibody.walk, cycle=SimpleNamespace(**vars(multibody.cycle) | {"period_s": math.nan}))
+    twin = SimpleNamespace(settling=Settling(nothing, nothing, -1))
+    said = figure("gait_animation").caption(SimpleNamespace(analytic=analytic(), multibody=fell, twin=twin))
+    assert "no whole step with penalty contact. The twin's last four steps: there are fewer." in said
 
 
 def test_gaits_of_legs_that_differ_are_counted_in_steps():

@@ -225,4 +225,5 @@ def test_a_mean_is_told_with_the_digits_that_the_transient_leaves(value, left, t
 def test_a_frequency_is_as_unsure_as_its_period():
     nothing = np.zeros(0)
     gait = Settling(nothing, nothing, 1, 0.5, 2.0, 0.16, period_transient_s=2.4e-4, step_length_transient_m=1e-4)
-    assert gait.frequency_text() == "2.0000 ± 0.0010 Hz" and gait.length_text() == "160.00 ± 0.10 mm"
+    assert gait.last_four() == "2.0000 ± 0.0010 Hz and 160.00 ± 0.10 mm"
+    assert Settling(nothing, nothing, -1).last_four() == "there are fewer", "of a twin that fell it was nan Hz"

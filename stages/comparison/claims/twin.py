@@ -179,8 +179,9 @@ def judge_ramp_length(
     verdict = FAILS if not room else OPEN if not known else yes_or_no(on_blocks)
     farthest, half = f"{1e3 * reach:.0f} mm", f"{500 * block:.0f} mm"
     return Judgement(
-        f"{BLOCK_SETS} sets {1e3 * step:.1f} mm apart need {needed:.2f} m; on them the twin's feet roll "
-        f"over {1e3 * rolls:.0f} mm and come no farther than {farthest} from a block's middle",
+        f"{BLOCK_SETS} sets {1e3 * step:.1f} mm apart need {needed:.2f} m; "
+        + (f"on them the twin's feet roll over {1e3 * rolls:.0f} mm and come no farther than {farthest} from a block's "
+           "middle" if known else "the twin walks over fewer"),
         verdict,
         (
             (verdict == HOLDS, f"there are {RAMP_M - needed:.2f} m to spare"),

@@ -144,7 +144,7 @@ def caption(given: Given) -> str:
     settling, drawn = given.twin.settling, what_is_drawn(given.parameters.twin, given.parameters.biped)
     return (
         f"The last stride of the twin's walk of {given.twin.steps} steps, over and over: {drawn} "
-        f"where the walk has it. Its last four steps: {settling.frequency_text()} and {settling.length_text()} a step. "
+        f"where the walk has it. Its last four steps: {settling.last_four()}. "
         "The ghost is the constraint model at the same phase of its own stride, from the same place. Arrows: force of "
         "the ground, half a pair's on each foot, impacts cut off. Thin rods are no parts: they join what slides."
     )

@@ -177,7 +177,7 @@ def caption_twin(given: Given) -> str:
     return (
         f"Poses {STEPS_APART:g} steps apart on the ramp's stepping blocks, where the walk had them: "
         f"{what_is_drawn(twin, biped).rstrip(',')}. Four feet, paired legs{bodies}. From the simple model's gait the "
-        f"twin {when}; its last four steps: {settling.frequency_text()}."
+        f"twin {when}; its last four steps: {settling.last_four()}."
     )
 
 
