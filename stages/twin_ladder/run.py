@@ -229,7 +229,8 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def ladder(parameters: Parameters, inputs: Inputs, machines: list[Rung], progress: Progress = ignore) -> Result:
-    """Gaits of machines, from that of the planar model; `inputs.twin` holds the twin's own walk.
+    """Gaits of machines, from that of the planar model, or of the constraint model where that has none; `inputs.twin`
+    holds the twin's own walk.
 
     A machine without a gait is a row that says so.
     """
@@ -238,12 +239,11 @@ def ladder(parameters: Parameters, inputs: Inputs, machines: list[Rung], progres
     constrained = constraint_gaits(parameters, bipeds)
     cycle = inputs.multibody.mid_stance
     if cycle is None:
-        rows = [without_gait(PLANAR, PLANAR_ADDED, inputs.multibody.unsettled, False)]
-        reason = "the planar model has no gait to start from"
-        rows += [without_gait(rung.name, rung.added, reason, rung.is_twin) for rung in machines]
-        found = [(row, NO_HIP) for row in rows]
+        start = section_numbers(analytic.mid_stance)
+        first = without_gait(PLANAR, PLANAR_ADDED, inputs.multibody.unsettled, False), NO_HIP
     else:
-        found = [planar_rung(parameters, cycle), *climb(parameters, machines, cycle, constrained, progress)]
+        start, first = cycle.section_state, planar_rung(parameters, cycle)
+    found = [first, *climb(parameters, machines, start, constrained, progress)]
     return Result(
         simple_period_s=analytic.gait.period_s,
         simple_step_length_m=analytic.gait.step_length_m,
@@ -283,17 +283,17 @@ def planar_rung(parameters: Parameters, cycle: LimitCycle) -> Climbed:
 
 
 def climb(
-    parameters: Parameters, machines: list[Rung], cycle: LimitCycle, constrained: Sequence[ConstraintGait],
+    parameters: Parameters, machines: list[Rung], plane: np.ndarray, constrained: Sequence[ConstraintGait],
     progress: Progress,
 ) -> list[Climbed]:
     """Gaits of the spatial machines, each searched from the penalty walker's of the same machine, and that from the
-    last one found, by as much as their constraint models' mid-stances differ; `constrained` has the planar model's
-    first.
+    last one found, or at first from the section numbers `plane` (10,), by as much as their constraint models'
+    mid-stances differ; `constrained` has the planar model's first.
     """
     settings = parameters.settings
     solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
     in_plane, sideways = (section_scales(parameters.biped, parameters.slope, each) for each in (UNITS, SIDE_UNITS))
-    plane, side = cycle.section_state, np.ones((len(SIDE_UNITS), SIDEWAYS))
+    side = np.ones((len(SIDE_UNITS), SIDEWAYS))
     length, before = parameters.biped.leg_length, constrained[0]
     rows: list[Climbed] = []
     found: tuple[Machine, Gait, np.ndarray] | None = None

@@ -17,12 +17,12 @@ from stages.twin.walking.record import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import SIDE_UNITS, Search, SectionState, Step
 from stages.twin_ladder.result import Result, RungGait, SameMachine
-from stages.twin_ladder.run import Inputs, again, run, without_gait
+from stages.twin_ladder.run import NO_HIP, Inputs, again, ladder, run, without_gait
 from tests.planar_start import ROUGH, SCALES, SLOPE, TABLE_1
 
 
 def inputs(planar_gait):
-    analytic = SimpleNamespace(gait=SimpleNamespace(period_s=0.48, step_length_m=0.16))
+    analytic = SimpleNamespace(gait=SimpleNamespace(period_s=0.48, step_length_m=0.16), mid_stance=ROUGH)
     planar = SimpleNamespace(mid_stance=planar_gait, unsettled="no fixed point of its step was found (fell in step 1)")
     return Inputs(analytic, planar, SimpleNamespace(settling=SimpleNamespace(period_s=0.5, step_length_m=0.15)))
 
@@ -92,11 +92,28 @@ def test_a_walk_that_is_not_at_the_gait_is_said_to_be_elsewhere(made_up):
     assert "own walk" not in fallen.summary()
 
 
-def test_a_planar_walker_without_gait_is_a_result(parameters):
+@pytest.fixture
+def nothing_found(monkeypatch):
+    """No machine in space has a gait."""
+    monkeypatch.setattr("stages.twin_ladder.run.climb", lambda parameters, machines, *rest: [
+        (without_gait(rung.name, rung.added, "it fell", rung.is_twin), NO_HIP) for rung in machines])
+
+
+def test_no_gait_at_all_is_a_result(parameters, nothing_found):
     result = run(parameters, inputs(None))
     assert not any(rung.found for rung in result.rungs) and result.rungs[0].outcome
     assert result.twin is None and "no gait for planar model" in result.summary()
     assert len(result.same_machine) == len(result.rungs) and not result.left()
+
+
+def test_where_the_planar_model_falls_the_twin_may_have_a_gait(parameters, machines):
+    """It is looked for from the constraint model's: the planar model of legs of .76 m on points fell, their twin walks.
+    """
+    quick = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, sideways=False))
+    twin = [rung for rung in machines if rung.is_twin]
+    result = ladder(quick, inputs(None), twin)
+    assert not result.rungs[0].found and "no gait for planar model" in result.summary()
+    assert result.twin.period_s == pytest.approx(0.489723, abs=2e-6) and len(result.left()) == 1
 
 
 def test_newton_finds_the_fixed_point_of_a_known_step():
@@ -176,9 +193,8 @@ def test_the_twins_walk_settles_to_the_last_rung_at_the_rates_of_its_multipliers
     assert sorted(np.roots([1.0, *-two])) == pytest.approx(sorted(twin.plane_multipliers[:2, 0]), abs=0.01)
 
 
-def test_every_rung_has_the_closer_gait_of_its_own_constraint_model(parameters):
-    """Where the planar model has no gait none is climbed; constraint models are solved at closer settings all the same.
-    """
+def test_every_rung_has_the_closer_gait_of_its_own_constraint_model(parameters, nothing_found):
+    """Where no machine has a gait, constraint models are solved at closer settings all the same."""
     analytic = dataclasses.replace(parameters.analytic, tolerance=1e-6)
     first = run(dataclasses.replace(parameters, analytic=analytic), inputs(None))
     near = again(parameters, inputs(None), first)
