@@ -193,7 +193,7 @@ def test_what_the_runs_say_of_the_sensors_is_said(narrow):
         silent, sampling=dataclasses.replace(fit.runs[0].sampling, bandwidth_hz={"hip": 40.0, "foot": 60.0}))
     as_said, moved = np.zeros_like(fit.unknowns), np.zeros_like(fit.unknowns)
     moved[0, model.layout.place("foot_place")] = 0.02
-    for changed, parts in (({}, ("bandwidth: the sensors' low pass cuts off at 20.", "40.0 Hz is declared")),
+    for changed, parts in (({}, ("the sensors' low pass cuts off at 20.", "40.0 Hz is declared, or stiff legs")),
                            ({"runs": (silent,)}, ("bandwidth is not declared",)),
                            ({"runs": (wider,)}, ("at the hip and 30.", "40.0 Hz at the hip and 60.0 Hz")),
                            ({"unknowns": moved}, ("lever arm", "+20.0 mm"))):  # fmt: skip

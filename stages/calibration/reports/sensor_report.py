@@ -268,7 +268,8 @@ def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
             said.append(f"the sensors' bandwidth is not declared: the fit takes a second-order low pass of {cut}, "
                         "which may be wrong where the model is. Give it (bandwidth_hz of the devices)")
         elif abs(share) > OTHER_CUT:
-            said.append(f"bandwidth: the sensors' low pass cuts off at {cut}, where {_at_both(*drawn)} is declared")
+            said.append(f"bandwidth: the sensors' low pass cuts off at {cut}, where {_at_both(*drawn)} is declared, "
+                        "or stiff legs rebound, which looks like that")
     place = model.layout.place("foot_place")
     higher = float(fit.unknowns[:, place].mean())
     if abs(higher) > FAR_OFF * model.layout.prior[place]:
