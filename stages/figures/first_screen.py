@@ -103,7 +103,7 @@ def answers(inputs: Inputs) -> tuple[Answer, ...]:
         cause = why.removeprefix("there is no analytic: ")
         return (Answer("Does it walk?", "No gait is known.", "", f"{cause[:1].upper()}{cause[1:]}."),)
     found = {name: measure(inputs.analytic, inputs.model_error, name) for name in FIELDS}
-    return (walks(inputs), fast(inputs.analytic, found), stable(inputs, found["multiplier"]),
+    return (walks(inputs), fast(inputs, found), stable(inputs, found["multiplier"]),
             *measured(inputs.imu, found))  # fmt: skip
 
 
@@ -122,13 +122,17 @@ def walks(inputs: Inputs) -> Answer:
     return Answer("Does it walk?", how, f"By the constraint model. {twin}.", means)
 
 
-def fast(analytic: Analytic, found: dict[str, Measure]) -> Answer:
-    """Speed, step frequency and step length; of a limping gait, whose means these are, both steps as well."""
-    speed, frequency = found["speed"], found["step_frequency"]
+def fast(inputs: Inputs, found: dict[str, Measure]) -> Answer:
+    """Speed, step frequency and step length; of a limping gait, whose means these are, both steps as well.
+
+    Where it is not known what the model misses of the twin, what the twin did.
+    """
+    analytic, speed, frequency = inputs.analytic, found["speed"], found["step_frequency"]
     low, high = frequency.value - frequency.error, frequency.value + frequency.error
     means = f"A metre takes {1.0 / speed.value:.3g} s. " + (
         f"A robot that takes fewer than {low:.3g} or more than {high:.3g} steps a second differs from this design, or "
-        "its ramp does." if frequency.known else "How far the twin differs from this model is not known.")
+        "its ramp does." if frequency.known else "How far the twin differs from this model is not known." if
+        inputs.missing.get("twin") else f"The twin's last four steps: {inputs.twin.settling.last_four()}.")
     steps = f"{frequency.text()} steps a second, each {found['step_length'].text(1e3)} mm."
     if analytic.gait.steps > 1:
         each = ", the other ".join(f"{time:.4g} s and {1e3 * length:.4g} mm" for time, length in zip(

@@ -171,7 +171,9 @@ def stretches(family: RecordedFamily) -> str:
     turns = [turn.value for turn in family.turns]
     low = max((value for value in turns if value <= stable.min()), default=stable.min())
     high = min((value for value in turns if value >= stable.max()), default=stable.max())
-    return f"{known}; stable ones lie between {low:.4g}° and {high:.4g}°."
+    between = family.value[~family.stable]
+    others = ", unstable ones too" * bool(((between > stable.min()) & (between < stable.max())).any())
+    return f"{known}; stable ones lie between {low:.4g}° and {high:.4g}°{others}."
 
 
 def label(family: RecordedFamily, turn: Turn) -> str:
