@@ -163,6 +163,15 @@ def test_the_longer_leg_makes_the_longer_double_step(lame):
     assert walk.leg_length[strikes[0] - 1, 0] != walk.leg_length[strikes[1] - 1, 1]
 
 
+def test_a_walk_of_rigid_legs_keeps_their_lengths_and_stands_on_the_ground():
+    walker, point = gait_of(LAME_RIGID)
+    walk = sample_walk(walker, record(walker, section_state(point.z, walker.p), 4, 1e-12), 1000.0)
+    lengths, radii = np.array(LAME_RIGID.leg_lengths), np.array(LAME_RIGID.foot_radii)
+    assert walk.leg_length == pytest.approx(np.tile(lengths, (len(walk.time), 1)))
+    height = walk.hip_position[:, 1, None] - (lengths - radii) * np.cos(walk.leg_angle) - radii
+    assert np.abs(height).min(axis=1) == pytest.approx(np.zeros(len(walk.time)), abs=1e-12)
+
+
 def test_a_stride_can_be_iterated_from_either_leg(lame):
     walker, point = lame
     steps, _ = iterate(walker.exchanged, point.steps[0].z, 2, 1e-12)
