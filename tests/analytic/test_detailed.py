@@ -29,7 +29,8 @@ LAME = changed(
     TABLE_1, leg_inertia=2e-4, foot_offset=3e-4, frame_mass=0.01, frame_com=0.02, frame_offset=1e-3, frame_inertia=2e-5,
     hip_stiffness=0.05, hip_damping=5e-4, hip_rest_angle=0.02, hip_gravity_mass=0.31, other_leg_length=0.3331,
     other_foot_mass=0.334, other_foot_radius=0.0825, other_foot_com=0.101, other_stiffness=2900.0, other_damping=60.0,
-    other_leg_inertia=2.5e-4, other_foot_offset=2e-4, other_frame_mass=0.012, other_frame_com=0.018)  # fmt: skip
+    other_leg_inertia=2.5e-4, other_foot_offset=2e-4, other_frame_mass=0.012, other_frame_com=0.018,
+    other_frame_offset=8e-4, other_frame_inertia=2.3e-5)  # fmt: skip
 LAME_RIGID = changed(LAME, legs="rigid")
 #: The kinds of walkers there are with details.
 KINDS = pytest.mark.parametrize(("legs", "friction", "kind"), [
