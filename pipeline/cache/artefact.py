@@ -222,7 +222,7 @@ def tree(content: bytes, name: str, older: bool = False) -> list[Field]:
 
 
 def _branch(item: Any, path: str) -> Iterator[Field]:
-    unit, description, symbol, _ = (str(item.attrs.get(key, item.attrs.get(first, "")))
+    unit, description, symbol, *_ = (str(item.attrs.get(key, item.attrs.get(first, "")))
                                     for key, first in hdf5.ATTRIBUTES.items())  # fmt: skip
     if isinstance(item, h5py.Group):
         yield Field(path, unit, symbol, description, None, None)

@@ -108,9 +108,16 @@ def _words(group: Any, names: list[str]) -> list[tuple[str, ...]]:
 
 
 def _same_places(here: Any, there: Any) -> Rows | None:
-    """Rows of two arrays along the same values of a coordinate, or in the same places."""
+    """Rows of two arrays along the same values of a coordinate, or in the same places, or nearest where these mean
+    nothing.
+    """
     if not here.shape or not there.shape:
         return None
+    if hdf5.UNORDERED in here.attrs and here.shape == there.shape:
+        from scipy.optimize import linear_sum_assignment
+
+        apart = np.linalg.norm(here[()][:, None] - there[()], axis=-1)
+        return linear_sum_assignment(np.nan_to_num(apart))  # type: ignore[no-any-return]
     along = [np.round(each, _DECIMALS) for each in map(_coordinate, (here, there)) if each is not None]
     if len(along) < 2:
         places = np.arange(here.shape[0])

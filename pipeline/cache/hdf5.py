@@ -22,8 +22,11 @@ from pipeline.parameters.value import present
 ROWS = "rows"
 #: Why a number has no numerical error.
 WITHOUT_ERROR = "without_error"
+#: What the rows of an array are, if their order means nothing, as that of eigenvalues.
+UNORDERED = "unordered"
 #: Attributes in the file, and the word that a field's declaration has for each.
-ATTRIBUTES = {"units": "unit", "long_name": "description", "symbol": "symbol", WITHOUT_ERROR: WITHOUT_ERROR}
+ATTRIBUTES = {"units": "unit", "long_name": "description", "symbol": "symbol", WITHOUT_ERROR: WITHOUT_ERROR,
+              UNORDERED: UNORDERED}  # fmt: skip
 #: Attribute of a dataset: the rows that have no value, [0] where it is no table. What lies there means nothing.
 NONE = "none"
 #: Attribute of bytes that are truths, as xarray has it: netCDF knows no truths.

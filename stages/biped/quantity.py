@@ -123,13 +123,14 @@ def quantity(
     dimensions: tuple[str, ...] = (),
     default: Any = dataclasses.MISSING,
     without_error: str = "",
+    unordered: str = "",
 ) -> Any:
     """A field of a result dataclass: what is stored, in which unit, under which symbol.
 
     `dimensions` names the axes of an array; fields of one class that share a name share its length. An axis without a
     name is the time, if it is the first and the class has a field `time` of its length, or else called FIELD_AXIS.
-    `without_error` says why no numerical error is known of it.
+    `without_error` says why no numerical error is known of it, `unordered` what rows are whose order means nothing.
     """
     metadata = {"unit": unit, "description": description, "symbol": symbol, "dimensions": dimensions,
-                "without_error": without_error}
+                "without_error": without_error, "unordered": unordered}
     return dataclasses.field(metadata=metadata, default=default)

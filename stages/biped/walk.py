@@ -138,8 +138,7 @@ class Gait:
     double_stance_s: float = quantity("s", "time with both feet on the ground in one step", symbol="t_DSP")
     floquet_multipliers: np.ndarray = quantity(
         "1", "multipliers of the step map, largest first, rows of real and imaginary part, shape (j, 2)",
-        dimensions=("multiplier", "part")
-    )
+        dimensions=("multiplier", "part"), unordered="eigenvalues")
     steps: int = quantity("1", "steps that these multipliers are of: two where the legs differ")
     stable: bool = quantity("1", "whether every multiplier lies inside the unit circle")
     fixed_point: StanceState = quantity("1", "state just after heel strike, legs already renamed")

@@ -36,8 +36,7 @@ class Cycle:
     largest_penetration: float = quantity("m", "deepest penetration of a foot", symbol="p")
     floquet_multipliers: np.ndarray = quantity(
         "1", "multipliers of the step map, largest first, rows of real and imaginary part, (10, 2), or (0, 2)",
-        dimensions=("multiplier", "part")
-    )
+        dimensions=("multiplier", "part"), unordered="eigenvalues")
     steps: int = quantity("1", "steps that these multipliers are of: two where the legs differ")
     residual: float = quantity(
         "1", "how far the fixed point moves in one step, in the scales of the section", without_error=LEFT)

@@ -213,8 +213,8 @@ class LimitCycle:
     step_length_m: float = quantity("m", "advance of the hip in one step", symbol="s")
     monodromy_matrix: np.ndarray = quantity("-", "derivative of the step map in those units, shape (10, 10)")
     floquet_multipliers: np.ndarray = quantity(
-        "1", "eigenvalues, largest first, real and imaginary part, (10, 2)", dimensions=("multiplier", "part")
-    )
+        "1", "eigenvalues, largest first, real and imaginary part, (10, 2)",
+        dimensions=("multiplier", "part"), unordered="eigenvalues")
     residual: float = quantity(
         "1", "how far the fixed point moves in one step, in the scales of the section", without_error=LEFT)
 

@@ -215,6 +215,14 @@ def test_rows_are_the_same_where_their_words_are():
     assert apart(twice, exact) == {}
 
 
+def test_eigenvalues_are_compared_with_the_nearest_whatever_their_ranks():
+    field = dataclasses.field(metadata={"unordered": "eigenvalues"})
+    kind = make_dataclass("Multipliers", [("value", np.ndarray, field)])
+    one, other = ([[0.573, 0.0], [-0.571, 0.0]], [[-0.572, 0.0], [0.5725, 0.0]])
+    found = apart(*(artefact.encode(kind(np.array(rows)), {}) for rows in (one, other)))
+    assert found == {"value": pytest.approx(1e-3)}
+
+
 def test_sizes_that_differ_are_not_compared():
     assert apart(computed(pair=(5.0, 6.0, 7.0)), computed()) == {}
 
