@@ -153,4 +153,5 @@ def check_unchanged(
 
 
 def _named(classes: Iterable[Any]) -> str:
-    return " or ".join(f"{cls.__module__}.{cls.__name__}" for cls in classes)
+    """Classes as one imports them: Python 3.13 has `Path` in a private module of `pathlib`."""
+    return " or ".join(f"{cls.__module__.partition('._')[0]}.{cls.__name__}" for cls in classes)

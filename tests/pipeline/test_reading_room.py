@@ -244,13 +244,3 @@ def test_a_reader_that_is_left_is_ended(source):
     found.close()
     with pytest.raises(ProcessLookupError):
         os.kill(process, 0)
-
-
-def test_the_process_begins_at_once(source):
-    list(read(kinds, source))
-    times = []
-    for _ in range(5):
-        began = time.perf_counter()
-        list(read(kinds, source))
-        times.append(time.perf_counter() - began)
-    assert min(times) < 0.3
