@@ -13,6 +13,7 @@ from stages.comparison.claims import judge, numerics
 from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import BIPED, SETTINGS
 from stages.comparison.determinants import Determinants
+from stages.comparison.evidence import Evidence, Inputs
 from stages.comparison.result import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS, BipedSummary
 from stages.comparison.run import as_yaml, headlines
 from stages.tradeoff import constraint_ways, penalty_ways
@@ -232,6 +233,14 @@ def of(measured, **changes):
 def reason(claim):
     """The causes without their numbers."""
     return re.sub(r"[-+]?\d[\d.e+-]*", "#", " ".join(claim.causes))
+
+
+def test_a_claim_without_the_results_it_is_judged_by_says_which_one_is_missing():
+    names = {field.name for field in dataclasses.fields(Inputs)} - {"missing", "closer"}
+    nothing = Inputs(**dict.fromkeys(names), missing={name: f"no {name}" for name in names})
+    for one in judge.STATEMENTS.values():
+        found = one.measured(Evidence(PARAMETERS, nothing))
+        assert not found.numbers and found.why in nothing.missing.values()
 
 
 @pytest.mark.parametrize(("holding", "change"), CASES, ids=names(CASES))
