@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ import pytest
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
 from stages.biped.question import WrongOption
+from stages.contact_study import run as study
 from stages.contact_study.questions.ground_sensitivity import HEADS, Options, ask, lines
 from stages.contact_study.result import FrictionVariation, changes, crossing
-from stages.contact_study.run import laws_of, vary_friction
+from stages.contact_study.run import laws_of, next_gait, vary_friction
 from stages.penalty import step_map
 from stages.penalty.model.changes import names_of
 from stages.penalty.step_map import PenaltyStepper
@@ -92,6 +94,12 @@ def test_a_gait_that_is_solved_for_is_where_a_long_walk_runs_into(rows, paramete
     strikes = find_events(run.trajectory, parameters.biped.foot_radii).heel_strike_time
     solved = next(row for row in rows if (row.name, row.factor) == ("stiction_velocity", 2.0))
     assert 0.5 * (strikes[-1] - strikes[-3]) == pytest.approx(solved.period_s, rel=1e-6)  # steps alternate around it
+
+
+def test_of_gaits_that_lie_on_a_line_the_next_is_where_its_search_starts(monkeypatch):
+    monkeypatch.setattr(study, "fixed_point", lambda _, numbers, *__: numbers)
+    line = [(at, SimpleNamespace(numbers=np.array([0.3 + at, 2.0 - 3.0 * at]), derivative=None)) for at in (0.7, 1.1)]
+    np.testing.assert_allclose(next_gait(None, line, 1.6), [0.3 + 1.6, 2.0 - 3.0 * 1.6])
 
 
 def test_ground_on_which_no_gait_is_found_has_empty_rows(default, stepper):
