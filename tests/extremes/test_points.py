@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections import Counter
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -260,6 +261,16 @@ def test_a_rerun_never_has_the_tolerance_of_the_answer(parameters, monkeypatch, 
     answer, rerun = asked
     assert rerun >= 10 * answer if status == UNCONFIRMED else rerun <= answer / 10
     assert (finding.status, finding.reference) == (status, reference)
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.9, RIGHT), (1.1, WRONG)])
+def test_what_is_round_off_of_a_path_is_a_share_of_the_legs_length(parameters, monkeypatch, share, status):
+    """Of an estimate that is a quarter of the true error."""
+    true = share * constraint_points.ROUND_OFF * parameters.biped.leg_length
+    said = SimpleNamespace(given=True, hip_position=true / 4.0)
+    monkeypatch.setattr(constraint_points, "estimate_errors", lambda *_: said)
+    monkeypatch.setattr(constraint_points, "walk_differences", lambda *_: {"hip_position_m": true})
+    assert evaluate(parameters, Point(ESTIMATE, "none", 0.0, ())).status == status
 
 
 def test_refusals_name_key_value_and_range(parameters):
