@@ -150,6 +150,7 @@ def test_a_study_s_own_authors_and_licences_are_named(ran):
     (ran.root / "CITATION.cff").write_text(
         "title: my walker\nlicense: [MIT, CC-BY-4.0]\ndate-released: 2030-01-02\nauthors:\n"
         "  - {family-names: Doe, given-names: Jo, orcid: 'https://orcid.org/0000-0002-1825-0097', affiliation: Lab}\n"
+        "preferred-citation: {title: It walks, doi: 10.1/walk, authors: [{name: Lab}, {family-names: Roe}]}\n"
     )
     told = packed(ran)
     assert told["citation"].startswith("Doe, Jo (2030): Results of my walker. ")
@@ -157,6 +158,9 @@ def test_a_study_s_own_authors_and_licences_are_named(ran):
     person = found["https://orcid.org/0000-0002-1825-0097"]
     assert person["@type"] == "Person" and found[person["affiliation"]["@id"]]["name"] == "Lab"
     assert len(found["./"]["license"]) == 2
+    paper = found[found["./"]["citation"]["@id"]]
+    assert paper["@id"] == "https://doi.org/10.1/walk"
+    assert {found[each]["name"] for each in addresses(paper["author"])} == {"Lab", "Roe"}
 
 
 def test_a_file_that_changes_while_it_is_packed_leaves_no_package(ran, tmp_path):
