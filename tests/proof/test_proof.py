@@ -141,6 +141,18 @@ def test_all_that_the_centres_image_may_be_off_counts(share, shown, monkeypatch)
             theorem.prove(*given)
 
 
+@pytest.mark.parametrize("swing", [False, True])
+@pytest.mark.parametrize("own", [True, False])
+def test_a_leg_may_be_no_shorter_than_its_own_foot(own, swing):
+    """Feet of 0.10 m under one leg, of 0.09 m under the other, and 0.095 m between foot and hip of one of them."""
+    biped = changed(TABLE_1, other_foot_com=0.09)
+    machine = equations.Machine.of(biped, SLOPE, SI)
+    walked = walk.Walk(machine if own != swing else machine.exchanged, None, SI, lambda _: None, phases=["single"])
+    lengths = (0.33, 0.095) if swing else (0.095, 0.33)
+    state = [flint.arb(each) for each in (0.1, lengths[0], 0.1, lengths[1], 0.0, 0.0, 0.0, 0.0)]
+    assert (walked.broken(state, last=False) == "a leg may be pressed down to its foot") == own
+
+
 def test_decimals_are_rounded_outwards():
     for ball in (flint.arb("0.1", 1e-9), -flint.arb(2).sqrt(), flint.arb(3), flint.arb("-1e-7", 1e-12)):
         ends = [Fraction(int(m)) * Fraction(2) ** int(e) for m, e in (ball.lower().man_exp(), ball.upper().man_exp())]
