@@ -190,6 +190,12 @@ def test_a_way_that_falls_is_a_row_with_the_reason(parameters, analytic):
     assert not row.completed and math.isnan(row.errors.hip_position)
 
 
+def test_exudyns_difference_along_the_eigenvector_is_the_compiled_walkers_exact_multiplier(parameters, analytic):
+    at = scene(penalty_ways.PENALTY, parameters, analytic)
+    exact = penalty_ways.penalty_way(at, 1e-10, multiplier=True).multiplier()
+    assert penalty_ways.tree_way(at, 1e-9, 2e-3, multiplier=True).multiplier() == pytest.approx(exact, rel=1e-5)
+
+
 def made_up(way, mark, error, cost):
     return Row("m", way, "", mark, "completed", Errors(error, NAN, NAN, NAN), cost, NAN, NAN)
 
