@@ -268,6 +268,21 @@ def test_every_part_is_seen_on_its_link(exported, form, link_is, seen_is):
         assert len(seen) == sum(part.shape != "point" for part, _ in link.parts) > 0
 
 
+def test_mujoco_shows_each_part_as_large_as_it_is(in_mujoco, exported):
+    """Halves of what its surface takes up along the axes of its link. The mesh of an outsole MuJoCo turns by itself."""
+    mujoco, model = in_mujoco
+    for link in exported.links:
+        body = model.body(link.name)
+        geoms = np.arange(body.geomnum[0]) + body.geomadr[0]
+        parts = [part for part, _ in link.parts if part.shape != "point"]
+        for number, part in zip(geoms[model.geom_group[geoms] == 1], parts, strict=True):
+            turn = np.zeros(9)
+            mujoco.mju_quat2Mat(turn, model.geom_quat[number])
+            half = abs(turn.reshape(3, 3)) @ model.geom_aabb[number, 3:]
+            if part.shape != "arc":
+                np.testing.assert_allclose(half, 0.5 * np.ptp(surface(part).corners, axis=0), rtol=1e-9)
+
+
 @pytest.fixture(scope="module")
 def animated(exported, three_steps):
     time = np.linspace(0.0, three_steps.time[-1], 50)
