@@ -132,6 +132,17 @@ def test_many_runs_know_a_sensors_usual_place_no_better_than_the_robots_own_runs
     assert sd[1] / sd[0] == pytest.approx(np.sqrt((1 / 900 + 1 / 9) / (1 + 1 / 9)), rel=0.05)
 
 
+def test_a_scatter_of_which_half_is_chance_is_no_surer_than_the_runs_that_show_it():
+    """Of five runs it has four degrees of freedom, and a change no more: it had 13."""
+    parts = [part.name for part in comparison().parts]
+    name = "stiffness of both legs"
+    sd = float(comparison().shifts(unchanged())[parts.index(name), 1])
+    robot = dataclasses.replace(comparison().robot, usual={name: (0.0, sd, 4.0)}, compared=5)
+    found = Comparison(robot, comparison().model).verdict(unchanged())
+    one = next(one for one in found.changes if one.part.name == name)
+    assert one.sd == pytest.approx(sd * 2.2**0.5) and one.freedom == pytest.approx(4.0 * (2.2 / 2.4) ** 2)
+
+
 def test_scatters_of_few_runs_are_drawn_together_as_far_as_they_are_alike():
     alike = np.random.default_rng(3).chisquare(8, 25) / 8
     drawn, freedom = _moderated(alike, 8, np.ones(25, dtype=bool))

@@ -213,11 +213,13 @@ class Comparison:
             mean, apart, freedom = robot.usual.get(part.name, (0.0, 0.0, math.inf))
             apart = abs(mean) if robot.compared == 1 else apart  # one run does not say how others are
             change = float(max(shift - mean, 0.0) if part.moves == (FRICTION,) else shift - mean)
-            between = more * apart**2  # freedom by F. E. Satterthwaite, Biometrics Bull. 2, 1946, 110
+            between = more * apart**2
             known = part.moves in self._fitted or not robot.usual  # else chance is in what is usual
-            variance = float(sd**2) * (1.0 if known else 1.0 + evidence.runs / robot.compared)
-            freedom = freedom * (1.0 + variance / between) ** 2 if between else math.inf
-            changes.append(Change(part, change, math.sqrt(variance + between), (change / float(sd)) ** 2, freedom))
+            variance = float(sd**2) * (1.0 if known else 1.0 + evidence.runs / robot.compared) + between
+            # F. E. Satterthwaite, Biometrics Bull. 2, 1946, 110: what was seen to scatter has chance in it
+            scatter = more * (apart**2 + evidence.runs * float(sd**2))
+            freedom = freedom * (variance / scatter) ** 2 if between else math.inf
+            changes.append(Change(part, change, math.sqrt(variance), (change / float(sd)) ** 2, freedom))
         size = math.sqrt(evidence.misfit / evidence.count) * robot.wider / robot.sigmas
         alike = max(robot.wider / robot.sigmas, 1.0) ** 2  # so many neighbours hang together
         by_count = math.sqrt(0.5 * alike / evidence.count * (1.0 + evidence.runs / robot.runs))
