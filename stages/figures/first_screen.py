@@ -26,6 +26,7 @@ from stages.imu.result import stepping
 from stages.model_error.measures import NAMES, in_digits
 from stages.model_error.result import EVEN, SHARED, WIDTH
 from stages.model_error.result import Result as ModelError
+from stages.planar.run import FELL
 from stages.twin.result import with_doubt
 
 #: Measures as the constraint model's uncertainties name them.
@@ -156,7 +157,18 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
         means += f" The twin's gait is {'stable' if twins < 1.0 else 'unstable'}: it leaves {twins:.3g} in the plane."
     sure = f"with a probability {in_digits(likely, 2)}" + ("" if multiplier.known else " by the errors that are known")
     how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, {sure}."
+    how += _in_space(inputs) if word == "stable" else ""
     return Answer("How stable?", how, f"Errors of this multiplier: {multiplier.parts(share=False)}.", means)
+
+
+def _in_space(inputs: Inputs) -> str:
+    """That the twin, which is not kept in the plane as the gait is, falls; nothing where it walks."""
+    twin, pushed = inputs.twin, inputs.twin_pushes
+    if twin and twin.outcome == FELL:
+        return f" That is in the plane: in space the twin falls after {count_of(twin.steps, 'step')}."
+    if pushed and pushed.walks and not any(walk.survived for walk in pushed.walks):
+        return " That is in the plane: in space the twin falls after every push to the side that was tried."
+    return ""
 
 
 def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer]:

@@ -396,6 +396,18 @@ def test_the_first_screen_says_where_the_twin_is_not_stable(twins, words):
     assert said.endswith(f"end in this gait.{words}")
 
 
+@pytest.mark.parametrize(("outcome", "survived", "words"), [
+    ("completed", (False, False), " That is in the plane: in space the twin falls after every push to the side that "
+                                  "was tried."),
+    ("fell", (True, True), " That is in the plane: in space the twin falls after 8 steps."),
+    ("completed", (False, True), ""), ("completed", (), "")])
+def test_a_gait_that_is_stable_in_the_plane_alone_is_not_called_stable_without_that(outcome, survived, words):
+    given = inputs(twin=SimpleNamespace(outcome=outcome, steps=8),
+                   twin_pushes=SimpleNamespace(walks=[SimpleNamespace(survived=one) for one in survived]))  # fmt: skip
+    assert stable(given, Measure(0.5, 0.0, 0.0, 0.0)).answer.endswith(f"stable, with a probability above 0.999.{words}")
+    assert stable(given, Measure(1.5, 0.0, 0.0, 0.0)).answer.endswith(" unstable, with a probability above 0.999.")
+
+
 @pytest.mark.parametrize(("slope", "cycle"), [(2.0, 0), (3.6, 2), (5.0, 0)])
 def test_it_says_where_a_cycle_beside_an_unstable_gait_is_stable(slope, cycle):
     beside = dataclasses.replace(stability(), slope_deg=slope)
