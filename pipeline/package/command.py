@@ -23,6 +23,7 @@ import click
 from pipeline import layout
 from pipeline.cache import disk
 from pipeline.cache.bounds import in_units
+from pipeline.cache.store import SWEEPS
 from pipeline.commands import options, status
 from pipeline.errors import StudyError
 from pipeline.graph import CLAIMS, FILE_NAME, is_inside
@@ -49,9 +50,9 @@ _FIRST_DAY = (1980, 1, 1, 0, 0, 0)
 def package(study: Study, file: Path, date: datetime.datetime | None, form: options.Form) -> None:
     """Put results, parameters, recordings, claims and licences into the new file FILE.zip, to cite and to check.
 
-    It is an RO-Crate: ro-crate-metadata.json in it says which program made each file from which ones. The same results
-    give the same bytes. What is not current is refused. Prints a citation with the file's digest. recompute takes the
-    file, or the folder that it is unpacked to.
+    It is an RO-Crate: ro-crate-metadata.json in it says which program made each file from which. The same results give
+    the same bytes. What is not current is refused; tables of sweeps and maps stay out. Prints a citation with the
+    file's digest. recompute takes the file, or its unpacked folder.
     """
     if file.suffix != ".zip":
         raise StudyError(f"{shown(file)}: its name must end in .zip")
@@ -69,6 +70,7 @@ def package(study: Study, file: Path, date: datetime.datetime | None, form: opti
     refused = {run["stage"]: run["refusal"] for run in runs if run["refusal"]}
     made = [f"{shown(file)}: {len(files) + 1} files, {in_units(size)}, dated {about['published']}",
             *(f"without a result of {stage}, which said no: {why}" for stage, why in refused.items()),
+            *(f"without {shown(table)}, which no stage made" for table in _tables(study, places)),
             f"cite it as: {citation}"]  # fmt: skip
     form.give((line for sentence in made for line in layout.folded(sentence)),
               {"file": shown(file), "sha256": digest, "bytes": size, "files": len(files) + 1, "citation": citation,
@@ -112,6 +114,13 @@ def _recordings(study: Study, values: Any) -> dict[str, Path]:
             raise StudyError(f"{where}: lies outside of the study, so that a package cannot hold it under this name")
         found[name] = (study.recordings or study.root) / name
     return found
+
+
+def _tables(study: Study, places: Mapping[str, Path]) -> list[Path]:
+    """Tables among the results that are no stage's, as those of sweeps and maps."""
+    packed = {place.resolve() for place in places.values()}
+    found = (*study.results.glob("[!.]*.h5"), *(study.results / SWEEPS).glob("[!.]*.h5"))
+    return sorted(one for one in found if one.resolve() not in packed)
 
 
 def _made_by(place: Path) -> dict[str, str]:

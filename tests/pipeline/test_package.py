@@ -109,6 +109,15 @@ def test_a_stage_that_said_no_is_an_action_that_failed_with_its_reason(ran):
     assert "side" not in told["refused"] and "error" not in found["#run-side"]
 
 
+def test_tables_that_no_stage_made_stay_out_by_name(ran):
+    (ran.root / "results/sweeps").mkdir(exist_ok=True)
+    for name in ("results/sweeps/slopes.h5", "results/map.h5"):
+        shutil.copy(ran.root / "results/fall.h5", ran.root / name)
+    said = " ".join(ran.says("package results.zip").split())
+    assert "without results/map.h5, which no stage made without results/sweeps/slopes.h5, which no stage made" in said
+    assert said.count("which no stage made") == 2 and "results/map.h5" not in described(ran.root / "results.zip")[1]
+
+
 def test_a_recording_goes_with_it(ran):
     (ran.root / "lab.txt").write_text("41")
     setting = "--set side.table=lab.txt"

@@ -186,7 +186,8 @@ SHORTER = Rule(12, enough=1.0)
 #: One step, whole and undamped, wherever it leads.
 STEP = Rule(2, larger=np.inf, caution=(0.0, 0.0, np.inf))
 #: What is said beside why a fit did not come to rest where nothing is known beside the samples.
-UNWEIGHED = "; the scale of masses, springs and dampers is not in such samples: weigh the robot and say its mass"
+UNWEIGHED = ("; the scale of masses, springs and dampers is not in such samples: weigh the robot and say its mass "
+             "(known: total_mass; in a study calibration.weighed_mass)")
 #: Friction at the hip that is none, as a share of the weight times a leg's length.
 LEAST_FRICTION = 1e-9
 
