@@ -101,8 +101,9 @@ wheel: $(STUDY)
 	cp -r build/code/bipedstudy $(SHIPPED)
 	$(PIP) wheel --no-deps --no-build-isolation $(WHEEL_TAGS) --wheel-dir dist . ; done=$$?; rm -rf $(SHIPPED); exit $$done
 
-# Pin again the newest versions that pyproject.toml allows: versions and hashes, no addresses. Needs uv.
-LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-header --no-annotate --quiet --upgrade
+# Pin again the newest versions that pyproject.toml allows: versions and hashes, no addresses. Needs uv. Extras stay, as
+# pip takes no package[extra] for pinned where package alone is.
+LOCK := uv pip compile --universal --python-version 3.10 --no-strip-extras --generate-hashes --no-header --no-annotate --quiet --upgrade
 
 lock:
 	echo 'setuptools>=77' | $(LOCK) --extra test pyproject.toml - --output-file requirements/test.txt
