@@ -118,6 +118,7 @@ def _audited(event: str, arguments: tuple[Any, ...]) -> None:
             _watched.ask()
         return
     name, written = arguments[0], event == "open" and arguments[2] & os.O_ACCMODE == os.O_WRONLY
+    name = os.fsdecode(name) if isinstance(name, bytes) else name  # as Python 3.10 hands on what sqlite3 opens
     if isinstance(name, str) and name.startswith("file:"):
         import urllib.parse
 

@@ -239,6 +239,9 @@ def test_a_struct_of_matlab_is_proposed_and_read(units: tuple[str, str], tmp_pat
 def test_what_is_no_time_is_none() -> None:
     assert all(math.isnan(moment(cell)) for cell in ("", "abc", "12", "25 o'clock", None, "2021-13-40 00:00:00"))
     assert moments(["23:59:59.5", "", "00:00:00.5"])[[0, 2]].tolist() == [86399.5, 86400.5]
+    ways = (".25", ",25Z", ".2500+02:00", ",250000000+0200", ".25+02", ".25-0930")
+    shifts = [moment("2026-02-28 12:00:00") + 0.25 - moment(f"2026-02-28T12:00:00{way}") for way in ways]
+    assert shifts == [0, 0, 7200, 7200, 7200, -9.5 * 3600]
 
 
 def test_matlab_and_hdf5(tmp_path: Path) -> None:

@@ -40,7 +40,9 @@ LATE = 5  # rows at most that one comes late
 DAY = 86400.0
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*$")
 _POINTS = re.compile(r"\s*(\d{1,2})\.(\d{1,2})\.(\d{4})[ T](.*)$")
-_FRACTION = re.compile(r"([.,])(\d{6})\d+")
+#: What Python 3.10 reads of a date and time: six decimals, and a zone as +02:00.
+_FRACTION = re.compile(r"[.,](\d+)")
+_ZONE = re.compile(r"(:\d\d(?:\.\d{6})?)(?:Z|([+-]\d\d):?(\d\d)?)$")
 
 
 def numbers(rows: Sequence[Sequence[Any]], width: int) -> np.ndarray:
@@ -140,8 +142,10 @@ def moment(cell: Any) -> float:
         return 3600 * int(hours) + 60 * int(minutes) + int(seconds) + float(f"0.{fraction or 0}")
     points = _POINTS.match(cell)
     text = f"{points[3]}-{points[2]:>02}-{points[1]:>02} {points[4]}" if points else cell.strip()
+    text = _FRACTION.sub(lambda found: f".{found[1]:0<6.6}", text)
+    text = _ZONE.sub(lambda found: f"{found[1]}{found[2] or '+00'}:{found[3] or '00'}", text)
     try:
-        return moment(datetime.fromisoformat(_FRACTION.sub(r"\1\2", text)))
+        return moment(datetime.fromisoformat(text))
     except ValueError:
         return math.nan
 
