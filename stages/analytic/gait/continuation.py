@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -349,13 +348,15 @@ def doubled_family(
     direction /= np.linalg.norm(direction)
     for shift in (1e-4, 1e-3, 1e-5, 3e-6):
         newborn: list[tuple[float, int, DesignPoint, Vector]] = []
-        for sign, size in product((1, -1), (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5)):
+        for sign in (1, -1):
             beyond = design.with_value(branch.name, doubling.value + sign * shift * span)
-            point = fixed_point(beyond.walker(), z + size * direction, tolerance, cycle)
-            if point is None or not point.half_cycle_move > 1e-6:
-                continue
-            if np.abs(point.floquet_multipliers - 1).min() < NEWBORN:
-                newborn.append((point.half_cycle_move, sign, beyond, point.z))
+            walker = beyond.walker()
+            for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
+                point = fixed_point(walker, z + size * direction, tolerance, cycle)
+                if point is None or not point.half_cycle_move > 1e-6:
+                    continue
+                if np.abs(point.floquet_multipliers - 1).min() < NEWBORN:
+                    newborn.append((point.half_cycle_move, sign, beyond, point.z))
         if newborn:  # the one that limps least: beyond a fold of the family there may be another
             _, sign, beyond, start = min(newborn, key=lambda one: one[0])
             return continue_gait(

@@ -131,7 +131,7 @@ def judge_push_slows(
 ) -> Judgement:
     """Of how many runs the push is known, the correlation of step frequency with it over the runs, the smallest
     magnitude that would be significant at 5 %, and the part of the frequencies' variance that the pushes explain; NaN
-    if that cannot be told."""
+    if that is not known."""
     known, real = math.isfinite(correlation), origin == MEASURED
     tied = abs(correlation) > significant
     return Judgement(
