@@ -24,6 +24,7 @@ from stages.twin.machine.machine import join
 from stages.twin.machine.parts import solid
 from stages.twin.machine.projection import machine_of
 from stages.twin.questions.export import FORMATS as OFFERED
+from stages.twin.questions.export import values
 from stages.twin.walking.record import find_events, pair_axes, point_motion
 from tests import commands
 from tests.changed import changed
@@ -112,6 +113,8 @@ OWN = (
     {"other_leg_length": 0.33, "other_foot_radius": 0.08, "other_stiffness": 2700.0, "frame_mass": 0.05,
      "frame_com": 0.1, "frame_offset": 0.002, "foot_offset": 0.003, "hip_stiffness": 0.05, "hip_rest_angle": 0.02,
      "hip_damping": 0.002, "hip_friction": 0.01},
+    {"inertia": "planar", "leg_inertia": 2e-3, "other_foot_mass": 0.35, "frame_mass": 0.1, "frame_com": 0.06,
+     "frame_inertia": 8e-4, "hip_mass": 0.2},
 )  # fmt: skip
 
 
@@ -159,7 +162,8 @@ def test_others_load_it_too(of_ones_own, program, own):
     assert np.isfinite(accelerations_in(program, of_ones_own(own))(np.zeros(COUNT), np.zeros(COUNT))).all()
 
 
-@pytest.mark.parametrize("own", [{}, {**OWN[-1], "hip_friction": 0.0}], ids=["the twin", "with all details"])
+@pytest.mark.parametrize("own", [{}, {**OWN[-2], "hip_friction": 0.0}, OWN[-1]],
+                         ids=["the twin", "with all details", "without parts"])
 @pytest.mark.parametrize("program", PEERS)
 def test_it_flies_as_in_exudyn(of_ones_own, fly, program, own):
     """Masses, inertias, axes, springs and dampers: every acceleration along a tumbling flight."""
@@ -169,8 +173,16 @@ def test_it_flies_as_in_exudyn(of_ones_own, fly, program, own):
         assert abs(accelerations(q, v) - a).max() < 1e-9 * abs(a).max()
 
 
+def test_springs_and_dampers_of_legs_are_told_where_there_are_some(of_ones_own):
+    for own in ({"legs": "rigid"}, {"legs": "rigid", "hip_stiffness": 0.05}, {}):
+        given, there = of_ones_own(own), "legs" not in own
+        about = unpacked(gltf.write(given))[0]["asset"]["extras"]
+        assert any("leg" in each for each in values(given, "springs and dampers")) == there
+        assert len(about["springs [N/m]"]) == len(about["dampers [N s/m]"]) == 4 * there
+
+
 def test_friction_at_the_hinge_stands_in_every_format(of_ones_own):
-    given = of_ones_own(OWN[-1])
+    given = of_ones_own(OWN[-2])
     roots = {form: ElementTree.fromstring(form.write(given)) for form in (mjcf, urdf, sdf)}
     found = {
         roots[mjcf].find(".//joint[@name='hinge']").get("frictionloss"),

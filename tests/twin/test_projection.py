@@ -9,7 +9,7 @@ from stages.biped.design import Biped
 from stages.multibody.assembly.inventory import take_inventory
 from stages.twin.machine.contact import COUNT, HINGE, PITCH, SLIDE, X, Y
 from stages.twin.machine.machine import FRAME_BODY, Build, build, pieces
-from stages.twin.machine.projection import project, with_numbers_of
+from stages.twin.machine.projection import machine_of, project, with_numbers_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.measures import mechanical_energy
 from stages.twin.walking.record import pair_axes, point_motion
@@ -150,6 +150,20 @@ def test_a_machine_takes_a_hip_without_frames(machine):
     assert found.hip_mass == pytest.approx(0.3, rel=1e-14)
     assert found.frame_mass == found.leg(1).frame_mass == 0.0
     assert found.leg_inertia == pytest.approx(1.1e-3, rel=1e-12)
+
+
+@pytest.mark.parametrize("inertia", ["parts", "planar"])
+def test_bodies_of_a_detailed_design_are_possible(parameters, inertia):
+    """No moment is above the sum of the other two: frames that turn, legs that turn more, and less, than the first."""
+    settings = dataclasses.replace(parameters.settings, inertia=inertia)
+    for other in (1.2e-3, 2e-3, 3e-3):
+        design = dataclasses.replace(parameters.biped, leg_inertia=2e-3, other_leg_inertia=other, other_foot_mass=0.34,
+                                     frame_mass=0.1, frame_com=0.06, frame_inertia=8e-4)  # fmt: skip
+        machine = machine_of(design, settings)
+        assert project(machine).leg(1).leg_inertia == pytest.approx(other, rel=1e-12)
+        for body in machine.bodies:
+            low, middle, high = np.linalg.eigvalsh(body.inertia)
+            assert low > -1e-12 * high and high <= (1.0 + 1e-12) * (low + middle)
 
 
 # --- Kinematics of points against finite differences, and of sensors against the planar definition.

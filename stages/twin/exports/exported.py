@@ -138,6 +138,11 @@ class Exported:
         return Joint(HINGE, machine.hip_stiffness, machine.bearing_friction, machine.hip_friction,
                      0.0 - machine.hip_rest_angle)  # fmt: skip
 
+    @property
+    def slides(self) -> list[Joint]:
+        """The joints of the legs' springs, in the order of `LEGS`; rigid legs have none."""
+        return [joint for link in self.links for joint in link.joints if joint.row in SLIDE]
+
     @cached_property
     def links(self) -> tuple[Link, ...]:
         """Inner frame, its feet, outer frame, its feet; on rigid legs feet are part of their frame."""

@@ -136,9 +136,9 @@ class Document:
 
 def write(exported: Exported, motion: Motion | None = None) -> bytes:
     """The file as bytes; without a motion the pose of the start."""
-    machine, hinge = exported.machine, exported.hinge
+    hinge, slides = exported.hinge, exported.slides
     made = Document({
-        "springs [N/m]": machine.stiffness.tolist(), "dampers [N s/m]": machine.damping.tolist(),
+        "springs [N/m]": [each.stiffness for each in slides], "dampers [N s/m]": [each.damping for each in slides],
         "hinge: spring [N m/rad], its rest [rad], damper [N m s/rad], friction [N m]": [
             hinge.stiffness, hinge.rest, hinge.damping, hinge.friction],
     })  # fmt: skip

@@ -12,6 +12,9 @@ from stages.twin.machine.bill import check
 from stages.twin.machine.parts import FRAMES, Part, solid
 from stages.twin.parameters import Settings
 
+#: A thin rod's tensor along a leg, by its moment about the hip axis: no body has that moment alone.
+ROD = np.diag([1.0, 0.0, 1.0])
+
 
 @dataclass(frozen=True)
 class Body:
@@ -65,7 +68,7 @@ def turning_as(bodies: Sequence[Body], leg_inertia: float) -> tuple[Body, ...]:
     for first in (1, 4) if leg_inertia > 0.0 else ():
         have = float(join(found[first : first + 2]).inertia[2, 2])
         for number in (first, first + 1):
-            inertia = found[number].inertia * (leg_inertia / have) if have else np.diag([0.0, 0.0, 0.5 * leg_inertia])
+            inertia = found[number].inertia * (leg_inertia / have) if have else 0.5 * leg_inertia * ROD
             found[number] = replace(found[number], inertia=inertia)
     return tuple(found)
 
@@ -187,7 +190,7 @@ def planar_equivalent(biped: Biped, settings: Settings) -> tuple[Body, ...]:
     place = biped.foot_com - biped.leg_length
     lanes = (settings.inner_lane, -settings.inner_lane, settings.outer_lane, -settings.outer_lane)
     foot = [
-        Body(0.5 * biped.foot_mass, np.array([0.0, place, z]), 0.5 * biped.leg_inertia * np.diag([1.0, 0.0, 1.0]))
+        Body(0.5 * biped.foot_mass, np.array([0.0, place, z]), 0.5 * biped.leg_inertia * ROD)
         for z in lanes
     ]
     hip, empty = (Body(mass, np.zeros(3), np.zeros((3, 3))) for mass in (biped.hip_mass, 0.0))

@@ -18,7 +18,7 @@ import dataclasses
 import numpy as np
 
 from stages.biped.design import Biped, Leg, require_own_strikes
-from stages.twin.machine.machine import FRAME_BODY, Body, Machine, build, join
+from stages.twin.machine.machine import FRAME_BODY, ROD, Body, Machine, build, join
 from stages.twin.parameters import Settings
 
 
@@ -106,10 +106,9 @@ def _foot(body: Body, have: Leg, wanted: Leg) -> Body:
 
 
 def _turning(inertia: np.ndarray, about_hip_axis: float) -> np.ndarray:
-    """A tensor of inertia with another moment about the hip axis."""
-    changed = inertia.copy()
-    changed[2, 2] = about_hip_axis
-    return changed
+    """A tensor of inertia with another moment about the hip axis: by a rod along the leg more, or all of it less."""
+    more = about_hip_axis - inertia[2, 2]
+    return np.asarray(inertia + more * ROD if more >= 0.0 else inertia * (about_hip_axis / inertia[2, 2]))
 
 
 #: What a leg carries above its spring: mass, and where its centre is.

@@ -96,10 +96,9 @@ def values(given: Exported, what: str) -> Iterator[str]:
     """The study's numbers for what a format leaves out, so that they can be given in another way."""
     from stages.twin.machine.machine import LEGS
 
-    machine, law = given.machine, given.contact
+    law = given.contact
     if what == "springs and dampers":
-        legs = [f"{spring:g} N/m, {damper:g} N s/m"
-                for spring, damper in zip(machine.stiffness, machine.damping, strict=True)]  # fmt: skip
+        legs = [f"{each.stiffness:g} N/m, {each.damping:g} N s/m" for each in given.slides]
         yield from ([f"each leg {legs[0]}"] if len({*legs}) == 1 else map("{} leg {}".format, LEGS, legs))
         hinge = given.hinge
         if hinge.stiffness or hinge.damping or hinge.friction:
