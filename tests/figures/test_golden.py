@@ -195,6 +195,19 @@ def test_without_a_rigid_limit_the_figures_say_so():
         assert "starting set" in said[-1] and not any("chosen set" in each for each in said)
 
 
+def test_a_set_without_a_cycle_is_not_called_chosen():
+    known = make_study().limit
+    limit = dataclasses.replace(known, chosen=dataclasses.replace(known.chosen, outcome="fell"))
+    study = dataclasses.replace(make_study(), limit=limit)
+    for name in ("contact_sets", "figure_05_contact_parameters", "figure_06_friction"):
+        panels = drawn(name, contact_study=study).get_axes()
+        said = [line.get_label() for panel in panels for line in panel.lines]
+        said += [tick.get_text() for panel in panels for tick in panel.get_yticklabels()]
+        assert not any("chosen" in each for each in said)
+    caption = figure("contact_sets").caption(given("contact_sets", contact_study=study))
+    assert "No set was chosen (fell)." in caption and "The best set tried is" in caption
+
+
 def test_a_rigid_limit_that_is_rolling_feet_is_said_and_not_drawn():
     """A logarithmic axis has no zero: with a line there figure 5 of a robot with rigid legs had no scale."""
     known = make_study().limit

@@ -203,7 +203,7 @@ def draw_contact_sets(given: Given) -> Figure:
     for panel in (cost, stiffness):
         panel.set_ylabel("distance of the hip\nover one step [mm]")
     figure.legend(*cost.get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    _parts(parts, limit)
+    _parts(parts, limit, best(study))
     _cycles(panels["period"], limit, "period", "difference of\nperiods [ms]")
     _cycles(panels["length"], limit, "step_length", "difference of\nlengths [mm]")
     panels["period"].sharex(panels["length"])
@@ -218,6 +218,11 @@ def distance(one: Distance) -> float:
     return float(1e3 * one.position_parts.sum())
 
 
+def best(study: ContactStudy) -> str:
+    """What the best set of the search is: the chosen one, where a set was chosen."""
+    return "best set tried" if study.undecided else "chosen set"
+
+
 def _over(
     axes: Axes, study: ContactStudy, limit: RigidLimit, abscissa: Callable[[Distance], float], searched: np.ndarray
 ) -> None:
@@ -229,10 +234,10 @@ def _over(
     )  # fmt: skip
     axes.plot(
         [abscissa(one) for one in limit.family], [distance(one) for one in limit.family], "o-", color=FAMILY,
-        markersize=3.5, label="family of the chosen set, towards the limit",
+        markersize=3.5, label=f"family of the {best(study)}, towards the limit",
     )  # fmt: skip
     for one, mark, colour, label in (
-        (limit.default, "D", DEFAULT, "starting set"), (limit.chosen, "*", CHOSEN, "chosen set")
+        (limit.default, "D", DEFAULT, "starting set"), (limit.chosen, "*", CHOSEN, best(study))
     ):  # fmt: skip
         size = 11 if mark == "*" else 5
         axes.plot(abscissa(one), distance(one), mark, color=colour, markersize=size, label=label, zorder=3)
@@ -243,11 +248,11 @@ def _over(
     style.round_ticks(axes.yaxis)
 
 
-def _parts(axes: Axes, limit: RigidLimit) -> None:
-    """Parts of the distance as bars, one set a bar, and what is left of them when they cancel."""
+def _parts(axes: Axes, limit: RigidLimit, first: str) -> None:
+    """Parts of the distance as bars, one set a bar, and what is left of them when they cancel; `first` is the best."""
     second = [one for one in limit.finalists if one.law != limit.chosen.law]
     harder = [(f"family, {share:g}", one) for share, one in zip(limit.family_share, limit.family) if share < 1.0][:1]
-    rows = [("chosen set", limit.chosen), *((f"no. {place}", one) for place, one in enumerate(second, 2)), *harder]
+    rows = [(first, limit.chosen), *((f"no. {place}", one) for place, one in enumerate(second, 2)), *harder]
     for row, (_, one) in enumerate(rows):
         left = np.concatenate([[0.0], np.cumsum(1e3 * one.position_parts)])
         for part, start, end in zip(PARTS, left, left[1:]):
@@ -300,7 +305,8 @@ def caption_contact_sets(given: Given) -> str:
     return (
         "The limit is the constraint model with Coulomb's transition; the distance adds the sizes of what creep, the "
         "impact's finite stiffness and the rest do over one step, so that they cannot cancel. The limit itself "
-        f"{own}. The chosen set is {distance(limit.chosen):.2f} mm away in "
+        f"{own}. {f'No set was chosen ({study.undecided}). ' * bool(study.undecided)}"
+        f"The {best(study)} is {distance(limit.chosen):.2f} mm away in "
         f"{limit.chosen.evaluations} evaluations ({1e3 * limit.chosen.hip_position.max():.2f} mm where its parts "
         f"cancel), the starting set is {distance(limit.default):.2f} mm in {limit.default.evaluations}, the last of "
         f"the family {distance(last):.2f} mm in {last.evaluations}. The choice counts the hip's velocity and the "
