@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba.extending import is_jitted
 
-from stages.analytic.compiled import ByKind
+from stages.analytic.compiled import ByKind, uncounted
 from stages.analytic.integration.phase import walk_step
 from stages.analytic.model.kinds import (
     Detailed,
@@ -131,3 +131,17 @@ def test_numbers_of_no_kind_are_refused():
         section_state(np.zeros(5), (1.0,) * 10)
     with pytest.raises(TypeError, match="no kind of walker"):
         flow(1, np.zeros(8), None, np.zeros(8))
+
+
+@pytest.mark.parametrize("array", [np.arange(6.0).reshape(2, 3), np.arange(3), np.arange(4) * 1j])
+def test_an_array_without_a_count_is_the_same_memory(array: np.ndarray) -> None:
+    view = uncounted(array)
+    assert (view.shape, view.dtype) == (array.shape, array.dtype)
+    np.testing.assert_array_equal(view, array)
+    view[-1] = 7
+    np.testing.assert_array_equal(view, array)
+
+
+def test_only_a_contiguous_array_can_be_without_a_count() -> None:
+    with pytest.raises(AssertionError):
+        uncounted(np.zeros((3, 4))[:, 1:3])

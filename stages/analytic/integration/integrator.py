@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stages.analytic.compiled import ByKind, compiled
+from stages.analytic.compiled import ByKind, compiled, uncounted
 from stages.analytic.integration import radau
 from stages.analytic.integration.dop853_tableau import E3, E5, A, B
 from stages.analytic.model.kinds import Kind, Stiff
@@ -29,7 +29,7 @@ def take_step(
 
     `stages[0]` must hold dy/dt at `y`; the other rows are overwritten.
     """
-    size = y.size'''
+    size, y, stages, new = y.size, uncounted(y), uncounted(stages), uncounted(new)'''
 
 ERROR_HEADER = '''@compiled
 def error_norm(y: Vector, new: Vector, h: float, p: Kind, stages: np.ndarray, tolerance: float) -> float:
@@ -63,7 +63,7 @@ def source() -> str:
     return "\n".join(lines)
 
 
-DOP853 = Made(f"{__name__}.dop853", source, compiled=compiled, flow=flow)
+DOP853 = Made(f"{__name__}.dop853", source, compiled=compiled, uncounted=uncounted, flow=flow)
 #: Stages of DOP853, and rows of the array that a step works in.
 STAGES = 12
 #: Advance `y` by `h` into `new`; how often the rates were evaluated:

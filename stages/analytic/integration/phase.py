@@ -12,7 +12,7 @@ from math import cos
 
 import numpy as np
 
-from stages.analytic.compiled import ByKind, compiled, inlined
+from stages.analytic.compiled import ByKind, compiled, inlined, uncounted
 from stages.analytic.integration.integrator import STAGES, error_norm, step_factor, take_step
 from stages.analytic.model import terms as eq
 from stages.analytic.model.kinds import T_END, Compliant, Directions, Kind, Rigid
@@ -277,19 +277,15 @@ def go_on(count: int, before: np.ndarray, after: np.ndarray) -> None:
 
 
 @compiled
-def integrate(
+def integrated(
     phase: int, y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int, h: float, nodes: np.ndarray,
-    directions: Directions | None = None,
+    directions: Directions | None, room: np.ndarray, guards: np.ndarray,
 ) -> tuple[int, float, float, int, int]:  # fmt: skip
-    """Integrate `y`, state and variations, in place to the event of the phase.
-
-    Returns (status, duration, last step size, nodes filled, evaluations). Each accepted step start is recorded as
-    (duration, phase, state) in `nodes` while there is room.
-    """
-    size, (base, end), filled, time, evaluations, rejected = y.size, shape(p), 0, 0.0, 1, False
-    stages, new, rates = np.empty((STAGES, size)), np.empty(size), np.empty(size)
-    event, event_rates = np.empty(size), np.empty(size)
-    before, after = np.zeros((2, 4)), np.zeros((2, 4))
+    """`integrate`, in `room` (stages + 4, size) and with zeros (2, 2, 4) for the `guards`, which the caller holds."""
+    (base, end), filled, time, evaluations, rejected = shape(p), 0, 0.0, 1, False
+    y, stages, nodes, guards = uncounted(y), uncounted(room), uncounted(nodes), uncounted(guards)
+    new, rates, event, event_rates = stages[STAGES], stages[STAGES + 1], stages[STAGES + 2], stages[STAGES + 3]
+    before, after = guards[0], guards[1]
     count = 0 if end < np.inf else 2 if phase >= RUBS_FORWARD else 1
     flow(phase, y, p, stages[0], directions)
     look(phase, y, p, stages[0], count, before)
@@ -340,6 +336,24 @@ def integrate(
         h = step * (min(1.0, step_factor(error)) if rejected else step_factor(error))
         rejected = False
     return STEP_LIMIT, time, h, filled, evaluations
+
+
+#: `integrated` of a kind of walker; further kinds bring their own (`extend`).
+to_event: Callable[..., tuple[int, float, float, int, int]] = ByKind({Kind: integrated})
+
+
+@inlined
+def integrate(
+    phase: int, y: Vector, p: Kind, tolerance: float, time_limit: float, step_limit: int, h: float, nodes: np.ndarray,
+    directions: Directions | None = None,
+) -> tuple[int, float, float, int, int]:  # fmt: skip
+    """Integrate `y`, state and variations, in place to the event of the phase.
+
+    Returns (status, duration, last step size, nodes filled, evaluations). Each accepted step start is recorded as
+    (duration, phase, state) in `nodes` while there is room.
+    """
+    return to_event(phase, y, p, tolerance, time_limit, step_limit, h, nodes, directions,
+                    np.empty((STAGES + 4, y.size)), np.zeros((2, 2, 4)))
 
 
 @compiled

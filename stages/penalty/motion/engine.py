@@ -178,7 +178,8 @@ def penalty_error_norm(
 
 for function, ours in (
     (motion.flow, penalty_rates), (motion.shape, penalty_shape), (guards.guard, guard),
-    (phase.failure, penalty_failure), (integrator.take_step, again(integrator.DOP853.take_step)),
+    (phase.failure, penalty_failure), (phase.to_event, again(phase.integrated)),
+    (integrator.take_step, again(integrator.DOP853.take_step)),
     (integrator.error_norm, penalty_error_norm),
 ):  # fmt: skip
     extend(function, {Penalty: ours})
