@@ -304,8 +304,14 @@ def _read_group(group: Any, kind: Any, count: int | None) -> Any:
 
 
 def read(item: Any) -> Any:
-    """A dataset as a NumPy array or number; text as Python words. Raises `ValueError` for what is no text."""
+    """A dataset as a NumPy array or number; text, and numbers of words, as Python words.
+
+    Raises `ValueError` for what is no text.
+    """
     value = item[()]
+    if words := h5py.check_enum_dtype(item.dtype):
+        word_of = {number: word for word, number in words.items()}
+        return np.array([word_of.get(each, each) for each in value.ravel().tolist()], dtype=object).reshape(value.shape)
     if (isinstance(value, bytes) or value.dtype.kind in "OS") and h5py.check_string_dtype(item.dtype) is not None:
         return item.asstr()[()]
     return value.astype(bool) if value.dtype == np.int8 and item.attrs.get(TRUTHS) == "bool" else value

@@ -165,6 +165,9 @@ class Form:
         elif self.as_csv:
             flat, text = [dict(_flat(row)) for row in rows], io.StringIO()
             columns = dict.fromkeys(name for row in flat for name in row)
+            if not flat:
+                click.echo("note: this answer has no rows", err=True)
+                return
             writer = csv.writer(text, lineterminator="\n")
             writer.writerows([_cell(cell) for cell in row]
                              for row in (columns, *([row.get(name, "") for name in columns] for row in flat)))

@@ -65,7 +65,8 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
     if where is not None:
         _give_part(content, inside, form)
         return
-    lines = [f"{name}: stage {about.get('stage', '?')}, key {about.get('key', '?')}"]
+    said = ", ".join(f"{word} {about[word]}" for word in ("stage", "question", "key") if word in about)
+    lines = [f"{name}: {said}"]
     lines += [line for text in options.verifications(study, about) for line in layout.folded(text)]
     if without := artefacts.without_errors(content, name):
         lines += layout.folded(f"its numbers carry no errors: {without}")
@@ -216,10 +217,10 @@ def _plain(field: Field) -> dict[str, Any]:
 
 
 def _tables(study: Study, content: bytes, about: Mapping[str, str], name: str) -> Iterator[options.Table]:
-    """The tables a result offers by its method `tables()`: (title, column names, rows); of a sweep none."""
+    """The tables a result offers by its method `tables()`: (title, column names, rows); of other tables none."""
     from pipeline.cache import artefact as artefacts
 
-    stage = "" if "sweep" in about else about.get("stage", "")
+    stage = about.get("stage", "") if INGREDIENTS in about else ""
     if stage in study.parameters_classes() and hasattr(cls := result_class(study.package, stage), "tables"):
         yield from artefacts.decode(content, cls, name).tables()
 

@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 
 from pipeline.cache import artefact, disk, hdf5
-from pipeline.cache.fingerprint import versions
+from pipeline.cache.fingerprint import parameter_text, versions
 from pipeline.cache.hdf5 import describe
 from pipeline.cache.sources import Closure
 from pipeline.cache.store import QUESTIONS
@@ -223,7 +223,8 @@ class Asked:
                 unfinished = Path(until_filled.enter_context(tempfile.TemporaryDirectory()), "table.h5")
             else:
                 unfinished = until_filled.enter_context(self.new_file(path))
-            yield until_filled.enter_context(contextlib.closing(BlockTable(unfinished, columns, size, about)))
+            table = BlockTable(unfinished, columns, size, self.heads(columns, about))
+            yield until_filled.enter_context(contextlib.closing(table))
 
     def leave(self, answer: Any, into: Path) -> None:
         """Write what an answer leaves into a new folder: its files, and the parameter files with its values."""
@@ -238,6 +239,14 @@ class Asked:
             folder.mkdir()
             for name, content in files.items():
                 disk.write(folder / name, content)
+
+    def heads(self, columns: Sequence[Any], about: Mapping[str, str]) -> dict[str, Mapping[str, str]]:
+        """Attributes of a table's groups, as artefacts have: program, stage, question, parameters but the columns."""
+        named = {column.name for column in columns}
+        fixed = {file: {key: value for key, value in values.items() if f"{file}.{key}" not in named}
+                 for file, values in loading.as_plain(self._parameters).items()}  # fmt: skip
+        made = {"stage": self._stage, "question": self._question.name, "parameters": parameter_text(fixed)}
+        return {"/": self._study.about, artefact.PROVENANCE: made, "table": about}
 
     def _key(self, function: Callable[..., Any], closure: Closure, shared: str) -> str:
         """What the function's answers follow from beside its arguments: question, code, parameters, packages."""
@@ -274,12 +283,14 @@ class BlockTable:
     compressed chunk that is filled a second time moves in the file.
     """
 
-    def __init__(self, path: Path, columns: Sequence[Any], size: int, about: Mapping[str, str]) -> None:
+    def __init__(
+        self, path: Path, columns: Sequence[Any], size: int, heads: Mapping[str, Mapping[str, str]]
+    ) -> None:
         self._file = h5py.File(path, "w", libver=("v110", "v110"), track_order=True)
         self._file.attrs["format"] = artefact.FORMAT
         self._table = self._file.create_group("table", track_order=True)
-        for name, text in about.items():
-            self._table.attrs[name] = text
+        for group, said in heads.items():
+            self._file.require_group(group).attrs.update(said)
         storage = {"chunks": (min(_CHUNK, size),), "compression": "gzip", "shuffle": True}
         row = hdf5.row_scale(self._table, "row", size, **storage)
         self._columns: dict[str, Any] = {}  # kept open: one that is closed compresses what is there of its chunk

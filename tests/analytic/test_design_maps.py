@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import re
 from types import SimpleNamespace
 
 import h5py
@@ -9,7 +10,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from pipeline.parameters import yaml_text
 from pipeline.questions.asking import Asked
+from pipeline.questions.command import Described
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
@@ -76,6 +79,9 @@ class Listener:
 
     new_table = Asked.new_table
 
+    def heads(self, columns, about):
+        return {"table": about}
+
 
 def asked(listener, given, parameters=PARAMETERS, **options):
     return design_map.ask(parameters, design_map.Options(given, **options), listener)
@@ -123,6 +129,16 @@ def test_the_answer_counts_what_the_file_holds(grid):
     assert answer.plain["ranges"]["period_s"]["high"] == np.nanmax(columns["period_s"])
     assert attributes["map"].splitlines()[1] == "biped.stiffness = 1000 .. 4000 N/m, log, 2 steps"
     assert np.allclose(columns["speed_m_s"] * columns["period_s"], columns["step_length_m"], equal_nan=True)
+
+
+def test_rows_are_the_designs_in_words_and_of_a_large_map_none(grid, monkeypatch):
+    answer, columns, _ = grid
+    assert [row["outcome"] for row in answer.rows] == [Outcome(code).name.lower() for code in columns["outcome"]]
+    for name in ("ground.slope_deg", "period_s", "multiplier_2_imag"):
+        assert np.array_equal([row[name] for row in answer.rows], columns[name], equal_nan=True)
+    assert [*answer.rows[0]] == [*GRID["vary"], *(column.name for column in COLUMNS)]
+    monkeypatch.setattr(design_map, "LISTED", 5)
+    assert asked(Listener(), GRID, search="none").rows == []
 
 
 @pytest.fixture(scope="module")
@@ -311,3 +327,15 @@ def test_the_front_is_of_stable_designs_that_no_other_beats_in_both():
         {"ground.slope_deg": 0.0, "largest_multiplier": 0.5, "speed_m_s": 0.2},
         {"ground.slope_deg": 4.0, "largest_multiplier": 0.6, "speed_m_s": 0.35}]
     assert design_map.front(columns | {"outcome": np.full(6, 2)}) == []
+
+
+@pytest.mark.parametrize(("line", "said"), [
+    ("kind: gird", "box.yaml:1: kind = 'gird'"),
+    ("count: 9", "box.yaml:3: vary: ground.slope_deg: high = 95 is not allowed; allowed: >= 0"),
+    ("counts: 9", "box.yaml:1: there is no key 'counts' in a map"),
+])
+def test_what_is_wrong_is_told_with_file_and_line(tmp_path, line, said):
+    (tmp_path / "box.yaml").write_text(f"{line}\nvary:\n  ground.slope_deg: {{low: 1, high: 95}}\n")
+    given = Described(yaml_text.read(tmp_path / "box.yaml", "box.yaml"), "box.yaml")
+    with pytest.raises(WrongOption, match=re.escape(said)):
+        boxes.read(given, BASE)

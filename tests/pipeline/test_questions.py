@@ -9,6 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pipeline.cache.artefact import tree
+from pipeline.commands.options import Form
 from pipeline.questions.asking import BlockTable
 
 NUMBERS = [random.Random(seed).randrange(1000) for seed in (3, 4, 5, 6)]
@@ -130,6 +132,8 @@ def test_a_stopped_question_goes_on_where_it_was_and_its_table_is_that_of_an_und
     told = json.loads(toy.says("tally --count 12 --pause 0.2 --marks marks --out again.h5 --json"))
     assert told["numbers"][:4] == NUMBERS and marks(toy) - before == 12 - done and kept(toy) == 12
     toy.says("tally --count 12 --jobs 1 --results others --out alone.h5")
+    assert toy.says("show alone.h5").startswith("alone.h5: stage side, question tally\n")
+    assert "  parameters: " in toy.says("show alone.h5 --why")
     assert (toy.root / "alone.h5").read_bytes() == (toy.root / "again.h5").read_bytes()
 
 
@@ -199,3 +203,17 @@ def test_a_study_that_cannot_be_read_is_said(toy):
     code, _, errors = told["tally"]
     assert code == 2 and "dvc.yaml" in errors and "Traceback" not in errors
     assert told["--help"][0] == 0
+
+
+def test_words_of_a_column_are_shown_for_their_numbers(tmp_path):
+    columns = [SimpleNamespace(name="outcome", unit="-", description="", words=("stable", "none"))]
+    table = BlockTable(tmp_path / "table.h5", columns, 3, {"provenance": {}})
+    table.write(0, {"outcome": np.array([1, 0, 1])})
+    table.close()
+    (found,) = (field for field in tree((tmp_path / "table.h5").read_bytes(), "table.h5") if "outcome" in field.path)
+    assert found.value == ["none", "stable", "none"]
+
+
+def test_an_answer_without_rows_says_so_and_prints_none(capsys):
+    Form(as_csv=True).give((), {}, ())
+    assert (*capsys.readouterr(),) == ("", "note: this answer has no rows\n")

@@ -170,7 +170,8 @@ COLUMNS = (
     Column("period_s", "s", "duration of one step"),
     Column("step_length_m", "m", "advance of the hip over one step"),
     Column("speed_m_s", "m/s", "step length over duration"),
-    *(Column(f"multiplier_{index}_{part}", "1", f"multiplier {index}, largest first, its {part} part")
+    *(Column(f"multiplier_{index}_{part}", "1",
+             f"multiplier {index}, largest first, of two steps where legs differ: its {part} part")
       for index in range(1, MULTIPLIERS + 1) for part in ("real", "imag")),
     Column("largest_multiplier", "1", "magnitude of the largest multiplier, of one step"),
     Column("friction_single_stance", "1", "largest friction used in single stance"),

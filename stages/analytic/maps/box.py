@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -93,51 +94,61 @@ def evenly(axes: int, seed: int, first: int, end: int) -> np.ndarray:
 
 def read(given: Mapping[str, Any], base: DesignPoint) -> Box:
     """The map that a file describes. Raises WrongOption, a sentence with key, value and what is allowed."""
-    known(given, KEYS, "a map")
+    at = partial(line, given)
+    known(given, KEYS, "a map", at)
     kind = given.get("kind", KINDS[0])
     vary: Any = given.get("vary")
-    refuse((kind not in KINDS, f"kind = {kind!r} is not allowed; allowed: {' or '.join(KINDS)}"),
+    refuse((kind not in KINDS, f"{at('kind')}kind = {kind!r} is not allowed; allowed: {' or '.join(KINDS)}"),
            (not isinstance(vary, Mapping) or not vary,
-            "vary: allowed are names like ground.slope_deg, each with {low: ..., high: ...}"))
-    axes = tuple(axis(str(name), about, base, kind) for name, about in vary.items())
+            f"{at('vary')}vary: allowed are names like ground.slope_deg, each with {{low: ..., high: ...}}"))
+    axes = tuple(axis(str(name), about, base, kind, partial(at, "vary", name)) for name, about in vary.items())
     if kind == "grid":
         size = math.prod(each.steps for each in axes)
-        refuse(*((key in given, f"{key} = {given.get(key)!r} is not allowed; a grid has none") for key in KEYS[1:3]),
-               (size > MOST, f"vary: {size} designs; at most {MOST} are allowed"))
+        refuse(*((key in given, f"{at(key)}{key} = {given.get(key)!r} is not allowed; a grid has none")
+                 for key in KEYS[1:3]),
+               (size > MOST, f"{at('vary')}vary: {size} designs; at most {MOST} are allowed"))
         return Box(axes, size, None)
-    count = whole(given.get("count"), "count", 1, MOST)
-    return Box(axes, count, whole(given.get("seed", 1), "seed", 0, 2**31))
+    count = whole(given.get("count"), f"{at('count')}count", 1, MOST)
+    return Box(axes, count, whole(given.get("seed", 1), f"{at('seed')}seed", 0, 2**31))
 
 
-def axis(name: str, about: Any, base: DesignPoint, kind: str) -> Axis:
-    """One varied parameter. Raises WrongOption."""
+def line(given: Mapping[str, Any], *keys: str) -> str:
+    """File and line of an entry, before what is said of it; of what was not read from a file nothing."""
+    place = getattr(given, "place", None)
+    return "" if place is None else place(*keys).removesuffix(": " + ".".join(map(str, keys))) + ": "
+
+
+def axis(name: str, about: Any, base: DesignPoint, kind: str, at: Callable[..., str]) -> Axis:
+    """One varied parameter; `at` says where an entry of it stands. Raises WrongOption."""
     try:
         bound, unit = base.bound(name), base.unit(name)
     except KeyError as error:
-        raise WrongOption(f"vary: {error.args[0]}") from None
-    where = f"vary: {name}"
-    refuse((not isinstance(about, Mapping), f"{where} = {about!r} is not allowed; allowed: {{low: ..., high: ...}}"))
-    known(about, ("low", "high", "scale", "steps"), where)
-    low, high = (number(about.get(key), f"{where}: {key}") for key in ("low", "high"))
+        raise WrongOption(f"{at()}vary: {error.args[0]}") from None
+    whole_axis = f"vary: {name}"
+    refuse((not isinstance(about, Mapping),
+            f"{at()}{whole_axis} = {about!r} is not allowed; allowed: {{low: ..., high: ...}}"))
+    known(about, ("low", "high", "scale", "steps"), whole_axis, at)
+    where = {key: f"{at(key)}{whole_axis}: {key}" for key in ("low", "high", "scale", "steps")}
+    low, high = (number(about.get(key), where[key]) for key in ("low", "high"))
     scale = about.get("scale", "linear")
     refuse(
-        *((not bound.holds(value), f"{where}: {key} = {value:g} is not allowed; allowed: {bound}")
+        *((not bound.holds(value), f"{where[key]} = {value:g} is not allowed; allowed: {bound}")
           for key, value in (("low", low), ("high", high))),
-        (not low < high, f"{where}: high = {high:g} is not allowed; allowed: > low = {low:g}"),
-        (scale not in ("linear", "log"), f"{where}: scale = {scale!r} is not allowed; allowed: linear or log"),
-        (scale == "log" and low <= 0, f"{where}: low = {low:g} is not allowed; allowed: > 0 where the scale is log"),
+        (not low < high, f"{where['high']} = {high:g} is not allowed; allowed: > low = {low:g}"),
+        (scale not in ("linear", "log"), f"{where['scale']} = {scale!r} is not allowed; allowed: linear or log"),
+        (scale == "log" and low <= 0, f"{where['low']} = {low:g} is not allowed; allowed: > 0 where the scale is log"),
         (kind != "grid" and "steps" in about,
-         f"{where}: steps = {about.get('steps')!r} is not allowed; only a grid has steps"))
-    steps = whole(about.get("steps"), f"{where}: steps", 2, MOST) if kind == "grid" else 0
+         f"{where['steps']} = {about.get('steps')!r} is not allowed; only a grid has steps"))
+    steps = whole(about.get("steps"), where["steps"], 2, MOST) if kind == "grid" else 0
     return Axis(name, unit, low, high, scale == "log", steps)
 
 
-def known(given: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
+def known(given: Mapping[str, Any], keys: tuple[str, ...], where: str, at: Callable[..., str]) -> None:
     """Refuse a key that is none of `keys`."""
     for key in given:
         if key not in keys:
             near = get_close_matches(str(key), keys, 1)
-            raise WrongOption(f"there is no key {key!r} in {where} (keys: {', '.join(keys)})"
+            raise WrongOption(f"{at(key)}there is no key {key!r} in {where} (keys: {', '.join(keys)})"
                               + (f"; did you mean {near[0]}?" if near else ""))  # fmt: skip
 
 

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 
     from stages.analytic.maps.answers import Counts, Task
     from stages.analytic.maps.box import Box
+    from stages.biped.question import Table
     from stages.model_error.parameters import Parameters
 
 #: Designs that are answered, and anchors that are searched, at once.
 BLOCK, ANCHOR_BLOCK = 500, 5
-#: A small map has an anchor for every so many designs. Designs that a picture shows at most.
-DESIGNS_AN_ANCHOR, DRAWN = 10, 200_000
+#: A small map has an anchor for every so many designs. Designs that a picture shows, and that are rows, at most.
+DESIGNS_AN_ANCHOR, DRAWN, LISTED = 10, 200_000, 10_000
 
 
 @dataclass(frozen=True)
@@ -75,14 +76,24 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             table.write(first, {column.name: row for column, row in zip(of_map, found.T, strict=True)})
         whole = options.front or box.seed is None
         columns = {name: table.read(name, 1 if whole else -(-box.size // DRAWN)) for name in shown}
+        designs = [] if options.front else listed(table, [*axes, *of_map], box.size)
     summary, draw = list(lines(counts, options.search)), drawing(box, columns)
     if not options.front:
-        return Answer(summary, counts.as_plain(), draw=draw)
+        return Answer(summary, counts.as_plain(), rows=designs, draw=draw)
     best = front(columns)
     heads = [f"{axis.name.partition('.')[2]} [{axis.unit}]" for axis in box.axes] + ["multiplier [1]", "speed [m/s]"]
     rows = [[f"{value:.6g}" for value in row.values()] for row in best]
     tables = [("No other stable design beats these in both", heads, rows)] if best else []
     return Answer(summary, {**counts.as_plain(), "front": best}, tables, best, draw)
+
+
+def listed(table: Table, columns: Sequence[Column], size: int) -> list[dict[str, Any]]:
+    """The designs of a map, as rows by column with words for their numbers; none of a large map."""
+    if size > LISTED:
+        return []
+    values = ([column.words[int(value)] for value in part] if column.words else part.tolist()
+              for column in columns for part in [table.read(column.name)])  # fmt: skip
+    return [dict(zip([column.name for column in columns], row, strict=True)) for row in zip(*values, strict=True)]
 
 
 def front(columns: Mapping[str, np.ndarray]) -> list[dict[str, float]]:
@@ -117,11 +128,12 @@ def ask_within(parameters: Parameters, options: Options, asking: Asking) -> Answ
             table.write(first, {column.name: values for column, values in zip([*axes, *found], columns, strict=True)})
             for place, name in enumerate(allowed, start=1):
                 counts[name].update(choice.WAYS[int(row[3 * place - 1])] for row in rows)
+        designs = listed(table, [*axes, *found], box.size)
     return Answer([f"{box.size} designs", *(
         f"{name} within {text.rpartition('=')[2]} of the twin's: " + ", ".join(
             f"{counts[name][way]} by {way}" for way in choice.WAYS if counts[name][way])
         for name, text in zip(allowed, options.within, strict=True))],
-        {"designs": box.size, "answered_by": {name: dict(count) for name, count in counts.items()}})  # fmt: skip
+        {"designs": box.size, "answered_by": {name: dict(count) for name, count in counts.items()}}, rows=designs)
 
 
 def answers_within(
