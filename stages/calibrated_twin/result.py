@@ -63,10 +63,6 @@ class Robot:
         return "the fit's noise and the whole of what the correction took off" if self.corrected_runs else (
             "the fit's noise and residuals alone")
 
-    def number(self, name: str) -> Number:
-        """One row. Raises StopIteration."""
-        return next(one for one in self.numbers if one.name == name)
-
 
 @dataclass(frozen=True)
 class Pair:

@@ -184,11 +184,6 @@ class OneStep:
     heel_strike_lead: float = quantity("s", "how much earlier than in the constraint model the foot lands")
     evaluations: int = quantity("1", "evaluations of the rates at cost_tolerance: the cost")
 
-    @property
-    def completed(self) -> bool:
-        """Whether there is something to compare."""
-        return self.outcome == COMPLETED
-
 
 @dataclass(frozen=True)
 class Variations:

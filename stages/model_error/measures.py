@@ -34,7 +34,7 @@ class Allowed:
     share: bool
 
 
-def errors(texts: Sequence[str], flag: str = "--within") -> Mapping[str, Allowed]:
+def errors(texts: Sequence[str]) -> Mapping[str, Allowed]:
     """Errors by measure of texts as "1%" or "speed=0.01"; one for all measures is under "". Raises WrongOption."""
     found: dict[str, Allowed] = {}
     for text in texts:
@@ -45,10 +45,10 @@ def errors(texts: Sequence[str], flag: str = "--within") -> Mapping[str, Allowed
         except ValueError:
             error = math.nan
         refuse(
-            (bool(name) and name not in NAMES, f"{flag} {text}: {name} is no measure; known are {', '.join(NAMES)}"),
-            (not 0.0 < error < math.inf, f"{flag} {text}: not a positive error, as 1% or, in a measure's unit, 0.01"),
-            (share and name == "multiplier", f"{flag} {text}: a multiplier can be 0: its error is a number, as 0.01"),
-            (name in found, f"{flag} {text}: there is an error for {name or 'all measures'} already"),
+            (bool(name) and name not in NAMES, f"--within {text}: {name} is no measure; known are {', '.join(NAMES)}"),
+            (not 0.0 < error < math.inf, f"--within {text}: not a positive error, as 1% or, in a measure's unit, 0.01"),
+            (share and name == "multiplier", f"--within {text}: a multiplier can be 0: its error is a number, as 0.01"),
+            (name in found, f"--within {text}: there is an error for {name or 'all measures'} already"),
         )
         found[name] = Allowed(error, share)
     return found

@@ -118,8 +118,7 @@ def alike(one: Any, other: Any) -> bool:
 class ConstraintGait:
     """A gait of the constraint model in the terms of `RungGait`; `hip` (801, 2) [m] at `PHASES` of a stride.
 
-    The stride begins at `mid_stance`, the first leg upright at x = 0 with a normal force of `standing_force` [N].
-    `outcome` says why where there is none.
+    The stride begins at `mid_stance`, the first leg upright at x = 0. `outcome` says why where there is none.
     """
 
     outcome: str
@@ -129,7 +128,6 @@ class ConstraintGait:
     multipliers: np.ndarray
     hip: np.ndarray
     mid_stance: StanceState
-    standing_force: float
 
     @property
     def found(self) -> bool:
@@ -150,7 +148,7 @@ def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Fric
     except (NoGait, StepFailed) as error:
         nothing = float("nan")
         hip, state = np.full((len(PHASES), 2), nothing), StanceState(*[nothing] * 8)
-        return ConstraintGait(str(error), nothing, nothing, nothing, np.zeros(0), hip, state, nothing)
+        return ConstraintGait(str(error), nothing, nothing, nothing, np.zeros(0), hip, state)
 
 
 def constraint_gaits(parameters: Parameters, bipeds: Iterable[Biped]) -> list[ConstraintGait]:
@@ -170,7 +168,7 @@ def section_numbers(state: StanceState) -> np.ndarray:
 def _described(walker: Walker, point: FixedPoint, tolerance: float) -> ConstraintGait:
     upright, elapsed = crossing(walker, point.z, tolerance)
     segments = walk_on(walker, upright, 2, tolerance, elapsed)
-    found = signals_at(walker, segments, 2 * point.period * PHASES)
+    hip = signals_at(walker, segments, 2 * point.period * PHASES)["hip_position"]
     strikes = np.cumsum([segment.last for segment in segments])
     second = [segment for segment, before in zip(segments[1:], strikes, strict=False) if before == 1]
     other = up_to_mid_stance(walker.exchanged, second[vaulting(second)])
@@ -183,9 +181,8 @@ def _described(walker: Walker, point: FixedPoint, tolerance: float) -> Constrain
         step_length=float(np.mean(step_lengths(walker, point))) * walker.length,
         limp=2 * (other.start + other.duration) / point.period - 2,
         multipliers=step_multipliers(np.eye(len(first)), first, stride)[:IN_PLANE],
-        hip=found["hip_position"] - found["hip_position"][0] * [1.0, 0.0],
+        hip=hip - hip[0] * [1.0, 0.0],
         mid_stance=walker.stance_state(upright),
-        standing_force=float(found["ground_reaction"][0, 0, 1]),
     )
 
 

@@ -199,7 +199,6 @@ class Goal:
 
     title: str
     unit: str
-    part: str
     parts: Callable[[Walker, FixedPoint, float], Vector]
     slopes: Callable[[GaitTangents, float], np.ndarray]
     coarse: float = 0.0
@@ -271,13 +270,13 @@ def _over_stance(title: str, unit: str, quantity: Quantity, length: Callable[[Wa
     def slopes(gait: GaitTangents, tolerance: float) -> np.ndarray:
         return length(gait.walker) * extreme_derivatives(gait, quantity, tolerance)
 
-    return Goal(title, unit, "values in single stance", parts, slopes)
+    return Goal(title, unit, parts, slopes)
 
 
 GOALS = {
-    "multiplier": Goal("largest multiplier", "1", "multipliers", magnitudes, magnitude_slopes),
-    "speed": Goal("speed", "m/s", "speeds", speed, speed_slopes),
+    "multiplier": Goal("largest multiplier", "1", magnitudes, magnitude_slopes),
+    "speed": Goal("speed", "m/s", speed, speed_slopes),
     "friction": _over_stance("friction needed in single stance", "1", friction_ratio, lambda walker: 1.0),
-    "sensitivity_norm": Goal("gait sensitivity norm", "s/m", "norms", norm, norm_slopes),
+    "sensitivity_norm": Goal("gait sensitivity norm", "s/m", norm, norm_slopes),
     "scuff": _over_stance("deepest scuff", "m", scuff_depth, lambda walker: walker.length),
 }

@@ -30,6 +30,8 @@ LONGEST_CHANGE = 0.2
 HALVINGS = 6
 #: Near a longer correction the matrix is nearly singular: a place where the walker almost has a gait, and none.
 HOPELESS = 2.0
+#: Corrections that a fixed point is given.
+CORRECTIONS = 25
 #: A change this small is not damped: the test walks without variations, in other integration steps, which differ more.
 SURE_CHANGE = 1e-6
 
@@ -195,7 +197,7 @@ def damped_change(
 
 
 def fixed_point(
-    walker: Walker, z: Vector, tolerance: float, cycle: int = 1, iterations: int = 25,
+    walker: Walker, z: Vector, tolerance: float, cycle: int = 1,
     known: Callable[[Vector, float], bool] | None = None,
 ) -> FixedPoint | None:
     """Damped Newton's method on P^cycle(z) = z with the exact derivative; None if it does not converge from `z`.
@@ -210,7 +212,7 @@ def fixed_point(
     z = np.asarray(z, dtype=float)
     good_enough = max(1e-10, 10 * tolerance, round_off(walker))
     with suppress(StepFailed, np.linalg.LinAlgError):
-        for _ in range(iterations):
+        for _ in range(CORRECTIONS):
             steps, derivative = iterate(walker, z, cycle * walker.gait_steps, tolerance)
             gap = steps[-1].z - z
             residual = float(np.abs(gap).max())

@@ -164,7 +164,7 @@ class StiffDetailed(DetailedCompliant):
 
 #: Places of friction's numbers at the foot, and at the hip, of the time of a step, and of the ground's heights, in
 #: every type that has them.
-MU_S, MU_D, TAU_H, T_END, H_AHEAD, H_BEHIND = -6, -5, -4, -5, -3, -2
+MU_S, TAU_H, T_END, H_AHEAD, H_BEHIND = -6, -4, -5, -3, -2
 
 Plain = PlainRigid | PlainCompliant
 Detailed = DetailedRigid | DetailedCompliant

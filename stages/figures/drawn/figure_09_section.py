@@ -82,11 +82,6 @@ def _round(axis: str, radius: float, inner: float, length: float, aside: float
             yield low, high - low, -length / 2, length, True
 
 
-def area(found: list[Cut]) -> float:
-    """Area of what is cut [m^2]."""
-    return float(np.sum([each.width * each.height for each in found if each.solid]))
-
-
 AZIMUTH, ELEVATION = np.radians(38.0), np.radians(18.0)
 #: The section shows what lies above this height below the hip axis [m], and a margin around, for Table 1's leg.
 BELOW, MARGIN = 0.07, 0.012

@@ -171,10 +171,10 @@ class Page:
         """A faint area."""
         self.axes.fill(*self.place(points), facecolor=colour, alpha=strength, linewidth=0)
 
-    def word(self, text: str, point: complex, colour: str, across: str = "center", up: str = "center") -> None:
+    def word(self, text: str, point: complex, colour: str, across: str = "center") -> None:
         """Words at a point."""
         x, y = self.place(point)
-        self.axes.text(float(x), float(y), text, color=colour, fontsize=WORDS, ha=across, va=up)
+        self.axes.text(float(x), float(y), text, color=colour, fontsize=WORDS, ha=across, va="center")
 
     def arrow(self, start: complex, end: complex, colour: str, heads: str = "-|>") -> None:
         """An arrow; `heads` as Matplotlib has them."""

@@ -71,4 +71,4 @@ class Borne:
     def goal(self) -> Goal:
         """As a search knows it."""
         title = f"height of blocks that it bears for {EVERY} steps"
-        return Goal(title, "m", "heights", self.parts, self.slopes, COARSE)
+        return Goal(title, "m", self.parts, self.slopes, COARSE)
