@@ -25,17 +25,9 @@ class HipDifference:
     velocity: np.ndarray = quantity("m/s", "largest hip velocity difference in x and y, shape (2,)")
 
 
-@dataclass(frozen=True)
-class Overlay:
-    """Two walks on their common times: differences, multibody minus analytic."""
-
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-
-
-def overlay(analytic: Walk, multibody: Walk, duration: float) -> Overlay:
-    """Difference of two walks from their common start over `duration` [s], on the analytic walk's samples."""
+def overlay(analytic: Walk, multibody: Walk, duration: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (n,) of the analytic walk within `duration` [s] of the walks' common start, and the differences of hip
+    position and velocity (n, 2) there, multibody minus analytic."""
     end = min(duration, analytic.time[-1], multibody.time[-1])
     time = analytic.time[analytic.time <= end]
     count = len(time)
@@ -44,16 +36,16 @@ def overlay(analytic: Walk, multibody: Walk, duration: float) -> Overlay:
         ours, theirs = getattr(analytic, name)[:count], getattr(multibody, name)
         return np.column_stack([np.interp(time, multibody.time, theirs[:, i]) - ours[:, i] for i in (0, 1)])
 
-    return Overlay(time, difference("hip_position"), difference("hip_velocity"))
+    return time, difference("hip_position"), difference("hip_velocity")
 
 
 def farthest(analytic: Walk, multibody: Walk, duration: float) -> np.ndarray:
     """Largest distances of the hips in x and y [m], (2,), over `duration` [s] from the common start, with its end."""
-    laid = overlay(analytic, multibody, duration)
+    time, position, _ = overlay(analytic, multibody, duration)
     end = min(duration, analytic.time[-1], multibody.time[-1])
     events = [times for walk in (analytic, multibody) for times in (walk.heel_strike_time, walk.toe_off_time)]
-    times = np.unique(np.append(laid.time, end))
-    return largest_magnitudes(*sampled_at(laid.time, laid.position, np.concatenate(events), times))
+    times = np.unique(np.append(time, end))
+    return largest_magnitudes(*sampled_at(time, position, np.concatenate(events), times))
 
 
 def from_same_start(analytic: Walk, multibody: Walk, duration: float) -> HipDifference:
@@ -62,11 +54,11 @@ def from_same_start(analytic: Walk, multibody: Walk, duration: float) -> HipDiff
     Velocities are compared at the samples, but for those between the heel strikes of the two models: there one has had
     its jump, not both.
     """
-    laid = overlay(analytic, multibody, duration)
-    apart = np.zeros(len(laid.time), dtype=bool)
+    time, _, velocity = overlay(analytic, multibody, duration)
+    apart = np.zeros(len(time), dtype=bool)
     for pair in zip(analytic.heel_strike_time, multibody.heel_strike_time):
-        apart |= (laid.time >= min(pair)) & (laid.time <= max(pair))
-    return HipDifference(farthest(analytic, multibody, duration), np.abs(laid.velocity[~apart]).max(axis=0))
+        apart |= (time >= min(pair)) & (time <= max(pair))
+    return HipDifference(farthest(analytic, multibody, duration), np.abs(velocity[~apart]).max(axis=0))
 
 
 def between_cycles(analytic: Stride, multibody: Stride) -> HipDifference:
@@ -97,10 +89,10 @@ class ModelAgreement:
 def compare_models(analytic: Analytic, multibody: Multibody, strides: Mapping[str, Stride]) -> ModelAgreement:
     """Agreement of the results of the analytic and the multibody stage, given the last stride of each by name."""
     period = analytic.gait.period_s
-    laid = overlay(analytic.walk, multibody.walk, period)
+    _, _, velocity = overlay(analytic.walk, multibody.walk, period)
     return ModelAgreement(
         same_start=from_same_start(analytic.walk, multibody.walk, period),
-        same_start_median_velocity=np.median(np.abs(laid.velocity), axis=0),
+        same_start_median_velocity=np.median(np.abs(velocity), axis=0),
         settled=between_cycles(strides["analytic"], strides["multibody"]),
         period_difference=multibody.cycle.period_s - period,
         step_length_difference=multibody.cycle.step_length_m - analytic.gait.step_length_m,

@@ -35,19 +35,6 @@ LENGTHS = [2, 3, 8, 9]
 SHORTEST = 0.5
 
 
-@dataclass(frozen=True)
-class StepTangents:
-    """A step with derivatives: of the section's numbers (10, c), its duration [s] (c,) and its length [m] (c,).
-
-    The first ten of c are by the section's numbers at its start, the others by whole shares of parameters.
-    """
-
-    step: SectionStep
-    numbers: np.ndarray
-    duration: np.ndarray
-    length: np.ndarray
-
-
 def section_columns() -> np.ndarray:
     """Variations (10, 12) of the state by the section's numbers."""
     columns = np.zeros((10, SIZE))
@@ -91,8 +78,9 @@ class PenaltyStepper:
         walk = self._walked(section_state(numbers, self.start), self.steps_a_cycle, section_columns())
         return self._on_section(walk, walk.y[SIZE:].reshape(-1, SIZE))
 
-    def step_tangents(self, numbers: np.ndarray, changes: Changes) -> StepTangents:
-        """One cycle from section numbers (10,), with its derivatives by them and by the parameters of `changes`.
+    def step_tangents(self, numbers: np.ndarray, changes: Changes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Derivatives of one cycle from section numbers (10,): of these numbers (10, c), its duration [s] and its
+        length [m] (c,). The first ten of c are by the numbers at its start, the others by whole shares of `changes`.
 
         Raises NoLimitCycle.
         """
@@ -106,7 +94,7 @@ class PenaltyStepper:
             row[:10] /= self.units[PLACES[0]]
             if self.rigid:
                 row[LENGTHS] = 0.0  # a length that a parameter changes is in its own column, from the start
-        return StepTangents(self._ended(walk, start), self._on_section(walk, moved), delays, ahead)
+        return self._on_section(walk, moved), delays, ahead
 
     def _walked(
         self, start: PlanarState, steps: int, columns: np.ndarray | None = None, directions: Directions | None = None
@@ -197,29 +185,19 @@ def responses(
     """
     changes = changes_of(biped, slope, contact, names)
     stepper = PenaltyStepper(biped, slope, contact, section_state(gait.section_state, start), Settings(tolerance))
-    step = stepper.step_tangents(gait.section_state, changes)
-    matrix = step.numbers[:, :10]
-    moved = np.linalg.solve(np.eye(10) - matrix, step.numbers[:, 10:])
-    period, length = ((row[10:] + row[:10] @ moved) / stepper.steps_a_cycle for row in (step.duration, step.length))
+    numbers, *measures = stepper.step_tangents(gait.section_state, changes)
+    matrix = numbers[:, :10]
+    moved = np.linalg.solve(np.eye(10) - matrix, numbers[:, 10:])
+    period, length = ((row[10:] + row[:10] @ moved) / stepper.steps_a_cycle for row in measures)
     return Response(changes, gait, matrix, moved, period, length)
-
-
-@dataclass(frozen=True)
-class OfMultipliers:
-    """Elasticities (n, 2) of the magnitudes of the two leading multipliers, and what extrapolation leaves of them (n,).
-
-    They are NaN by a parameter of which a changed walker falls; `refused` says so.
-    """
-
-    elasticities: np.ndarray
-    errors: np.ndarray
-    refused: tuple[str, ...]
 
 
 def of_multipliers(
     biped: Biped, slope: Slope, contact: ContactLaw, start: PlanarState, found: Response
-) -> OfMultipliers:
-    """How a gait's multipliers answer to the parameters of `found`."""
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Elasticities (n, 2) of the magnitudes of a gait's two leading multipliers by the parameters of `found`, what
+    extrapolation leaves of them (n,), and sentences on parameters beside which the walker falls: there both are NaN.
+    """
     values, left, right = eigensystem(found.matrix)
     values, left, right = values[:LEADING], left[:LEADING], right[:, :LEADING]
     standing = section_state(found.gait.section_state, start)
@@ -232,7 +210,7 @@ def of_multipliers(
             shares[row], errors[row] = np.real(moved / values), left_open / np.abs(values).min()
         except NoLimitCycle as reason:
             refused.append(f"by {name} the multipliers have no derivative: beside the design {reason}")
-    return OfMultipliers(shares, errors, tuple(refused))
+    return shares, errors, refused
 
 
 def matrix_slope(model: Model, start: PlanarState, found: Response, row: int, share: float) -> np.ndarray:

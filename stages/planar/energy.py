@@ -82,18 +82,11 @@ def _of_legs(first: float, other: float, columns: np.ndarray) -> np.ndarray:
     return np.asarray(first * columns[:, 0] + other * columns[:, 1])
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """A body: mass [kg], inertia [kg m^2], place [m] and velocity [m/s], each (n, 2), and rate [rad/s] (n,)."""
-
-    mass: float
-    inertia: float
-    place: np.ndarray
-    motion: np.ndarray
-    rate: np.ndarray
+#: A body: mass [kg], inertia [kg m^2], place [m] and velocity [m/s], each (n, 2), and rate [rad/s] (n,).
+Piece = tuple[float, float, np.ndarray, np.ndarray, np.ndarray]
 
 
-def _pieces(biped: Biped, position: np.ndarray, velocity: np.ndarray) -> Iterator[_Piece]:
+def _pieces(biped: Biped, position: np.ndarray, velocity: np.ndarray) -> Iterator[Piece]:
     """Feet, and frames where there are any."""
     for number in (0, 1):
         leg = biped.leg(number)
@@ -107,23 +100,22 @@ def _pieces(biped: Biped, position: np.ndarray, velocity: np.ndarray) -> Iterato
             place = np.column_stack([arm * sine + aside * cosine, -arm * cosine + aside * sine])
             across = velocity[:, 0] + moving * sine + arm * rate * cosine - aside * rate * sine
             upward = velocity[:, 1] - moving * cosine + arm * rate * sine + aside * rate * cosine
-            yield _Piece(mass, inertia, position[:, :2] + place, np.column_stack([across, upward]), rate)
+            yield mass, inertia, position[:, :2] + place, np.column_stack([across, upward]), rate
 
 
 def mass_moment(biped: Biped, position: np.ndarray) -> np.ndarray:
     """Sum of mass times position [kg m] of all bodies, (n, 2), from columns as in `Trajectory`."""
     moment = biped.hip_mass * position[:, :2]
-    for piece in _pieces(biped, position, np.zeros_like(position)):
-        moment = moment + piece.mass * piece.place
+    for mass, _, place, _, _ in _pieces(biped, position, np.zeros_like(position)):
+        moment = moment + mass * place
     return moment
 
 
 def kinetic_energy(biped: Biped, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Kinetic energy [J], shape (n,)."""
     energy = 0.5 * biped.hip_mass * np.sum(velocity[:, :2] ** 2, axis=1)
-    for piece in _pieces(biped, position, velocity):
-        moving = 0.5 * piece.mass * np.sum(piece.motion**2, axis=1)
-        energy = energy + moving + 0.5 * piece.inertia * piece.rate**2
+    for mass, inertia, _, motion, rate in _pieces(biped, position, velocity):
+        energy = energy + 0.5 * mass * np.sum(motion**2, axis=1) + 0.5 * inertia * rate**2
     return np.asarray(energy)
 
 

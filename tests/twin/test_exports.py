@@ -17,7 +17,6 @@ from stages.twin.exports import gltf, mjcf, sdf, urdf
 from stages.twin.exports.exported import NAMES
 from stages.twin.exports.exported import exported as begun
 from stages.twin.exports.formats import FORMATS
-from stages.twin.exports.gltf import Motion
 from stages.twin.exports.solids import shown_parts, surface
 from stages.twin.machine.contact import COUNT, SLIDE
 from stages.twin.machine.machine import join
@@ -298,7 +297,7 @@ def test_mujoco_shows_each_part_as_large_as_it_is(in_mujoco, exported):
 @pytest.fixture(scope="module")
 def animated(exported, three_steps):
     time = np.linspace(0.0, three_steps.time[-1], 50)
-    return gltf.write(exported, Motion(time, three_steps.at(time)[0])), three_steps, time
+    return gltf.write(exported, (time, three_steps.at(time)[0])), three_steps, time
 
 
 def unpacked(content):

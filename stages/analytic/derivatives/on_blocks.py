@@ -13,7 +13,6 @@ norm, IEEE Transactions on Robotics 23 (2007).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,20 +28,6 @@ from stages.analytic.result import OnBlocks
 DURATION, LENGTH, MEASURES = 0, 1, 2
 
 
-class StepOnBlocks(NamedTuple):
-    """Derivatives of a step, dimensionless, by x = (z, height under the stance foot, height that the trailing foot
-    leaves), (j + 2,), and by the height on which the swing foot lands.
-
-    `state` (j + 2, j + 2) and `landing` (j + 2,): of x in the next step; `measures` (2, j + 2) and `by_landing` (2,):
-    of duration and length.
-    """
-
-    state: np.ndarray
-    landing: Vector
-    measures: np.ndarray
-    by_landing: Vector
-
-
 def refusal(walker: Walker) -> str:
     """Why a walker has no answer on blocks; empty if it has one."""
     if walker.timed:
@@ -52,8 +37,12 @@ def refusal(walker: Walker) -> str:
     return ""
 
 
-def step_on_blocks(walker: Walker, z: Vector, tolerance: float) -> tuple[StepOnBlocks, Vector]:
+def step_on_blocks(walker: Walker, z: Vector, tolerance: float) -> tuple[tuple[np.ndarray, ...], Vector]:
     """The derivatives of the step from section coordinates `z` (j,) on even ground, and the coordinates it leads to.
+
+    Derivatives are dimensionless, by x = (z, height under the stance foot, height that the trailing foot leaves),
+    (j + 2,), and by the height on which the swing foot lands: `state` (j + 2, j + 2) and `landing` (j + 2,) of x in the
+    next step; `measures` (2, j + 2) and `by_landing` (2,) of duration and length.
 
     Raises StepFailed like `poincare_map`.
     """
@@ -73,7 +62,7 @@ def step_on_blocks(walker: Walker, z: Vector, tolerance: float) -> tuple[StepOnB
     measures[LENGTH] = lengths[:free] @ state[:free]
     measures[LENGTH, free] += lengths[free]
     by_landing = np.array([found.time_along[0], lengths[:free] @ landing[:free] - lengths[free]])
-    return StepOnBlocks(state, landing, measures, by_landing), found.z
+    return (state, landing, measures, by_landing), found.z
 
 
 def spreads(walker: Walker, z: Vector, steps: int, tolerance: float) -> Vector:

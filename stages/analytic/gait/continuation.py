@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -45,11 +44,8 @@ class BranchPoint:
         return bool(np.abs(self.floquet_multipliers).max() < 1)
 
 
-class SpecialPoint(NamedTuple):
-    """A turning point, period doubling or torus bifurcation on the branch: which, and the gait."""
-
-    kind: str
-    point: BranchPoint
+#: A turning point, period doubling or torus bifurcation on the branch: which, and the gait.
+SpecialPoint = tuple[str, BranchPoint]
 
 
 @dataclass(frozen=True)
@@ -211,7 +207,7 @@ def special_between(
         if before[kind] * after[kind] < 0 and not (passes and kind == TURNING_POINT):
             point = locate(curve, kind, left, right)
             if point is not None:
-                found.append(SpecialPoint(kind, point))
+                found.append((kind, point))
     return found
 
 
@@ -295,7 +291,7 @@ class Follower:
         kinds = (TURNING_POINT,) if self.until_fold else KINDS
         passes = curve.cycle > 1 and float(new @ self.move) < 0.0
         crossed = special_between(curve, last, point, kinds, passes=passes)
-        self.special += [one for one in crossed if self.limits[0] <= one.point.value <= self.limits[1]]
+        self.special += [(kind, point) for kind, point in crossed if self.limits[0] <= point.value <= self.limits[1]]
         limit = min(max(point.value, self.limits[0]), self.limits[1])
         if limit != point.value:
             self.points += on_limit(curve, last, point, limit)

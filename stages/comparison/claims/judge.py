@@ -89,10 +89,9 @@ def another_biped(parameters: Parameters, keys: Iterable[str] = BIPED) -> tuple[
     """
     differing = []
     for key in keys:
-        printed, (value, unit) = BIPED[key], found(parameters, key)
-        if value != printed.value:
-            differing.append(f"{key} is {quantity(value, unit)}, the paper has {quantity(printed.value, unit)} "
-                             f"({printed.source})")  # fmt: skip
+        (printed, source), (value, unit) = BIPED[key], found(parameters, key)
+        if value != printed:
+            differing.append(f"{key} is {quantity(value, unit)}, the paper has {quantity(printed, unit)} ({source})")
     further = () if keys is not BIPED else (key for key in parameters.biped.details if f"biped.{key}" not in BIPED)
     given = ((key, quantity(*found(parameters, f"biped.{key}"))) for key in further)
     return (*differing, *(f"biped.{key} is {value}, the paper's biped has none" for key, value in given))
@@ -109,8 +108,8 @@ def rests_on(parameters: Parameters, keys: Iterable[str]) -> tuple[str, ...]:
         if value is None and unit:
             continue
         text = f"{key} {quantity(value, unit)}".rstrip()
-        if key in SETTINGS and value != SETTINGS[key].value:
-            text += f" (paper: {quantity(SETTINGS[key].value, unit)}, {SETTINGS[key].source})"
+        if key in SETTINGS and value != SETTINGS[key][0]:
+            text += f" (paper: {quantity(SETTINGS[key][0], unit)}, {SETTINGS[key][1]})"
         if key == "twin.parts" and (fitted := parameters.twin.bill_rule(parameters.biped)):
             text += f" ({fitted})"
         named.append(text)

@@ -62,7 +62,7 @@ def judge_constraints_reduce_effort(
 
 
 def tight_tolerances(e: Evidence) -> tuple[str, float, float, float, float, float, float]:
-    rows, paper = of_model(e.results.tradeoff.rows, ROLLING), float(SETTINGS["analytic.tolerance"].value)
+    rows, paper = of_model(e.results.tradeoff.rows, ROLLING), float(SETTINGS["analytic.tolerance"][0])
     ways = {row.way for row in rows if "default" in row.mark}
     own = sorted((row for row in rows if row.way in ways and row.completed), key=lambda row: row.tolerance)
     if len(own) < 2:

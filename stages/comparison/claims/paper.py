@@ -21,38 +21,33 @@ RAMP_M = 2.0  # section 7.1
 BLOCK_SETS = 11  # section 7.1
 
 
-@dataclass(frozen=True)
-class Printed:
-    """A parameter as the paper has it: its value, and where it stands."""
-
-    value: float | str
-    source: str
-
+#: A parameter as the paper has it: its value, and where it stands.
+Printed = tuple[float | str, str]
 
 #: The biped and its slope: what a claim on the paper's biped is about.
-BIPED = {
-    "biped.legs": Printed("compliant", "section 2.1"),
-    "biped.hip_mass": Printed(0.316, "Table 1"),
-    "biped.foot_mass": Printed(0.335, "Table 1"),
-    "biped.leg_length": Printed(0.333, "Table 1"),
-    "biped.foot_radius": Printed(0.083, "Table 1"),
-    "biped.foot_com": Printed(0.100, "Table 1"),
-    "biped.stiffness": Printed(2800.0, "Table 1"),
-    "biped.damping": Printed(58.350, "Table 1"),
-    "biped.leg_inertia": Printed(0.0, "section 2.1: point masses"),
-    "ground.slope_deg": Printed(2.0, "section 3.5"),
-    "ground.gravity": Printed(9.81, "the standard value, which the paper does not print"),
+BIPED: dict[str, Printed] = {
+    "biped.legs": ("compliant", "section 2.1"),
+    "biped.hip_mass": (0.316, "Table 1"),
+    "biped.foot_mass": (0.335, "Table 1"),
+    "biped.leg_length": (0.333, "Table 1"),
+    "biped.foot_radius": (0.083, "Table 1"),
+    "biped.foot_com": (0.100, "Table 1"),
+    "biped.stiffness": (2800.0, "Table 1"),
+    "biped.damping": (58.350, "Table 1"),
+    "biped.leg_inertia": (0.0, "section 2.1: point masses"),
+    "ground.slope_deg": (2.0, "section 3.5"),
+    "ground.gravity": (9.81, "the standard value, which the paper does not print"),
 }
 
 #: Other parameters that the paper prints: claims stay with another value, and name it.
-SETTINGS = {
-    "analytic.tolerance": Printed(1e-7, "section 2.3"),
-    "multibody.tolerance": Printed(1e-6, "section 3.5"),
-    "twin.tolerance": Printed(1e-6, "section 3.5"),
-    "ground.friction": Printed("stribeck", "section 3.4: eq. (10)"),
-    "ground.static_friction": Printed(1.1, "section 3.4"),
-    "ground.stiction_velocity": Printed(0.1, "section 3.4: Adams' default"),
-    "ground.friction_velocity": Printed(1.0, "section 3.4: Adams' default"),
+SETTINGS: dict[str, Printed] = {
+    "analytic.tolerance": (1e-7, "section 2.3"),
+    "multibody.tolerance": (1e-6, "section 3.5"),
+    "twin.tolerance": (1e-6, "section 3.5"),
+    "ground.friction": ("stribeck", "section 3.4: eq. (10)"),
+    "ground.static_friction": (1.1, "section 3.4"),
+    "ground.stiction_velocity": (0.1, "section 3.4: Adams' default"),
+    "ground.friction_velocity": (1.0, "section 3.4: Adams' default"),
 }
 
 

@@ -58,11 +58,11 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     asking.progress(0.3, "derivatives")
     response = responses(*model, start, gait, names)
     asking.progress(0.5, "multipliers")
-    multipliers = of_multipliers(*model, start, response)
+    of_both, errors, refused = of_multipliers(*model, start, response)
     asking.progress(0.9, "a step in Exudyn")
     distance = over_a_walk("a step of the gait", Machine(*model), section_state(gait.section_state, start))
     EngineAgreement(0, (distance,))
-    elasticities = np.column_stack([response.elasticities(), multipliers.elasticities])
+    elasticities = np.column_stack([response.elasticities(), of_both])
     found: dict[str, dict[str, Any]] = {}
     for row, (name, scale) in enumerate(zip(response.changes.names, response.changes.scales, strict=True)):
         value = float(getattr(owner(name, model), name.partition(".")[2]))
@@ -75,8 +75,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         "gait": {"period_s": gait.period_s, "step_length_m": gait.step_length_m},
         "multipliers": gait.floquet_multipliers[:2].tolist(),
         "parameters": found,
-        "left_by_extrapolation": max((float(error) for error in multipliers.errors if error == error), default=None),
-        "refused": list(multipliers.refused),
+        "left_by_extrapolation": max((float(error) for error in errors if error == error), default=None),
+        "refused": refused,
         "distance_to_exudyn_m": distance.distance,
     }
     text = list(lines(plain, distance.allowed, elasticities, response.changes.scales))

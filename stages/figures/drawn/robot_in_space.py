@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
@@ -33,29 +32,24 @@ WIDE = 0.15
 COLOURS = {**PAIRS, "ghost": "#56B4E9"}
 
 
-@dataclass(frozen=True)
-class Stretch:
-    """The part of a walk that is shown: from `start` to `end` [s]; a whole stride can be shown again and again."""
-
-    start: float
-    end: float
-    is_stride: bool
+#: The part of a walk that is shown: its start and end [s], and whether it is a stride, to be shown again and again.
+Stretch = tuple[float, float, bool]
 
 
 def stretch(walk: Walk) -> Stretch:
     """The last stride between heel strikes of leg 0; of a walk that has none, all."""
     strikes = walk.heel_strike_time[walk.heel_strike_leg == 0]
     if len(strikes) < 2:
-        return Stretch(float(walk.time[0]), float(walk.time[-1]), False)
-    return Stretch(float(strikes[-2]), float(strikes[-1]), True)
+        return float(walk.time[0]), float(walk.time[-1]), False
+    return float(strikes[-2]), float(strikes[-1]), True
 
 
 def motion(walk: Walk, shown: Stretch, phase: np.ndarray) -> dict[str, Any]:
     """Poses and forces at phases (n,) of a stretch, as `frames` gives them; x from where the stretch begins."""
-    begin, end = (float(np.interp(time, walk.time, walk.hip_position[:, 0])) for time in (shown.start, shown.end))
+    start, end, _ = shown
+    begin, ahead = (float(np.interp(time, walk.time, walk.hip_position[:, 0])) for time in (start, end))
     moved = dataclasses.replace(walk, hip_position=walk.hip_position - np.array([begin, 0.0]))
-    advance = round(end - begin, 6)
-    return {"advance": advance} | frames(moved, shown.start + phase * (shown.end - shown.start))
+    return {"advance": round(ahead - begin, 6)} | frames(moved, start + phase * (end - start))
 
 
 def rows(parts: tuple[Part, ...]) -> Iterator[dict[str, Any]]:
@@ -91,12 +85,13 @@ def scene(given: Given) -> dict[str, Any]:
     biped, twin = given.parameters.biped, given.parameters.twin
     walks = {"twin": given.twin.walk, "ghost": given.analytic.walk}
     shown = {name: stretch(walk) for name, walk in walks.items()}
-    duration = shown["twin"].end - shown["twin"].start
+    start, end, is_stride = shown["twin"]
+    duration = end - start
     count = max(2, round(FRAME_RATE * duration))
     phase = np.arange(count) / count
     load = np.linalg.norm(given.twin.walk.ground_reaction, axis=2).sum(axis=1)
     return {
-        "count": count, "duration": round(duration, 6), "loops": shown["twin"].is_stride,
+        "count": count, "duration": round(duration, 6), "loops": is_stride,
         "units": {"length": POSITION, "angle": ANGLE, "force": FORCE}, "slope": round(given.parameters.slope.angle, 9),
         "natural": {"twin": list(unloaded(twin, biped)), "ghost": list(biped.leg_lengths)},
         "size": round(max(size(biped), (twin.outer_lane + 0.5 * twin.foot_width) / WIDE), 9),

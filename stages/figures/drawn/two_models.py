@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -26,20 +25,13 @@ from stages.multibody.result import in_newtons
 LEG = 1
 
 
-@dataclass(frozen=True)
-class Contact:
-    """Ground reaction of one foot over one contact: time since its heel strike (n,) [s], force (n, 2) [N]."""
-
-    time: np.ndarray
-    force: np.ndarray
-
-
 #: The impact as it is shown, in pendulum times from heel strike.
 IMPACT = -0.005, 0.065
 
 
-def contact(walk: Walk, leg: int, which: int) -> Contact:
-    """The `which`-th whole contact of a leg, from its heel strike to its toe-off, counted from 0 (-1 is the last)."""
+def contact(walk: Walk, leg: int, which: int) -> tuple[np.ndarray, np.ndarray]:
+    """The `which`-th whole contact of a leg, from its heel strike to its toe-off, counted from 0 (-1 is the last): time
+    since heel strike (n,) [s], ground reaction (n, 2) [N]."""
     strikes = walk.heel_strike_time[walk.heel_strike_leg == leg]
     lifts = walk.toe_off_time[walk.toe_off_leg == leg]
     whole = [(start, lifts[lifts > start][0]) for start in strikes if (lifts > start).any()]
@@ -48,7 +40,7 @@ def contact(walk: Walk, leg: int, which: int) -> Contact:
     start, end = whole[which]
     # the penalty model touches and leaves a little earlier and later than its events: a margin shows the zeros
     inside = (walk.time >= start - 0.01) & (walk.time <= end + 0.02)
-    return Contact(walk.time[inside] - start, walk.ground_reaction[inside, leg])
+    return walk.time[inside] - start, walk.ground_reaction[inside, leg]
 
 
 def draw_ground_reaction(given: Given) -> Figure:
@@ -64,8 +56,8 @@ def draw_ground_reaction(given: Given) -> Figure:
                 (ours, {"color": style.ANALYTIC, "label": "constraint model", "zorder": 3}),
                 (theirs, {"color": style.MULTIBODY, "label": "penalty contact (Exudyn)", "linewidth": 0.9}),
             ):
-                part.plot(scale * shown.time, shown.force[:, column], **look)
-        contact_phase = ours.force[ours.time > 0.02, column]
+                part.plot(scale * shown[0], shown[1][:, column], **look)
+        contact_phase = ours[1][ours[0] > 0.02, column]
         low, high = contact_phase.min(), contact_phase.max()
         margin = 0.6 * (high - low)
         whole.set(ylim=(min(low - margin, 0 - 0.1 * margin), high + margin), ylabel=name)
@@ -176,20 +168,20 @@ def draw_hip_motion(given: Given) -> Figure:
     measured here, drawn over the span that they are measured over: the first step."""
     analytic, multibody = given.analytic.walk, given.multibody.walk
     limits, period, same = stated(given), given.analytic.gait.period_s, there(given.comparison.models).same_start
-    laid = overlay(analytic, multibody, 2 * period)
-    count = len(laid.time)
+    time, position, velocity = overlay(analytic, multibody, 2 * period)
+    count = len(time)
     figure, axes = plt.subplots(4, 2, figsize=(style.TWO_COLUMNS, 5.6), sharex=True, height_ratios=(2, 1, 2, 1))
     for index, (name, column, label, scale, unit) in enumerate(PANELS):
         row, side = 2 * (index // 2), index % 2
         curve, difference = axes[row, side], axes[row + 1, side]
-        curve.plot(laid.time, getattr(analytic, name)[:count, column], color=style.ANALYTIC, label="constraint model")
-        shown = multibody.time <= laid.time[-1]
+        curve.plot(time, getattr(analytic, name)[:count, column], color=style.ANALYTIC, label="constraint model")
+        shown = multibody.time <= time[-1]
         theirs = getattr(multibody, name)[shown, column]
         curve.plot(multibody.time[shown], theirs, "--", color=style.MULTIBODY, label="penalty contact (Exudyn)")
-        values = laid.position if name == "hip_position" else laid.velocity
+        values = position if name == "hip_position" else velocity
         limit = limits[name]
         difference.axhspan(-scale * limit, scale * limit, color="#EEEEEE", zorder=0)
-        difference.plot(laid.time, scale * values[:, column], color=style.TWIN, linewidth=0.9)
+        difference.plot(time, scale * values[:, column], color=style.TWIN, linewidth=0.9)
         # impact instants differ by a fraction of a millisecond: those spikes would hide the rest
         extent = np.percentile(np.abs(scale * values[:, column]), 98)
         difference.set_ylim(*(np.array([-1.3, 1.3]) * max(extent, 1.2 * scale * limit)))
@@ -220,8 +212,8 @@ def stated(given: Given) -> dict[str, float]:
 
 def caption_hip_motion(given: Given) -> str:
     same, (position, velocity) = there(given.comparison.models).same_start, stated(given).values()
-    laid = overlay(given.analytic.walk, given.multibody.walk, 2 * given.analytic.gait.period_s)
-    later = 1e3 * np.abs(laid.position).max(axis=0)
+    _, apart, _ = overlay(given.analytic.walk, given.multibody.walk, 2 * given.analytic.gait.period_s)
+    later = 1e3 * np.abs(apart).max(axis=0)
     paper = f"; the paper states {1e3 * position:g} mm and {1e3 * velocity:g} mm/s" if position else ""
     return (
         "The same mid-stance state walks on in both models. Over the first step, up to the grey line, the hips differ "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,18 +30,13 @@ DESCENT = 1.0  # m/s, an upper bound for how fast a foot comes down, to refine t
 Plan = Callable[[float], tuple[Any, Any]]
 
 
-@dataclass(frozen=True)
-class Solved:
-    """Signals at the solver's own steps by name, evaluations of rates or residuals, largest violation of a joint [m].
+def solve(
+    assembly: System, watch: Watch, plan: Plan, end: float, at_end: str = STALLED
+) -> tuple[dict[str, np.ndarray], int, float]:
+    """Integrate from t = 0 until the watch ends the run, the solver fails or the `end` [s] is reached.
+
+    Signals at the solver's own steps by name, evaluations of rates or residuals, largest violation of a joint [m].
     """
-
-    rows: dict[str, np.ndarray]
-    evaluations: int
-    drift: float
-
-
-def solve(assembly: System, watch: Watch, plan: Plan, end: float, at_end: str = STALLED) -> Solved:
-    """Integrate from t = 0 until the watch ends the run, the solver fails or the `end` [s] is reached."""
     assembly.mbs.SetPreStepUserFunction(watch)
     segments: list[dict[str, np.ndarray]] = []
     drift, moment, further, explicit = 0.0, 0.0, 0, True
@@ -68,7 +62,7 @@ def solve(assembly: System, watch: Watch, plan: Plan, end: float, at_end: str = 
         watch.outcome = DIVERGED
     rows = _joined(segments, assembly.exact_acceleration)
     steps = len(rows["time"]) - 1
-    return Solved(rows, (EVALUATIONS if explicit else 1) * steps + further, drift)
+    return rows, (EVALUATIONS if explicit else 1) * steps + further, drift
 
 
 def further_evaluations(mbs: Any, explicit: bool = True) -> int:

@@ -90,12 +90,11 @@ def simulate(
     explicit = settings.assembly == "tree"
     plan = (explicit_plan(settings.tolerance, settings.largest_step, end) if explicit
             else stepped_plan(settings, watch, end))  # fmt: skip
-    solved = solve(machine, watch, plan, end, STALLED if duration is None else COMPLETED)
-    trajectory = Trajectory(**solved.rows, in_play_at_start=state.in_play, switches=tuple(watch.switches),
+    rows, evaluations, drift = solve(machine, watch, plan, end, STALLED if duration is None else COMPLETED)
+    trajectory = Trajectory(**rows, in_play_at_start=state.in_play, switches=tuple(watch.switches),
                             blocks=tuple(watch.laid), exact_acceleration=machine.exact_acceleration)  # fmt: skip
     count = len(trajectory.time) - 1
-    return Run(
-        watch.outcome, watch.message, trajectory, watch.heel_strikes, count, solved.evaluations, solved.drift)
+    return Run(watch.outcome, watch.message, trajectory, watch.heel_strikes, count, evaluations, drift)
 
 
 def _standing(state: PlanarState, radii: tuple[float, float]) -> list[bool]:

@@ -46,12 +46,8 @@ FLOAT, INTEGER = 5126, 5125
 CORNERS, TRIANGLES = 34962, 34963
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Coordinates (n, 11) at times (n,) [s]."""
-
-    time: np.ndarray
-    position: np.ndarray
+#: Times (n,) [s] and the coordinates (n, 11) there.
+Motion = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass
@@ -146,7 +142,7 @@ def write(exported: Exported, motion: Motion | None = None) -> bytes:
     turn = [0.0, 0.0, -float(np.sin(half)), float(np.cos(half))]
     numbers = [made.add("nodes", {"name": "slope", "rotation": turn})]
     made.child(numbers[0], "ramp", mesh=_ramp(made, exported))
-    time = made.accessor(motion.time[:, None], "SCALAR", limits=True) if motion is not None else -1
+    time = made.accessor(motion[0][:, None], "SCALAR", limits=True) if motion is not None else -1
     for link in exported.links:
         body = link.body
         extras = {"mass [kg]": float(body.mass), "mass centre [m]": body.centre.tolist(),
@@ -161,7 +157,7 @@ def write(exported: Exported, motion: Motion | None = None) -> bytes:
             made.child(number, name, translation=list(map(float, place)))
         node.update({path: now[0].tolist() for path, now in placing(link, exported.start.position[None, :]).items()})
         if motion is not None:
-            for path, values in placing(link, motion.position).items():
+            for path, values in placing(link, motion[1]).items():
                 made.animate(number, path, time, values)
     return made.packed()
 

@@ -83,13 +83,12 @@ def walked(given: Exported, steps: int) -> Motion:
     """The walk on a plane, for an animation; as far as it goes."""
     import numpy as np
 
-    from stages.twin.exports.gltf import Motion
     from stages.twin.walking.simulate import simulate_twin
 
     record = simulate_twin(given.machine, given.slope, given.contact, given.start, given.settings,
                            steps=steps or given.ramp.steps)  # fmt: skip
     time = np.arange(0.0, record.time[-1], 1.0 / FRAME_RATE)
-    return Motion(time, record.at(time)[0])
+    return time, record.at(time)[0]
 
 
 def values(given: Exported, what: str) -> Iterator[str]:

@@ -198,10 +198,10 @@ def simulate_twin(
     )
     watch.lay_first()
     plan = explicit_plan(settings.tolerance, settings.largest_step, watch.limit)
-    solved = solve(machine_tree, watch, plan, watch.limit)
+    rows, evaluations, _ = solve(machine_tree, watch, plan, watch.limit)
     return Record(
-        **solved.rows, exact_acceleration=machine_tree.exact_acceleration, in_play_at_start=start.in_play,
+        **rows, exact_acceleration=machine_tree.exact_acceleration, in_play_at_start=start.in_play,
         switches=tuple(watch.switches), blocks=tuple(watch.laid),
         machine=machine, slope=slope, contact=contact, outcome=watch.outcome,
         reason=WORDS.diverged if watch.outcome == DIVERGED else watch.message,
-        heel_strikes=watch.heel_strikes, evaluations=solved.evaluations)
+        heel_strikes=watch.heel_strikes, evaluations=evaluations)
