@@ -107,16 +107,28 @@ def test_a_familys_period_over_its_steps_is_that_of_a_step(heavier, found, monke
 
 
 @pytest.mark.parametrize(
-    ("parameter", "limits", "words"),
+    ("question", "options", "words"),
     [
-        ("ground.slope", (1.0, 3.0), "ground.slope: not a number of the design; known are biped.hip_mass"),
-        ("ground.slope_deg", (3.0, 4.0), "LIMITS 3:4 do not hold the design's ground.slope_deg = 2"),
-        ("biped.hip_mass", (-1.0, 1.0), "LIMITS: biped.hip_mass = -1 is not allowed; allowed is >= 0"),
+        (continue_gait, {"parameter": "ground.slope", "limits": (1.0, 3.0)},
+         "ground.slope: not a number of the design; known are biped.hip_mass"),
+        (continue_gait, {"parameter": "ground.slope_deg", "limits": (3.0, 4.0)},
+         "LIMITS 3:4 do not hold the design's ground.slope_deg = 2"),
+        (continue_gait, {"parameter": "biped.hip_mass", "limits": (-1.0, 1.0)},
+         "LIMITS: biped.hip_mass = -1 is not allowed; allowed is >= 0"),
+        (design, {"vary": ("biped.legs",)}, "biped.legs: not a number of the design"),
+        (design, {"vary": ("biped.hip_mass=-1:1",)}, "--vary biped.hip_mass: -1 is not allowed; allowed is >= 0"),
+        (design, {"vary": ("biped.hip_mass=1",)}, "--vary biped.hip_mass: '1' is not two numbers LOW:HIGH"),
+        (design, {"vary": ("biped.leg_inertia",)},
+         "its value is 0, so its range needs bounds, as biped.leg_inertia=0:0.001"),
+        (design, {"target": ("speed_m_s=-1",)}, "--target 'speed_m_s=-1' is not MEASURE=VALUE with a positive value"),
+        (design, {"target": ("pace=1",)}, "measures are multiplier, friction, scuff, speed, step_length"),
+        (sensitivity, {"parameters": ("ground.static_friction",)},
+         r"ground\.static_friction: this gait depends on biped\.hip_mass"),
     ],
 )
-def test_continue_refuses_what_cannot_be_followed(parameter, limits, words):
+def test_what_cannot_be_followed_searched_or_differentiated_is_refused(question, options, words):
     with pytest.raises(WrongOption, match=words):
-        answered(continue_gait, parameter=parameter, limits=limits)
+        answered(question, **options)
 
 
 def test_basin_counts_the_starts_that_reach_the_gait(found):
@@ -187,22 +199,6 @@ def test_design_says_no_where_a_target_is_missed():
     assert "optimum" not in " ".join(answer.lines)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"vary": ("biped.legs",)}, "biped.legs: not a number of the design"),
-        ({"vary": ("biped.hip_mass=-1:1",)}, "--vary biped.hip_mass: -1 is not allowed; allowed is >= 0"),
-        ({"vary": ("biped.hip_mass=1",)}, "--vary biped.hip_mass: '1' is not two numbers LOW:HIGH"),
-        ({"vary": ("biped.leg_inertia",)}, "its value is 0, so its range needs bounds, as biped.leg_inertia=0:0.001"),
-        ({"target": ("speed_m_s=-1",)}, "--target 'speed_m_s=-1' is not MEASURE=VALUE with a positive value"),
-        ({"target": ("pace=1",)}, "measures are multiplier, friction, scuff, speed, step_length"),
-    ],
-)
-def test_design_refuses_what_cannot_be_searched(options, words):
-    with pytest.raises(WrongOption, match=words):
-        answered(design, **options)
-
-
 def test_sensitivity_tells_elasticities_and_derivatives_that_agree():
     answer, _ = answered(sensitivity)
     measures, entries = answer.plain["gait"], answer.plain["parameters"]
@@ -263,11 +259,6 @@ def test_sensitivity_carries_and_shows_only_what_is_asked_for_and_draws_it(tmp_p
     widths = [bar.get_width() for bar in axes[0].patches]
     expected = [entry["elasticities"]["step_frequency_hz"] for entry in answer.plain["parameters"].values()]
     assert widths == pytest.approx(expected) and len(axes) == 3 + 2
-
-
-def test_sensitivity_refuses_what_the_gait_does_not_depend_on():
-    with pytest.raises(WrongOption, match=r"ground\.static_friction: this gait depends on biped\.hip_mass"):
-        answered(sensitivity, parameters=("ground.static_friction",))
 
 
 @pytest.mark.parametrize("text", ["1", "1:", "2:1", "1:1", "nan:2", "1:inf", "a:b", "1:2:3"])
