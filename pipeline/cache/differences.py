@@ -17,8 +17,9 @@ from pipeline.parameters.value import declared
 CLOSER = "closer"
 #: Tolerances below this change nothing but round-off.
 FINEST = 1e-12
-#: Coordinates are the same where they are to so many decimals.
-_DECIMALS = 12
+#: Coordinates are the same where they are to so many decimals, or in the same place by this share of the way between
+#: rows: samples around an event lie where a solver finds it.
+_DECIMALS, _NEAR = 12, 1e-3
 #: What some hundreds of operations round, in spacings of floating-point numbers: two that agree better do by chance.
 ROUND_OFF = 64
 Rows = tuple[np.ndarray, np.ndarray]
@@ -118,11 +119,18 @@ def _same_places(here: Any, there: Any) -> Rows | None:
 
         apart = np.linalg.norm(here[()][:, None] - there[()], axis=-1)
         return linear_sum_assignment(np.nan_to_num(apart))  # type: ignore[no-any-return]
-    along = [np.round(each, _DECIMALS) for each in map(_coordinate, (here, there)) if each is not None]
+    along = [each for each in map(_coordinate, (here, there)) if each is not None]
     if len(along) < 2:
         places = np.arange(here.shape[0])
         return (places, places) if here.shape == there.shape else None
-    _, one, other = np.intersect1d(along[0], along[1], return_indices=True)
+    first, second = (np.round(each, _DECIMALS) for each in along)
+    _, one, other = np.intersect1d(first, second, return_indices=True)
+    if len(along[0]) == len(along[1]):
+        steps = np.abs(np.diff(along[0]))
+        room = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))
+        places = np.flatnonzero(np.abs(along[0] - along[1]) <= _NEAR * room)
+        if len(places) > len(one):
+            return places, places
     return (one, other) if len(one) > 1 else None
 
 

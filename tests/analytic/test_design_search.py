@@ -91,6 +91,15 @@ def test_limits_of_a_target_bind_only_where_the_goal_would_cross_them(start, goa
         held.best.walker, held.best.point, TOLERANCE).max()])
 
 
+def test_a_target_is_missed_by_a_share_of_the_limit_that_is_crossed(start):
+    """Of .1 to .3 m/s the middle is .2, of which .33 m/s is another share."""
+    bounds, held = within(1e-3, "biped.foot_com"), {"speed_m_s": (0.1, 0.3)}
+    searches = search_design(DESIGN, start, bounds, targets=held, tolerance=TOLERANCE)
+    best = searches[0].best.gait.speed_m_s
+    said = " ".join(design_question.in_words(searches, bounds, held, GOALS["multiplier"], 1))
+    assert not searches[0].met and f"misses speed_m_s by {100 * (best / 0.3 - 1):.3g} %" in said
+
+
 @pytest.mark.parametrize("name", ["friction", "scuff"])
 def test_what_the_ground_is_asked_for_is_held_at_a_value(start, name):
     bounds = within(0.15, "biped.foot_com", "biped.foot_radius")

@@ -251,3 +251,23 @@ def test_a_closer_result_is_handed_on_with_its_files():
     assert artefact.decode_closer(told, Motions, "x.h5").files == {"log": b"x\0y"}
     assert artefact.decode(told, Motions, "x.h5").files == {}, "who reads the result reads the files beside it"
     assert [each.error for each in artefact.tree(told, "x.h5") if each.path.endswith("place")] == [SAFE * 0.5]
+
+
+def test_rows_around_an_event_count_though_the_solver_finds_it_a_little_elsewhere():
+    """A force rises within samples that lie where the event does; rows at even times alone said nothing of it."""
+    force = quantity("N", "a blow", dimensions=("time",))
+    Blow = make_dataclass("Blow", [("time", np.ndarray, quantity("s", "when", dimensions=("time",))),
+                                   ("force", np.ndarray, force)])  # fmt: skip
+    even, around = np.arange(5) * 0.1, 0.15 + np.arange(4) * 1e-3
+    force_of = np.array([0.0, 0.0, 5.0, 9.0, 3.0, 0.0, 0.0, 0.0, 0.0])
+    order = np.argsort(np.append(even, around), kind="stable")
+
+    def blow(shift, factor):
+        return Blow(np.append(even, around + shift)[order], factor * force_of)
+
+    def error(other):
+        with h5py.File(io.BytesIO(artefact.encoded(blow(0.0, 1.0), {}, closer=other)[1])) as file:
+            return file["force"].attrs["numerical_error"]
+
+    assert error(blow(1e-9, 0.5)) == pytest.approx(SAFE * 4.5, rel=0.05)
+    assert error(blow(2.5e-3, 0.5)) < 1e-12, "rows further: none of them is the same"

@@ -302,8 +302,9 @@ def in_words(
                    if low < high and abs(value - limit) <= LIMIT * limit), "")  # fmt: skip
         yield f"  {name:<22} {value:>12.6g} (target {low:g}{f' to {high:g}' if low < high else ''}{at})"
     if not found.met:
-        missed = [f"{name} by {100 * abs(miss):.3g} %" for name, miss in zip(held, found.best.misses, strict=True)
-                  if abs(miss) > HELD]
+        limits = [low if value < low else high for value, (low, high) in zip(found.best.held, held.values())]
+        missed = [f"{name} by {100 * abs(value / limit - 1):.3g} %" for name, value, limit, miss
+                  in zip(held, found.best.held, limits, found.best.misses, strict=True) if abs(miss) > HELD]
         yield f"Not met: no gait was found that holds the targets; the nearest misses {', '.join(missed)}."
     optimum = found.ending not in ("fold", "edge", "unfinished")
     ending = f"It ends {ENDINGS[found.ending] if found.met or not optimum else 'as near to the targets as it comes'}"
