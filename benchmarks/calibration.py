@@ -21,12 +21,12 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a fit's matrices are small: threads only wait for each other
 
 
-from benchmarks.blind_score import Scored, draw, from_plain, model_of, score, summary
 from benchmarks.marked import put
 from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.biped.question import as_plain
+from stages.calibration.blind_score import Scored, draw, from_plain, model_of, score, summary
 from stages.calibration.estimation import run_fit
 from stages.calibration.estimation.campaign import alone, fit_campaign, side_by_side
 from stages.calibration.observation.measured_run import SIDES, Layout, Sampling

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind_score import MOST_DRAWS, SCALE, _run, drawn_robot, model_of
 from benchmarks.same_robot import settings
 from stages.analytic.errors import NoGait, StepFailed
+from stages.calibration.blind_score import MOST_DRAWS, SCALE, _run, drawn_robot, model_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.held_out import explained
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known

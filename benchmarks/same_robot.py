@@ -24,11 +24,11 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr, ndtri, stdtrit
 
-from benchmarks.blind_score import Drawn, _run, draw, model_of
 from pipeline.study import Study
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
+from stages.calibration.blind_score import Drawn, _run, draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.following.change import Comparison

@@ -18,7 +18,7 @@ import json
 import math
 import platform
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ from stages.drawing import style
 from stages.figures.drawn import work_and_extremes
 from stages.tradeoff import constraint_ways
 from stages.tradeoff.parameters import Parameters
-from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, cost_at, front
+from stages.tradeoff.result import ERRORS, Errors, Reference, Result, Row, cells, front, gain
 from stages.tradeoff.run import constraint_plans, measure, penalty_plans, projected_plan, twin_plan
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -174,21 +174,6 @@ def fronts(kept: dict[str, Any]) -> list[str]:
         *lines, "", "`accuracy: {hip_position_m: 1e-5}` in `params/analytic.yaml`, `multibody.yaml` or `twin.yaml`, or",
         "`--accuracy hip_position_m=1e-5` for all of them, refines each walk until its own error is smaller;",
         "`--verify` shows the errors that it found."]  # fmt: skip
-
-
-def gain(rows: Sequence[Row], model: str, costs: Sequence[float]) -> float:
-    """Cost of the paper's setting over that of the default's way at the same hip error; NaN without both.
-
-    The default's way is taken at the tolerance at which it has the paper's error: costs between two settings are
-    interpolated, in logarithms. Where even its loosest setting is more accurate, its cost counts.
-    """
-    mine = [(row, cost) for row, cost in zip(rows, costs) if row.model == model and row.completed]
-    paper = [(row, cost) for row, cost in mine if "paper" in row.mark]
-    way = {row.way for row, _ in mine if "default" in row.mark}
-    if not paper or not way or paper[0][0].way in way:
-        return math.nan
-    ours = sorted((row.errors.hip_position, cost) for row, cost in mine if row.way in way)
-    return paper[0][1] / cost_at(ours, paper[0][0].errors.hip_position)
 
 
 def main() -> None:

@@ -108,6 +108,21 @@ def front(rows: Sequence[Row], costs: Sequence[float], error: str) -> list[int]:
     return found
 
 
+def gain(rows: Sequence[Row], model: str, costs: Sequence[float]) -> float:
+    """Cost of the paper's setting over that of the default's way at the same hip error; NaN without both.
+
+    The default's way is taken at the tolerance at which it has the paper's error: costs between two settings are
+    interpolated, in logarithms. Where even its loosest setting is more accurate, its cost counts.
+    """
+    mine = [(row, cost) for row, cost in zip(rows, costs) if row.model == model and row.completed]
+    paper = [(row, cost) for row, cost in mine if "paper" in row.mark]
+    way = {row.way for row, _ in mine if "default" in row.mark}
+    if not paper or not way or paper[0][0].way in way:
+        return math.nan
+    ours = sorted((row.errors.hip_position, cost) for row, cost in mine if row.way in way)
+    return paper[0][1] / cost_at(ours, paper[0][0].errors.hip_position)
+
+
 def cost_at(points: Sequence[tuple[float, float]], error: float) -> float:
     """Least cost of reaching an error, from (error, cost) of one way; NaN if none does."""
     inside = min((point for point in points if point[0] <= error), key=lambda point: point[1], default=None)

@@ -6,10 +6,10 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.blind_score import draw, model_of
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.biped.design import Biped
+from stages.calibration.blind_score import draw, model_of
 from stages.calibration.observation.measured_run import SIDES, Sampling, layout_of
 from tests.study import parameters_of
 

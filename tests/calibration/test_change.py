@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.blind_score import _run, model_of
 from stages.analytic.errors import StepFailed
 from stages.biped.question import WrongOption
 from stages.calibration.angles import same
 from stages.calibration.angles.recording import read_steps
 from stages.calibration.angles.robot import setup_of
 from stages.calibration.angles.same import TURNED, FittedEncoders, judged, turned
+from stages.calibration.blind_score import _run, model_of
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.estimation.request import Request
 from stages.calibration.estimation.run_fit import fit_run

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.blind_score import draw, scored, summary
 from pipeline.parameters import yaml_text
 from pipeline.questions.command import Described
 from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import build_walker
 from stages.biped.question import WrongOption
+from stages.calibration.blind_score import draw, scored, summary
 from stages.calibration.estimation import first_guess as first_guess_module
 from stages.calibration.estimation import run_fit
 from stages.calibration.estimation.campaign import JOINT, Joint, as_plain, fit_campaign, from_plain

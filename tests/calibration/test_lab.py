@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 import yaml
 
-from benchmarks import blind_score
-from benchmarks.blind_score import draw, model_of
 from pipeline.cache import artefact
 from pipeline.questions.asking import Asked
 from pipeline.study import Study
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
-from stages.calibration import recordings
+from stages.calibration import blind_score, recordings
 from stages.calibration import run as stage
+from stages.calibration.blind_score import draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified
 from stages.calibration.estimation.request import PARTS, Request

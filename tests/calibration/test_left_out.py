@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from benchmarks import blind_score
+from stages.calibration import blind_score
 from stages.calibration.estimation.campaign import Joint, fit_campaign, side_by_side
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
 from stages.calibration.information.identifiability import SLOPE

@@ -8,14 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.tradeoff import gain
 from pipeline.study import Study
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.accuracy.tolerances import LEVELS
 from stages.biped.design import BeyondModel
 from stages.tradeoff import penalty_ways
-from stages.tradeoff.result import Errors, Result, Row, cells, cost_at, front
+from stages.tradeoff.result import Errors, Result, Row, cells, cost_at, front, gain
 from stages.tradeoff.run import Plan, constraint_plans, measure, plans, projected_plan, row_of, scene
 from stages.tradeoff.way import Walked, Way, WayFailed
 from tests.analytic.test_detailed import LAME, LAME_RIGID
