@@ -122,6 +122,8 @@ class PenaltyStepper:
         if walk.time < SHORTEST * self.own.time:
             raise NoLimitCycle(f"a foot strikes again after {walk.time:.1g} s: no leg swings")
         y, stance = walk.y[:SIZE] * self.units, self._standing(walk)
+        if stance != (int(np.argmin(np.abs(start.leg_angle))) + walk.heel_strikes) % 2:
+            raise NoLimitCycle("a foot strikes twice before the other does")
         state = state_of(y, walk.in_play, stance)
         length = float(y[X]) - start.hip_position[0]
         return SectionStep(section_numbers(state), state, walk.time, length, walk.evaluations)

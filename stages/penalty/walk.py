@@ -273,7 +273,7 @@ def begin(
         y[LENGTH:RATES], y[RATES + LENGTH :] = natural_lengths(p), 0.0
     statuses = []
     for leg, acts in enumerate(state.in_play):
-        standing = feet.height(y, p, leg, y, 0)[0] <= 0.0
+        standing = feet.height(y, p, leg, y, 0)[0] <= feet.AIR
         statuses.append(feet.OUT if not acts else feet.LANDED if standing else feet.AWAITED)
     longest = settings.longest_step or PATIENCE * scales.time
     if blocks:

@@ -355,6 +355,22 @@ def test_a_longer_rigid_leg_counts_once(biped, slope, contact, rough):
     assert total(table, [*powers], powers) == pytest.approx([0.0, 1.0], abs=1e-5)
 
 
+def test_a_leg_that_strikes_twice_makes_no_cycle_and_one_on_the_ground_does_not(biped, slope, contact, rough):
+    """Of rigid legs that hardly differ one that hung in the air struck again, and half of a stride was a gait; what
+    round-off leaves under a foot made it hang."""
+    length = biped.leg_length
+    lame = dataclasses.replace(biped, legs="rigid", other_leg_length=length * (1 + 4.5e-5))
+    stance = dataclasses.replace(rough, stance_length=length, swing_length=lame.leg(1).leg_length)
+    start = rolling_state(lame, contact, stance, 9.4)
+    stepper, numbers = PenaltyStepper(lame, slope, contact, start, Settings(1e-8)), section_numbers(start)
+    whole = stepper.step(numbers).duration
+    numbers[0] = np.nextafter(length, 1.0)
+    assert stepper.step(numbers).duration == pytest.approx(whole, rel=0.05)
+    numbers[0] = length * (1 + 2e-5)
+    with pytest.raises(NoLimitCycle, match="strikes twice"):
+        stepper.step(numbers)
+
+
 def test_beside_a_fold_the_gait_is_the_stable_one_that_a_walk_leads_to(biped):
     """Large feet at 3.71 m/s^2, where gaits have .2667, .2744 and .3524 m: the second, unstable, was the gait at the
     usual accuracy, the first at draft."""
