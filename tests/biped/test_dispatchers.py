@@ -151,7 +151,8 @@ def command(tmp_path, repository):
     (tmp_path / "other").mkdir()
     (tmp_path / "other/sitecustomize.py").write_text(OTHER_NUMBA)
     path = os.pathsep.join([str(tmp_path / "other"), str(repository)])
-    return partial(commands.afresh, cwd=tmp_path, PYTHONPATH=path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    return partial(commands.afresh, cwd=tmp_path, timeout=3600.0, PYTHONPATH=path,
+                   NUMBA_CACHE_DIR=str(tmp_path / "cache"))  # fmt: skip
 
 
 @pytest.mark.slow
