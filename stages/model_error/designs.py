@@ -74,7 +74,7 @@ def kind(design: Design) -> str:
 def draws(design: Design, count: int, seed: int) -> list[Design]:
     """So many designs that fill a box around one evenly; every other one is drawn with details."""
     keys = [*SPREAD, *DETAILS, *UNEQUAL]
-    shares = 2.0 * qmc.LatinHypercube(len(keys), rng=seed).random(count) - 1.0
+    shares = 2.0 * qmc.LatinHypercube(len(keys), seed=np.random.default_rng(seed)).random(count) - 1.0
     own = scales_of(design.biped, design.slope.gravity)
     found = []
     for number, row in enumerate(shares):

@@ -341,11 +341,12 @@ def overlap(one, other):
 def has_unit(axes, way):
     """Whether an axis with numbers has a label with a unit: its own, or that of its column, row, figure or strip."""
     axis = getattr(axes, f"{way}axis")
-    numbers = [label for label in axis.get_ticklabels() if label.get_visible() and label.get_text()]
+    below = [tick.label1 for tick in axis.get_major_ticks()]  # or at the left
+    numbers = [label for label in below if label.get_visible() and label.get_text()]
     words = isinstance(axis.get_major_locator(), FixedLocator)
-    if words or not numbers or not axis.get_tick_params()["labelleft" if way == "y" else "labelbottom"]:
+    if words or not numbers:
         return True
-    whole = [axes.figure, axes.get_figure(root=True)]
+    whole = [axes.figure, axes.figure.figure]  # the figure around a part of one, or itself
     labels = [axis.get_label_text(), *(getattr(part, f"get_sup{way}label")() for part in whole)]
     return any("[" in label and "]" in label for label in labels)
 
