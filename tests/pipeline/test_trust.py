@@ -73,7 +73,7 @@ def test_a_study_of_ones_own_is_agreed_to_once_where_nobody_else_may_write_it(tr
 
 @unix
 @pytest.mark.parametrize("whose", ["unpacked", pytest.param("another's", marks=as_root)])
-def test_code_that_came_from_elsewhere_is_agreed_to_by_content(trapped, whose):
+def test_code_that_came_from_elsewhere_is_agreed_to_by_content(trapped, whose, tmp_path_factory):
     code, long_ago = trapped.path("stages/fall/run.py"), time.time() - 3600
     os.utime(code, (long_ago, long_ago)) if whose == "unpacked" else os.chown(code, NOBODY, NOBODY)
     said = each(trapped.root, "--trust status", "status")
@@ -83,7 +83,7 @@ def test_code_that_came_from_elsewhere_is_agreed_to_by_content(trapped, whose):
     digest = errors.rpartition("=")[2]
     assert code == 2 and "has code of its own" in errors and len(digest) == 32
     assert each(trapped.root, "status", BIPEDSTUDY_TRUST=f"{'0' * 32} {digest}")["status"][0] == 0
-    shutil.copytree(trapped.root, copy := trapped.root.with_name(f"{trapped.root.name}-copy"))
+    shutil.copytree(trapped.root, copy := tmp_path_factory.mktemp("elsewhere") / "copy")
     assert each(copy, "status", BIPEDSTUDY_TRUST=digest)["status"][0] == 0, "in CI it lies elsewhere"
     trapped.edit("dvc.yaml", "stages:", "stages: ")
     assert each(trapped.root, "status", BIPEDSTUDY_TRUST=digest)["status"][0] == 2

@@ -129,7 +129,7 @@ class Loaded:
 
     def __init__(self, given, folder):
         text, token, self.every = package.source(given, ANY)
-        path = folder / "library"
+        path = folder / token  # a library of the same path as one that is loaded is that one
         path.write_bytes(package.library(text, package.compiler()))
         self.library = ctypes.CDLL(str(path))
         make = self.library.fmi3InstantiateModelExchange
