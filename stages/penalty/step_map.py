@@ -25,7 +25,14 @@ from stages.penalty.model.changes import Changes, changes_of, owner
 from stages.penalty.model.walker import ANGLE, SIZE, UNITS, Directions, X
 from stages.penalty.walk import Ongoing, Settings, begin, numbers_of
 from stages.planar.run import COMPLETED, LimitCycle, PlanarState
-from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_scales, section_state
+from stages.planar.section import (
+    NoLimitCycle,
+    SectionStep,
+    require_turns,
+    section_numbers,
+    section_scales,
+    section_state,
+)
 
 #: Places in the state of the section's numbers: with leg 0 standing, and with leg 1.
 PLACES = np.array([[1, 3, 4, 5, 6, 7, 8, 9, 10, 11], [1, 2, 5, 4, 6, 7, 9, 8, 11, 10]])
@@ -122,8 +129,7 @@ class PenaltyStepper:
         if walk.time < SHORTEST * self.own.time:
             raise NoLimitCycle(f"a foot strikes again after {walk.time:.1g} s: no leg swings")
         y, stance = walk.y[:SIZE] * self.units, self._standing(walk)
-        if stance != (int(np.argmin(np.abs(start.leg_angle))) + walk.heel_strikes) % 2:
-            raise NoLimitCycle("a foot strikes twice before the other does")
+        require_turns(start.leg_angle, walk.heel_strikes, stance)
         state = state_of(y, walk.in_play, stance)
         length = float(y[X]) - start.hip_position[0]
         return SectionStep(section_numbers(state), state, walk.time, length, walk.evaluations)

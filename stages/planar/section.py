@@ -69,6 +69,15 @@ def section_state(numbers: np.ndarray, like: PlanarState) -> PlanarState:
     )
 
 
+def require_turns(angles: Sequence[float] | np.ndarray, strikes: int, stance: int) -> None:
+    """Legs strike in turn: after so many strikes from the mid-stance with these angles (2,) that leg stands.
+
+    Of legs that differ, half of a stride would be a cycle otherwise. Raises NoLimitCycle.
+    """
+    if stance != (int(np.argmin(np.abs(angles))) + strikes) % 2:
+        raise NoLimitCycle("a foot strikes twice before the other does")
+
+
 def mid_stance_after(run: Run) -> SectionStep:
     """The end of a run, brought to the moment in which the new stance leg is upright, with the legs named by role.
 
@@ -78,6 +87,7 @@ def mid_stance_after(run: Run) -> SectionStep:
         raise NoLimitCycle(run.message or run.outcome)
     trajectory = run.trajectory
     stance = int(np.argmin(np.abs(trajectory.position[-1, 2:4])))
+    require_turns(trajectory.position[0, 2:4], run.heel_strikes, stance)
     behind = np.flatnonzero(trajectory.position[:, 2 + stance] > 0.0)
     if not len(behind) or behind[-1] + 1 == len(trajectory.time):
         raise NoLimitCycle("the step does not end in mid-stance")

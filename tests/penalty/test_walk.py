@@ -369,6 +369,8 @@ def test_a_leg_that_strikes_twice_makes_no_cycle_and_one_on_the_ground_does_not(
     numbers[0] = length * (1 + 2e-5)
     with pytest.raises(NoLimitCycle, match="strikes twice"):
         stepper.step(numbers)
+    with pytest.raises(NoLimitCycle, match="strikes twice"):  # as Exudyn's walks are read
+        mid_stance_after(simulate(lame, slope, contact, section_state(numbers, start), Settings(1e-8), steps=2))
 
 
 def test_beside_a_fold_the_gait_is_the_stable_one_that_a_walk_leads_to(biped):
