@@ -223,9 +223,9 @@ def tangent(phase: int, s: System, j: Jacobians, dy: Vector, start: int, added: 
     return solved(phase, s, (-f1, -f2, -f3, -f4), -target1, -target2, added[6])
 
 
-@inlined
-def rates_of(phase: int, y: Vector, p: Compliant, rates: Vector, directions: Directions | None) -> None:
-    """`flow` of compliant legs in a phase."""
+@compiled
+def compliant_rates(phase: int, y: Vector, p: Compliant, rates: Vector, directions: Directions | None = None) -> None:
+    """`flow` of compliant legs."""
     qdd, loads, system = motion(phase, y, p)
     for i in range(4):
         rates[i], rates[4 + i] = y[4 + i], qdd[i]
@@ -242,15 +242,6 @@ def rates_of(phase: int, y: Vector, p: Compliant, rates: Vector, directions: Dir
             for i in range(4):
                 rates[start + i] = y[start + 4 + i]
             rates[start + 4], rates[start + 5], rates[start + 6], rates[start + 7] = dqdd
-
-
-@compiled
-def compliant_rates(phase: int, y: Vector, p: Compliant, rates: Vector, directions: Directions | None = None) -> None:
-    """`flow` of compliant legs. Single stance, most of a step, is compiled by itself: its row is known then."""
-    if phase == SINGLE_STANCE:
-        rates_of(SINGLE_STANCE, y, p, rates, directions)
-    else:
-        rates_of(phase, y, p, rates, directions)
 
 
 @compiled
