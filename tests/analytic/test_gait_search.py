@@ -9,7 +9,15 @@ import pytest
 from benchmarks.missed_gaits import drawn
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.basin import NONE, basin_of_attraction
-from stages.analytic.gait.continuation import PERIOD_DOUBLING, TURNING_POINT, continue_gait, follow_family
+from stages.analytic.gait.continuation import (
+    PERIOD_DOUBLING,
+    TORUS,
+    TURNING_POINT,
+    BranchPoint,
+    continue_gait,
+    follow_family,
+)
+from stages.analytic.gait.continuation import test_functions as signs_at
 from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits, from_neighbours, gaits_kept
@@ -299,3 +307,12 @@ def test_names_reach_every_number_of_the_design():
         assert design.with_value(name, 0.123).value(name) == 0.123
     with pytest.raises(KeyError, match=r"biped\.hip_mass"):
         design.value("biped.hip_mas")
+
+
+@pytest.mark.parametrize("multipliers, doubling, torus", [
+    ([1.2, -0.5, 0.1], 1.0, np.nan), ([-1.1, 0.5, 0.1], -1.0, np.nan),
+    ([0.6 + 0.9j, 0.6 - 0.9j, 0.1], 1.0, 1.0), ([0.6 + 0.7j, 0.6 - 0.7j, 1.3], 1.0, -1.0)])
+def test_a_torus_bifurcation_is_of_complex_multipliers_alone(multipliers, doubling, torus):
+    found = signs_at(BranchPoint(1.0, np.zeros(3), np.array(multipliers), 1.0, np.array([0.0, 0.0, 0.0, 1.0])))
+    assert np.sign(found[PERIOD_DOUBLING]) == doubling
+    np.testing.assert_equal(np.sign(found[TORUS]), torus)

@@ -24,7 +24,7 @@ from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.recordings import as_mounted
 from stages.calibration.reports.angle_report import calibrated
-from stages.calibration.reports.change_report import answered, sentence
+from stages.calibration.reports.change_report import answered, by_chance, sentence
 from stages.calibration.reports.sensor_report import _with_more
 from tests.calibration.runs import DESIGN, SHORT
 from tests.calibration.test_angles import (
@@ -260,3 +260,10 @@ def test_faults_of_a_real_robots_recording_are_named_and_its_own_steps_are_its_o
     shifted = [dataclasses.replace(step, stance=step.stance + 0.01) for step in steps]
     verdict = judged(fitted, shifted)
     assert not verdict.same and next(abs(one.change) for one in verdict.changes if one.part.name == "stance_zero_0") > 0
+
+
+def test_the_run_that_differs_most_counts_as_one_of_so_many():
+    assert by_chance(0.004, 0.004, 1) == 0.004
+    assert by_chance(0.3, 0.001, 5) == pytest.approx(0.01)
+    assert by_chance(0.002, 0.3, 5) == pytest.approx(0.004)
+    assert by_chance(0.9, 0.4, 5) == 1.0

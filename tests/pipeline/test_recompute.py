@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks import twice
+from pipeline.cache import artefact
 from pipeline.changes.recompute import apart, chosen, held
 from pipeline.report import page
 from pipeline.report.page import entries
@@ -60,6 +61,8 @@ def test_a_forged_number_is_found_and_named_and_nothing_of_either_folder_changes
     rows = {row["stage"]: row["differences"] for row in found["stages"]}
     assert found["differs"] and name in {row["path"] for row in rows["fall"]}
     assert all(path.read_bytes() == content for path, content in before.items())
+    said = ran.says(f"recompute {theirs}", code=3)
+    assert name in said and "more, in --json" not in said
 
 
 def test_a_field_that_only_one_has_is_a_difference_and_named_as_what_it_is(ran, theirs):
@@ -70,6 +73,20 @@ def test_a_field_that_only_one_has_is_a_difference_and_named_as_what_it_is(ran, 
     for pair, kinds in (((content, without), ("a dataset", "nothing")), ((without, content), ("nothing", "a dataset"))):
         rows = [row for row in apart(*pair, "fall", exactly=True) if row["path"] == name]
         assert [(row["theirs"], row["recomputed"]) for row in rows] == [kinds]
+
+
+def test_a_number_of_another_machine_may_be_off_by_its_error_alone(theirs):
+    path = theirs / "fall.h5"
+    name = next(each for each in numbers(path) if h5py.File(path)[each].dtype.kind == "f")
+    contents = []
+    for change in (0.0, 0.5, 2.0):
+        with h5py.File(path, "r+") as file:
+            file[name].attrs[artefact.ERROR] = 1.0
+            file[name][...] = np.full(file[name].shape, 7.0 + change)
+        contents.append(path.read_bytes())
+    assert not [*apart(contents[1], contents[0], "fall", exactly=False)]
+    (row,) = apart(contents[2], contents[0], "fall", exactly=False)
+    assert (row["path"], row["apart"], row["allowed"]) == (name, 2.0, 1.0)
 
 
 def test_null_in_one_artefact_is_what_follows_in_another(toy, tmp_path):

@@ -42,14 +42,20 @@ def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence
         raise none_of("held against the robot", lines)
     verdicts = {name: comparison.verdict(one) for name, one in held.items()}
     whole = comparison.verdict(reduce(add, held.values()))
-    probability = whole.probability
-    if len(held) > 1:  # one run may be of another robot, or all by a little
-        probability = min(1.0, 2.0 * probability, 2.0 * len(held) * min(one.probability for one in verdicts.values()))
-    said = whole if whole.probability * len(held) <= min(one.probability for one in verdicts.values()) else min(
-        verdicts.values(), key=attrgetter("probability"))
+    farthest = min(verdicts.values(), key=attrgetter("probability"))
+    probability = by_chance(whole.probability, farthest.probability, len(held))
+    said = whole if whole.probability * len(held) <= farthest.probability else farthest
     plain = {"all_runs": _plain(whole), "runs": {name: _plain(one) for name, one in verdicts.items()},
              "not_compared": lines}  # fmt: skip
     return answered(replace(said, probability=probability), plain, lines, [_runs_table(verdicts)])
+
+
+def by_chance(whole: float, least: float, runs: int) -> float:
+    """The probability that runs of the same robot look so different, by all together or by the one that does most.
+
+    `whole` is that of all together, `least` that of the one: a run may be of another robot, or all by a little.
+    """
+    return min(1.0, 2.0 * whole, 2.0 * runs * least) if runs > 1 else whole
 
 
 def answered(
