@@ -65,8 +65,7 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
     if where is not None:
         _give_part(content, inside, form)
         return
-    said = ", ".join(f"{word} {about[word]}" for word in ("stage", "question", "key") if word in about)
-    lines = [f"{name}: {said}"]
+    lines = [f"{name}: {_made_by(about)}"]
     lines += [line for text in options.verifications(study, about) for line in layout.folded(text)]
     if without := artefacts.without_errors(content, name):
         lines += layout.folded(f"its numbers carry no errors: {without}")
@@ -76,6 +75,10 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
         ({**_plain(field), "shape": _size(field.shape)} for field in fields if field.shape is not None),
         _tables(study, content, about, name),
     )
+
+
+def _made_by(about: Mapping[str, str]) -> str:
+    return ", ".join(f"{word} {about[word]}" for word in ("stage", "question", "key") if word in about)
 
 
 def _inside(fields: list[Field], where: str, name: str) -> list[Field]:
