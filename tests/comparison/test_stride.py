@@ -10,7 +10,7 @@ from scipy.signal import butter, freqs
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.agreement import between_cycles, creep_velocity, from_same_start, overlay
-from stages.comparison.ingest_score import TIMES, true_times
+from stages.comparison.ingest_score import TIMES, IngestScore, true_times
 from stages.comparison.measurement import compare_leg, of_walk
 from stages.comparison.stride import Stride, last_stride, means, normalised_rms, through_low_pass
 from stages.imu.strikes.step_times import INNER, OUTER
@@ -210,3 +210,9 @@ def test_the_true_times_of_a_limping_walk_are_those_between_its_landings_and_lif
     }
     for skipped in (0, 1, 2):
         assert dict(zip(TIMES, true_times(truth, skipped), strict=True)) == pytest.approx(expected), skipped
+
+
+def test_what_no_error_is_stated_of_is_left_blank():
+    rows = [("leg angle", 0.1, np.nan, np.nan), ("step length", 0.2, 0.3, 0.95)]
+    score = IngestScore(*[np.ones(2)] * 8, SimpleNamespace(rows=lambda: rows))
+    assert score.leg_table()[2] == [("leg angle", "0.1", "", ""), ("step length", "0.2", "0.3", "95")]
