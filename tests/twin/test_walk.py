@@ -14,7 +14,7 @@ from stages.multibody.walking.walk import simulate
 from stages.planar.run import FELL, rolling_state
 from stages.planar.section import section_numbers, section_state
 from stages.twin.machine.contact import ROLL, SLIDE, YAW, Z
-from stages.twin.machine.machine import Build, build, join
+from stages.twin.machine.machine import Build, build, join, under_foot
 from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
@@ -177,6 +177,14 @@ def test_an_outsole_has_the_mass_of_its_rubber(parameters, machine):
         assert pair[0].centre[2] == pytest.approx(-pair[1].centre[2])
     massless = build(simple, dataclasses.replace(settings, outsole_density=0.0))
     assert massless.mass == pytest.approx(simple.total_mass)
+
+
+def test_an_outsole_is_as_wide_as_the_foot(parameters):
+    """Its mean square distance from the foot's middle is that of points spread evenly over the width."""
+    sole = under_foot(1, parameters.biped, parameters.settings, 0.002)
+    width = np.linspace(-0.5, 0.5, 10001) * parameters.settings.foot_width
+    across = 0.5 * (sole.inertia[0, 0] + sole.inertia[1, 1] - sole.inertia[2, 2]) / sole.mass
+    assert across == pytest.approx(np.mean(width**2), rel=1e-3)
 
 
 @pytest.fixture
