@@ -177,9 +177,11 @@ def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
 
 
 def provenance(content: bytes, name: str, older: bool = False) -> dict[str, str]:
-    """What the artefact says of its making: stage, key, parameters, versions, inputs. `older` as in `tree`."""
+    """What the artefact says of its making: stage, key, parameters, versions, inputs; a map's table of an earlier
+    program says nothing. `older` as in `tree`.
+    """
     with opened(content, name, older) as file:
-        return {key: str(value) for key, value in file[PROVENANCE].attrs.items()}
+        return {key: str(value) for key, value in file[PROVENANCE].attrs.items()} if PROVENANCE in file else {}
 
 
 def without_errors(content: bytes, name: str) -> str:

@@ -78,7 +78,8 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
 
 
 def _made_by(about: Mapping[str, str]) -> str:
-    return ", ".join(f"{word} {about[word]}" for word in ("stage", "question", "key") if word in about)
+    named = ", ".join(f"{word} {about[word]}" for word in ("stage", "question", "key") if word in about)
+    return named or "it does not say what made it"
 
 
 def _inside(fields: list[Field], where: str, name: str) -> list[Field]:

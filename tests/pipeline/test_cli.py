@@ -2,11 +2,13 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import pytest
 
 from pipeline.commands import show
@@ -61,6 +63,14 @@ def test_show_prints_fields_units_and_tables(ran):
     assert tree["fields"][0]["path"] == "force" and tree["fields"][0]["unit"] == "N"
     assert tree["provenance"]["stage"] == "bounce"
     assert "ground.contact_stiffness = 1e5" in tree["provenance"]["parameters"].splitlines()
+
+
+def test_show_reads_a_table_that_does_not_say_what_made_it(ran, tmp_path):
+    """As maps of an earlier program: it ended with a KeyError."""
+    table = Path(shutil.copy(ran.root / "results/fall.h5", tmp_path / "table.h5"))
+    with h5py.File(table, "r+") as file:
+        del file["provenance"]
+    assert "table.h5: it does not say what made it\n" in ran.says(f"show {table}", code=0)
 
 
 def test_show_why_tells_parameters_by_line_inputs_code_and_the_same_of_what_was_read(ran):
