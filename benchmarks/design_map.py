@@ -13,9 +13,12 @@ from __future__ import annotations
 import dataclasses
 import sys
 import time
+from collections.abc import Callable
 from multiprocessing import get_context
+from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.poincare import by_stability
@@ -46,18 +49,11 @@ def box_of(count: int) -> Box:
     return read({"kind": "sobol", "count": count, "seed": 1, "vary": vary}, BASE)
 
 
-def timed(task: Task, first: int, end: int) -> tuple[float, list[list[float]]]:
-    """Processor time of a block, and its rows."""
+def timed(part: Callable[[Task, int, int], Any], task: Task, first: int, end: int) -> tuple[float, Any]:
+    """Processor time of a part of the map, and its rows."""
     began = time.process_time()
-    rows = block(task, first, end)
+    rows = part(task, first, end)
     return time.process_time() - began, rows
-
-
-def anchored(task: Task, first: int, end: int) -> tuple[float, list[list[list[float]] | None]]:
-    """Processor time of some anchors, and these."""
-    began = time.process_time()
-    found = anchors_of(task, first, end)
-    return time.process_time() - began, found
 
 
 def searched(task: tuple[Box, int, str]) -> tuple[float, float]:
@@ -69,13 +65,6 @@ def searched(task: tuple[Box, int, str]) -> tuple[float, float]:
     return time.process_time() - began, by_stability(found[1]) if found else np.nan
 
 
-def interval(hits: int, of: int, z: float = 1.96) -> tuple[float, float]:
-    """Wilson's interval of 95 % for a share."""
-    share, spread = hits / of, z * z / of
-    middle, half = share + spread / 2, z * np.sqrt(share * (1 - share) / of + spread / (4 * of))
-    return (middle - half) / (1 + spread), (middle + half) / (1 + spread)
-
-
 def main() -> None:
     """Print the rates, the share answered and the differences."""
     words = sys.argv[1:]
@@ -83,13 +72,13 @@ def main() -> None:
     box, rng = box_of(count), np.random.default_rng(0)
     with get_context("spawn").Pool(processes) as pool:
         task = Task(box, BASE, TOLERANCE, "none")
-        parts = pool.starmap(anchored, [(task, at, at + 10) for at in range(0, ANCHORS, 10)])
+        parts = pool.starmap(timed, [(anchors_of, task, at, at + 10) for at in range(0, ANCHORS, 10)])
         anchors = [one for _, found in parts for one in found if one]
         print(f"{len(anchors)} anchors of {ANCHORS} designs in {sum(spent for spent, _ in parts):.1f} s")
         task = dataclasses.replace(task, anchors=anchors)
-        pool.starmap(timed, [(task, at, at + 1) for at in range(processes)], 1)  # loads code
+        pool.starmap(timed, [(block, task, at, at + 1) for at in range(processes)], 1)  # loads code
         began = time.monotonic()
-        answered = pool.starmap(timed, [(task, at, min(at + BLOCK, count)) for at in range(0, count, BLOCK)], 1)
+        answered = pool.starmap(timed, [(block, task, at, min(at + BLOCK, count)) for at in range(0, count, BLOCK)], 1)
         wall, spent = time.monotonic() - began, sum(each for each, _ in answered)
         rows = np.array([row for _, rows in answered for row in rows])
         left = np.flatnonzero(rows[:, AT["outcome"]] == Outcome.UNANSWERED)
@@ -102,8 +91,8 @@ def main() -> None:
         for how in ("limited", "complete") if tried else ():
             full = np.array(pool.map(searched, [(box, number, how) for number in tried], 1))
             hits, each = int(np.isfinite(full[:, 1]).sum()), full[:, 0].mean()
-            shares = [len(known) / (len(known) + share * len(left))
-                      for share in (hits / len(tried), *interval(hits, len(tried)))]  # fmt: skip
+            shares = [len(known) / (len(known) + share * len(left)) for share in (
+                hits / len(tried), *binomtest(hits, len(tried)).proportion_ci(method="wilson"))]  # fmt: skip
             print(f"of {len(left)} left {len(tried)} have a {how} search, {each:.3f} s each: {hits} have a gait, "
                   f"{int((full[:, 1] < 1).sum())} a stable one; share answered {100 * shares[0]:.2f} % "
                   f"({100 * shares[2]:.2f} to {100 * shares[1]:.2f}); with their search "
