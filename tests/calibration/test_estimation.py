@@ -14,12 +14,14 @@ from stages.biped.question import WrongOption
 from stages.calibration.blind_score import draw, scored, summary
 from stages.calibration.estimation import first_guess as first_guess_module
 from stages.calibration.estimation import run_fit
-from stages.calibration.estimation.campaign import JOINT, Joint, as_plain, fit_campaign, from_plain
+from stages.calibration.estimation.campaign import JOINT, Joint, fit_campaign
 from stages.calibration.estimation.first_guess import first_guess, other_guesses
 from stages.calibration.estimation.least_squares import ENOUGH, WHOLE_RUN, Point, Rule, least_squares
 from stages.calibration.estimation.request import request_of
 from stages.calibration.estimation.run_fit import fit_from, fit_near, horizons, run_equations
+from stages.calibration.following.robot_file import plain_of, restored
 from stages.calibration.information.identifiability import free_names
+from stages.calibration.observation.measured_run import MeasuredRun
 from tests.calibration.runs import DESIGN, SHORT, drawn, fitted
 
 #: As many fits are made of them.
@@ -167,7 +169,7 @@ def test_horizons_rise_to_the_whole_run(campaign):
 
 def test_a_run_is_the_same_in_plain_values(campaign):
     run = campaign.runs[0]
-    again = from_plain(as_plain(run))
+    again = restored(MeasuredRun, plain_of(run))
     np.testing.assert_array_equal(again.samples["foot"], run.samples["foot"])
     np.testing.assert_array_equal(again.used["hip"], run.used["hip"])
     assert (again.own, again.sampling.first_leg) == (run.own, run.sampling.first_leg)

@@ -2,27 +2,22 @@
 
 Each run's own unknowns meet the others' only through the design, so the normal equations have the shape of an arrow:
 they are solved for run by run, and what is left are equations for the design alone.
-
-One run's fit is also a part of an answer, with plain argument and answer, so that it is kept and goes anywhere.
 """
 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import repeat
-from typing import Any
 
 import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.biped.design import Biped
 from stages.calibration.estimation.least_squares import (
     Known,
     Point,
@@ -37,17 +32,13 @@ from stages.calibration.estimation.run_fit import (
     Equations,
     Model,
     RunFit,
-    begun,
     design_sizes,
-    fit_near,
     fit_run,
     lowest,
     run_equations,
     sizes_and_lowest,
 )
-from stages.calibration.information.identifiability import first_model
-from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling
-from stages.calibration.parameters import Parameters
+from stages.calibration.observation.measured_run import MeasuredRun
 
 #: Joint steps: whole ones or halves of them; they rest by what the cost of a run falls.
 JOINT = Rule(25, rests=1e-3, at_rest=1.0, halved=True, caution=(1.0, 1.0, 2.0**11), factors=(0.0, 2.0), blind=1e-2,
@@ -245,58 +236,3 @@ def _along(fit: RunFit, step: Vector) -> Vector:
     whole step may lead off."""
     whole = fit.equations.own_step(step)
     return whole if fit.converged else whole - fit.equations.own_step(np.zeros_like(step))
-
-
-def as_plain(run: MeasuredRun) -> dict[str, Any]:
-    """A run as JSON knows it."""
-    return {
-        "name": run.name,
-        "sampling": {"hip": run.sampling.hip.tolist(), "foot": run.sampling.foot.tolist(), "late": run.sampling.late,
-                     "bandwidth_hz": run.sampling.bandwidth_hz, "first_leg": run.sampling.first_leg,
-                     "place": run.sampling.place, "below_hip": run.sampling.below_hip},
-        "samples": {side: run.samples[side].tolist() for side in SIDES},
-        "used": {side: run.used[side].tolist() for side in SIDES},
-        "strikes": run.strikes.tolist(),
-        "own": {name: list(value) for name, value in run.own.items()},
-    }
-
-
-def from_plain(plain: Mapping[str, Any]) -> MeasuredRun:
-    """The run of `as_plain`."""
-    sampling = dict(plain["sampling"])
-    sampling |= {side: np.array(sampling[side]) for side in SIDES}
-    return MeasuredRun(
-        plain["name"], Sampling(**sampling), {side: np.array(plain["samples"][side]) for side in SIDES},
-        {side: np.array(plain["used"][side], dtype=bool) for side in SIDES}, np.array(plain["strikes"]),
-        {name: (value[0], value[1]) for name, value in plain["own"].items()})
-
-
-def fitted_alone(
-    parameters: Parameters, drawn: dict[str, Any], names: list[str], known: list[list[Any]], place: float, near: bool,
-    plain: Mapping[str, Any],
-) -> dict[str, Any]:
-    """The fit of one run from the design `drawn` (its biped's fields), in plain values; or why there is none.
-
-    `place` [m] is the standard error of the foot sensor's; `near`: the design is the robot's, not a drawing.
-    """
-    parameters = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, lever_arm_sd=place))
-    design = DesignPoint(Biped(**drawn), parameters.slope)
-    model = first_model(design, names, parameters)
-    try:
-        run, priors = from_plain(plain), [Known(*one) for one in known]
-        fit = fit_near(design, begun(design, run, model).unknowns, run, model, priors) if near else fit_run(
-            design, run, model, priors)
-    except StepFailed as reason:
-        return {"why_none": str(reason)}
-    return {"design": fit.design.tolist(), "own": fit.own.tolist(), "unknowns": fit.unknowns.tolist(),
-            "evaluations": fit.evaluations, "converged": fit.converged, "why": fit.why}
-
-
-def fit_of(answer: Mapping[str, Any], run: MeasuredRun, design: DesignPoint, model: Model) -> RunFit | str:
-    """The fit of an answer, with its equations."""
-    if "why_none" in answer:
-        return str(answer["why_none"])
-    values, own, unknowns = (np.array(answer[key]) for key in ("design", "own", "unknowns"))
-    there = model.robot(design, values)
-    return RunFit(values, own, unknowns, run_equations(there, own, unknowns, run, model), answer["evaluations"],
-                  answer["converged"], answer["why"])

@@ -1,4 +1,5 @@
-"""The robot of a fit as a file keeps it, and the fits of its runs that a fit with more runs goes on from.
+"""The robot of a fit as a file keeps it, and fits of single runs: those that a fit with more runs goes on from, and
+those that are parts of an answer, with plain argument and answer, so that they are kept and go anywhere.
 
 All runs are fitted together again, from where they were: one about which two numbers are known well bends so much that
 what it held of one design is half a standard error off about another.
@@ -8,8 +9,9 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.special import digamma, polygamma
@@ -17,14 +19,24 @@ from scipy.special import digamma, polygamma
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
+from stages.biped.design import Biped
 from stages.calibration.estimation.campaign import CampaignFit
 from stages.calibration.estimation.least_squares import Known, combinations, information_of
-from stages.calibration.estimation.run_fit import Model, RunFit, design_sizes, run_equations
+from stages.calibration.estimation.run_fit import (
+    Model,
+    RunFit,
+    begun,
+    design_sizes,
+    fit_near,
+    fit_run,
+    run_equations,
+)
 from stages.calibration.following.change import Comparison
-from stages.calibration.following.robot_file import OF_MOUNTING, FittedRobot, Learned
-from stages.calibration.information.identifiability import SLOPE
+from stages.calibration.following.robot_file import OF_MOUNTING, FittedRobot, Learned, restored
+from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.intervals.model_error import Judged
 from stages.calibration.observation.measured_run import MeasuredRun
+from stages.calibration.parameters import Parameters
 
 #: A ramp that is set again, and a leg that is put on again, differ by these shares at least.
 OF_SLOPE, OF_LEG = 0.03, 3e-4
@@ -44,6 +56,38 @@ def earlier_fits(before: FittedRobot, model: Model) -> list[RunFit]:
     return [RunFit(before.estimate, one.own, one.unknowns,
                    run_equations(before.uncorrected, one.own, one.unknowns, one.run, model), 0, True, "")
             for one in before.learned]  # fmt: skip
+
+
+def fitted_alone(
+    parameters: Parameters, drawn: dict[str, Any], names: list[str], known: list[Any], place: float, near: bool,
+    plain: Any,
+) -> dict[str, Any]:  # fmt: skip
+    """The fit of one run from the design `drawn` (its biped's fields), in plain values; or why there is none. Run and
+    known values are as `plain_of` has them.
+
+    `place` [m] is the standard error of the foot sensor's; `near`: the design is the robot's, not a drawing.
+    """
+    parameters = replace(parameters, settings=replace(parameters.settings, lever_arm_sd=place))
+    design = DesignPoint(Biped(**drawn), parameters.slope)
+    model = first_model(design, names, parameters)
+    try:
+        run, priors = restored(MeasuredRun, plain), [restored(Known, one) for one in known]
+        fit = fit_near(design, begun(design, run, model).unknowns, run, model, priors) if near else fit_run(
+            design, run, model, priors)
+    except StepFailed as reason:
+        return {"why_none": str(reason)}
+    return {"design": fit.design.tolist(), "own": fit.own.tolist(), "unknowns": fit.unknowns.tolist(),
+            "evaluations": fit.evaluations, "converged": fit.converged, "why": fit.why}
+
+
+def fit_of(answer: Mapping[str, Any], run: MeasuredRun, design: DesignPoint, model: Model) -> RunFit | str:
+    """The fit of an answer, with its equations."""
+    if "why_none" in answer:
+        return str(answer["why_none"])
+    values, own, unknowns = (np.array(answer[key]) for key in ("design", "own", "unknowns"))
+    there = model.robot(design, values)
+    return RunFit(values, own, unknowns, run_equations(there, own, unknowns, run, model), answer["evaluations"],
+                  answer["converged"], answer["why"])
 
 
 def fitted_robot(

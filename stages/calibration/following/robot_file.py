@@ -138,6 +138,11 @@ def read(folder: Path, option: str = "as") -> FittedRobot:
     return robot
 
 
+def plain_of(value: Any) -> Any:
+    """A dataclass, with all that is in it, as JSON gives it back; `restored` makes the value of it."""
+    return json.loads(_text(dataclasses.asdict(value)))
+
+
 def restored(kind: Any, plain: Any) -> Any:
     """The value of a type of which JSON has what is `plain`."""
     inner = get_args(kind)

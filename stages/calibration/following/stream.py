@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -22,6 +22,7 @@ from stages.biped.question import WrongOption, refuse
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
+from stages.calibration.following.robot_file import plain_of
 from stages.calibration.following.step import Sample
 from stages.calibration.following.track import Track
 from stages.calibration.observation.measured_run import SIDES
@@ -83,10 +84,6 @@ class Mounted:
         reading = np.array([force[FORWARD], force[UP], rate[LATERAL]])
         used = np.isfinite(reading)
         return Sample((row.stamp - self.stamp) * self.long - begin, row.place, np.where(used, reading, 0.0), used)
-
-    def plain(self) -> dict[str, Any]:
-        """As JSON knows it."""
-        return {"rotation": self.rotation.tolist(), "bias": self.bias.tolist(), "stamp": self.stamp, "long": self.long}
 
 
 def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[str, float]) -> Iterator[Row]:
@@ -171,8 +168,8 @@ class Stream:
 
     def about(self) -> dict[str, Any]:
         """What is known of the rows, once they are followed, as `--with` takes it."""
-        return {"experiment": asdict(self.experiment), "devices": [asdict(one) for one in self.devices.values()],
-                "mounting": {side: one.plain() for side, one in self.mounted.items()}}
+        return {"experiment": plain_of(self.experiment), "devices": [*map(plain_of, self.devices.values())],
+                "mounting": {side: plain_of(one) for side, one in self.mounted.items()}}
 
     @property
     def periods(self) -> dict[str, float]:

@@ -17,13 +17,13 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.quantity import count_of
 from stages.biped.question import Answer, Asking, refuse
-from stages.calibration.estimation.campaign import ODD, CampaignFit, as_plain, fit_campaign, fit_of, fitted_alone
+from stages.calibration.estimation.campaign import ODD, CampaignFit, fit_campaign
 from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.following.fitted import earlier_fits, earlier_runs, fitted_robot
-from stages.calibration.following.robot_file import NAME, FittedRobot
+from stages.calibration.following.fitted import earlier_fits, earlier_runs, fit_of, fitted_alone, fitted_robot
+from stages.calibration.following.robot_file import NAME, FittedRobot, plain_of
 from stages.calibration.following.track import with_forecasts
 from stages.calibration.information.identifiability import (
     SLOPE,
@@ -96,13 +96,12 @@ def calibrated(
         design, names, all_known = before.began, (*before.names, *before.own), before.known
     model = first_model(design, names, parameters)
     had = before.learned if before else ()
-    runs, refused = _runs(source, design, model, parameters, asking, [as_plain(one.run) for one in had])
+    runs, refused = _runs(source, design, model, parameters, asking, [plain_of(one.run) for one in had])
     fitted, out = _split(runs, request, 3 if before is None else len(runs))
     near, given = (before.uncorrected, earlier_runs(before)) if before else (design, ())
-    known = [[one.name, one.value, one.sd, one.source, dict(one.weights), dict(one.about)]
-             for one in (*all_known, *given)]
-    answers = list(asking.each(fitted_alone, [as_plain(run) for run in fitted], dataclasses.asdict(near.biped),
-                               list(names), known, parameters.settings.lever_arm_sd, before is not None))
+    answers = list(asking.each(
+        fitted_alone, [*map(plain_of, fitted)], plain_of(near.biped), list(names),
+        [*map(plain_of, (*all_known, *given))], parameters.settings.lever_arm_sd, before is not None))
     asking.progress(0.9, "all runs together")
     try:
         fits = [*(earlier_fits(before, model) if before else ()),
@@ -137,7 +136,7 @@ def _runs(
 ) -> tuple[list[MeasuredRun], list[str]]:
     """The runs of a database, and why others cannot be used; none of those that a robot `had`. Raises WrongOption,
     NotIdentified."""
-    found = [f"{run.name}: the robot has learned from it" if isinstance(run, MeasuredRun) and as_plain(run) in had
+    found = [f"{run.name}: the robot has learned from it" if isinstance(run, MeasuredRun) and plain_of(run) in had
              else run for run in read_runs(source, design, model, parameters, asking.progress, asking.reading)]
     runs = [run for run in found if isinstance(run, MeasuredRun)]
     refused = [run for run in found if isinstance(run, str)]
