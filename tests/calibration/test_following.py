@@ -12,7 +12,6 @@ from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.run_fit import design_sizes
 from stages.calibration.following import robot_file, track
-from stages.calibration.following.beside_truth import followed
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Present
 from stages.calibration.following.robot_file import FittedRobot, Learned
@@ -23,6 +22,7 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun, layo
 from stages.calibration.observation.prediction import predict, walk
 from stages.calibration.recordings import as_mounted
 from stages.calibration.result import FittedRun
+from stages.calibration.run import followed
 from tests.calibration.runs import DESIGN, PARAMETERS, SETTINGS, disturbed
 from tests.similar import similar
 
