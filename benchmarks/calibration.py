@@ -17,6 +17,7 @@ import resource
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a fit's matrices are small: threads only wait for each other
 
@@ -25,8 +26,7 @@ from benchmarks.marked import put
 from pipeline.study import Study
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.biped.question import as_plain
-from stages.calibration.blind_score import Scored, draw, from_plain, model_of, score, summary
+from stages.calibration.blind_score import draw, model_of, score, summary
 from stages.calibration.estimation import run_fit
 from stages.calibration.estimation.campaign import alone, fit_campaign, side_by_side
 from stages.calibration.observation.measured_run import SIDES, Layout, Sampling
@@ -61,22 +61,22 @@ def differenced(
     return exact
 
 
-def campaigns(first: int, count: int, runs: int, parameters: Parameters, keep: Path | None) -> list[Scored]:
+def campaigns(first: int, count: int, runs: int, parameters: Parameters, keep: Path | None) -> list[dict[str, Any]]:
     """The campaigns, those that are kept and the others."""
     file = keep / f"{first}-{runs}.jsonl" if keep else None
-    done = {one.seed: one for one in map(from_plain, map(json.loads, file.read_text().splitlines()))} if (
+    done = {one["seed"]: one for one in map(json.loads, file.read_text().splitlines())} if (
         file and file.exists()) else {}
     missing = [seed for seed in range(first, first + count) if seed not in done]
     for one in score(missing, runs, parameters, lambda share, what: print(what, file=sys.stderr, flush=True)):
-        done[one.seed] = one
+        done[one["seed"]] = one
         if file:
             file.parent.mkdir(parents=True, exist_ok=True)
             with file.open("a") as lines:
-                lines.write(json.dumps(as_plain(one)) + "\n")
+                lines.write(json.dumps(one) + "\n")
     return [done[seed] for seed in range(first, first + count)]
 
 
-def table(all_scored: list[Scored]) -> str:
+def table(all_scored: list[dict[str, Any]]) -> str:
     """Rows of Markdown for the page."""
     told = summary(all_scored)
     rows = [f"| {name.partition('.')[2]} | {100 * told['coverage'][name]:.1f} % | "
