@@ -28,7 +28,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.blind_score import draw, model_of, score, summary
 from stages.calibration.estimation import run_fit
-from stages.calibration.estimation.campaign import alone, fit_campaign, side_by_side
+from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.observation.measured_run import SIDES, Layout, Sampling
 from stages.calibration.observation.prediction import Predicted, predict
 from stages.calibration.parameters import Parameters
@@ -91,17 +91,15 @@ def table(all_scored: list[dict[str, Any]]) -> str:
 
 
 def timed(counts: list[int], seed: int, parameters: Parameters, differences: bool) -> str:
-    """A row for each number of runs; with differences in this process alone."""
+    """A row for each number of runs."""
     if differences:
         run_fit.predict = differenced
     drawing, model = model_of(parameters)
     rows = ["| runs | seconds | processor seconds | walks | converged |", "|---|---|---|---|---|"]
     for count in counts:
         campaign = draw(seed, count, parameters)
-        each = alone if differences else side_by_side
         begun, spent = time.monotonic(), _spent()
-        own = each(drawing, campaign.runs, model, campaign.known)
-        fit = fit_campaign(drawing, campaign.runs, model, campaign.known, own)
+        fit = fit_campaign(drawing, campaign.runs, model, campaign.known)
         rows.append(f"| {count} | {time.monotonic() - begun:.1f} | {_spent() - spent:.1f} | {fit.evaluations} | "
                     f"{'yes' if fit.converged else fit.why} |")
         print(rows[-1], file=sys.stderr, flush=True)

@@ -181,9 +181,9 @@ def followed(
     """What was known after each sample of the hip; None where the robot cannot be followed."""
     mounting = np.array([(fit.unknowns[model.layout.place(name)], sd)
                          for name, sd in zip(OF_MOUNTING, MOUNTED, strict=True)])  # fmt: skip
-    follower = Follower.of(
+    follower = Follower(
         model.robot(design, fit.design, fit.own), mounted(model, mounting, fit.wider),
-        block_diag(fit.covariance, np.diag(np.square(OWN * fit.own))), fit.wider, settings)
+        block_diag(fit.covariance, np.diag(np.square(OWN * fit.own))), settings, fit.wider)
     instants = list[Instant]()
     with contextlib.suppress(StepFailed):  # as far as it goes
         instants.extend(follow(follower, run))

@@ -52,7 +52,7 @@ def driven(robot, seed, steps, noise, samples=100):
         signal = rng.normal(scale=6.0) + 6.0 * np.sin(2 * np.pi * (time * rng.uniform(1, 3) + rng.uniform()))
         start = np.array([-0.16, -0.2, 0.68, -0.3]) + np.array([0.02, 0.02, 0.05, 0.1]) * rng.normal(size=4)
         step = DrivenStep(number, number % 2, interval, time, time, signal)
-        shown = show(robot, step, start, ()).angles
+        shown, _, _ = show(robot, step, start, ())
         if len(shown) < samples:
             continue
         seen = shown + noise * rng.normal(size=shown.shape)
@@ -65,15 +65,15 @@ def test_derivatives_are_those_of_differences(leg):
     robot = ROBOT.with_values({"torque_lag": 0.006, "torque_offset": 0.01, "hip_zero": 0.02})
     step = driven(robot, 5, 2, 0.0)[leg]
     start = np.array([-0.15, -0.2, 0.7, -0.3])
-    found = show(robot, step, start, NAMES)
-    by, changes = np.concatenate((found.by, found.by_start), axis=2), []
+    _, by_start, by_numbers = show(robot, step, start, NAMES)
+    by, changes = np.concatenate((by_numbers, by_start), axis=2), []
     for name in NAMES:
         change = 1e-4 * sizes(robot)[name]
         ends = [robot.with_values({name: robot.value(name) + part * change}) for part in (1, -1)]
         changes.append((change, [(end, start) for end in ends]))
     changes += [(1e-6, [(robot, start + moved), (robot, start - moved)]) for moved in 1e-6 * np.eye(4)]
     for place, (change, ends) in enumerate(changes):
-        ahead, behind = (show(end, step, begin, ()).angles for end, begin in ends)
+        ahead, behind = (show(end, step, begin, ())[0] for end, begin in ends)
         expected = (ahead - behind) / (2 * change)
         np.testing.assert_allclose(by[:, :, place], expected, atol=1e-6 * max(1e-9, np.abs(expected).max()))
 

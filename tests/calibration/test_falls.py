@@ -245,7 +245,7 @@ def test_rows_need_their_columns_and_a_clock_that_goes_on():
     with pytest.raises(StepFailed, match="the clock of the hip was set back by 1"):
         list(rows_of(rows, lambda text: None, PERIODS))
     (row,) = rows_of([rows[0], "0,HIP,0,9,,0,0,1"], print, PERIODS)
-    assert row.place == "hip" and np.isnan(row.readings[2])
+    assert row.side == "hip" and np.isnan(row.reading[2])
     for wrong, why in (
         ({"devices": [{"place": "hip", "forward_axis": "w"}]}, "devices.0: forward_axis is"),
         ({"devices": [{"place": "hip", "rate": 50}]}, "devices.0.rate: unknown key 'rate'; known are .*rate_hz"),

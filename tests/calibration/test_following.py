@@ -300,8 +300,8 @@ def test_strikes_are_told_by_the_hips_clock_however_long_it_is_wrong(clock):
 def test_what_a_model_puts_wrong_widens_errors():
     """Those of all states, and of no heel strike less."""
     run, _, _ = made(2, 9)
-    found = {size: list(follow(dataclasses.replace(follower(), discrepancy=size), run)) for size in (0.0, 0.1)}
-    for one, other in zip(found[0.0], found[0.1], strict=False):
+    found = [list(follow(dataclasses.replace(follower(), wider=wider), run)) for wider in (1.0, 2.0)]
+    for one, other in zip(*found, strict=False):
         wider = np.sqrt(np.diag(other.covariance) / np.diag(one.covariance))
         assert one.time == other.time and wider.min() > 1.0 and wider.max() > 2.0
         assert np.isnan(one.strike_sd) or other.strike_sd >= one.strike_sd

@@ -32,10 +32,25 @@ GUESS = 40
 
 
 @dataclass(frozen=True)
-class AngleFit:
+class Steps:
+    """Of each step its start, residuals [rad] (n, 2): stance angle, angle between the legs, and the equations for its
+    start: right side, by the numbers, matrix; and `pulls` (steps, m): each one's own pull on the numbers."""
+
+    starts: dict[int, Vector]
+    residuals: dict[int, np.ndarray]
+    pulls: np.ndarray
+    solved: dict[int, tuple[Vector, np.ndarray, np.ndarray]]
+
+    def moved(self, move: Vector) -> dict[int, Vector]:
+        """The starts that go with a move of the numbers."""
+        return {number: self.starts[number] + np.linalg.lstsq(triangle, right - cross @ move, rcond=1e-12)[0]
+                for number, (right, cross, triangle) in self.solved.items()}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class AngleFit(Steps):
     """The robot and its `names` (m,) that were looked for; `information` (m, m) on them for angles to `noise` [rad],
-    what is `known` (m, m) included; `pulls` (steps, m): each step's own pull on them; starts by step; residuals [rad]
-    by step (n, 2): stance angle, angle between the legs; and whether it came to rest.
+    what is `known` (m, m) included; and whether it came to rest.
     """
 
     robot: Robot
@@ -43,9 +58,6 @@ class AngleFit:
     noise: float
     information: np.ndarray
     known: np.ndarray
-    pulls: np.ndarray
-    starts: dict[int, Vector]
-    residuals: dict[int, np.ndarray]
     converged: bool
     iterations: int
 
@@ -83,21 +95,6 @@ def guess(step: DrivenStep, samples: int = GUESS, order: int = 3) -> Vector:
     return np.array([stance[-1], between[-1] - stance[-1], stance[-2], between[-2] - stance[-2]])
 
 
-@dataclass(frozen=True)
-class _Steps:
-    """Of each step its start and residuals, and the equations for its start: right side, by the numbers, matrix."""
-
-    starts: dict[int, Vector]
-    residuals: dict[int, np.ndarray]
-    pulls: np.ndarray
-    solved: dict[int, tuple[Vector, np.ndarray, np.ndarray]]
-
-    def moved(self, move: Vector) -> dict[int, Vector]:
-        """The starts that go with a move of the numbers."""
-        return {number: self.starts[number] + np.linalg.lstsq(triangle, right - cross @ move, rcond=1e-12)[0]
-                for number, (right, cross, triangle) in self.solved.items()}  # fmt: skip
-
-
 def fit_robot(
     robot: Robot, steps: Sequence[DrivenStep], names: tuple[str, ...], sizes: Mapping[str, float],
     low: Mapping[str, float], known: Sequence[Known], noise: float, starts: Mapping[int, Vector] | None = None,
@@ -111,7 +108,7 @@ def fit_robot(
     """
     own = {step.number: (starts or {}).get(step.number, guess(step)) for step in steps}
 
-    def evaluate(x: Vector, before: Point[_Steps] | None, _: float) -> Point[_Steps] | None:
+    def evaluate(x: Vector, before: Point[Steps] | None, _: float) -> Point[Steps] | None:
         begin = own if before is None else before.state.moved(x - before.x)
         return _equations(robot.with_values(dict(zip(names, x, strict=True))), steps, begin, names, known, noise)
 
@@ -125,28 +122,28 @@ def fit_robot(
     final = robot.with_values(dict(zip(names, at.x, strict=True)))
     if why and again:
         return fit_robot(final, steps, names, sizes, low, known, noise, None, again - 1)
-    return AngleFit(final, names, noise, at.matrix, information_of(known, names), at.state.pulls, at.state.starts,
-                    at.state.residuals, not why, evaluations - 1)
+    return AngleFit(**vars(at.state), robot=final, names=names, noise=noise, information=at.matrix,
+                    known=information_of(known, names), converged=not why, iterations=evaluations - 1)
 
 
 def _equations(
     robot: Robot, steps: Sequence[DrivenStep], starts: dict[int, Vector], names: tuple[str, ...],
     known: Sequence[Known], noise: float,
-) -> Point[_Steps] | None:
+) -> Point[Steps] | None:
     """The equations for the numbers, starts eliminated; None where a walk runs away."""
     m, eliminated = len(names), 0.0
     matrix, right, cost = known_equations(known, [robot.value(one.name) for one in known], names)
     pulls, residuals = [], {}
     solved: dict[int, tuple[Vector, np.ndarray, np.ndarray]] = {}
     for step in steps:
-        shown = show(robot, step, starts[step.number], names)
-        n = len(shown.angles)
-        left = step.angles[:n] - shown.angles
+        angles, by_start, by = show(robot, step, starts[step.number], names)
+        n = len(angles)
+        left = step.angles[:n] - angles
         if not np.isfinite(left).all():
             return None
         residuals[step.number] = left
-        r, jacobian = left.ravel() / noise, shown.by.reshape(2 * n, m) / noise
-        q, triangle = np.linalg.qr(shown.by_start.reshape(2 * n, 4) / noise)
+        r, jacobian = left.ravel() / noise, by.reshape(2 * n, m) / noise
+        q, triangle = np.linalg.qr(by_start.reshape(2 * n, 4) / noise)
         solved[step.number] = q.T @ r, q.T @ jacobian, triangle
         reduced = jacobian - q @ (q.T @ jacobian)
         pulls.append(reduced.T @ (r - q @ (q.T @ r)))
@@ -155,7 +152,7 @@ def _equations(
         cost += 0.5 * float(r @ r) + 1e6 * (len(step.stance) - n)
         eliminated += 0.5 * float(((q.T @ r) ** 2).sum())
     return Point(np.array([robot.value(name) for name in names]), cost, matrix, right,
-                 _Steps(starts, residuals, np.array(pulls).reshape(len(steps), m), solved), cost, eliminated)
+                 Steps(starts, residuals, np.array(pulls).reshape(len(steps), m), solved), cost, eliminated)
 
 
 @dataclass(frozen=True)
@@ -183,5 +180,5 @@ def held_out(robot: Robot, steps: Sequence[DrivenStep], begun: float) -> HeldOut
 
 def _errors(robot: Robot, step: DrivenStep, start: Vector) -> np.ndarray:
     """What a walk from a start leaves of the angles (n, 2)."""
-    shown = show(robot, step, start, ()).angles
+    shown, _, _ = show(robot, step, start, ())
     return np.asarray(step.angles[: len(shown)] - shown)

@@ -51,16 +51,6 @@ class Robot:
         return Robot(self.design.with_values(of_design) if of_design else self.design, {**self.numbers, **own})
 
 
-@dataclass(frozen=True)
-class Shown:
-    """Stance angle and angle between the legs (n, 2) [rad], and their derivatives by the step's start (n, 2, 4) and by
-    the numbers requested (n, 2, m). Fewer rows than the step has where the hip's friction chatters."""
-
-    angles: np.ndarray
-    by_start: np.ndarray
-    by: np.ndarray
-
-
 def exchanged(name: str, design: DesignPoint) -> str:
     """The parameter's name when the legs are exchanged."""
     key = name.partition(".")[2]
@@ -121,13 +111,19 @@ def drive_of(robot: Robot, step: DrivenStep, names: tuple[str, ...]) -> Drive:
         np.array([robot.value(stance), step.turn * robot.value("hip_zero")]), by_zeros)  # fmt: skip
 
 
-def show(robot: Robot, step: DrivenStep, start: Vector, names: tuple[str, ...]) -> Shown:
-    """What the encoders show of a step from `start` (4,), SI: stance angle, swing angle and their rates."""
+def show(
+    robot: Robot, step: DrivenStep, start: Vector, names: tuple[str, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What the encoders show of a step from `start` (4,), SI: stance angle, swing angle and their rates.
+
+    Stance angle and angle between the legs (n, 2) [rad], and their derivatives by the start (n, 2, 4) and by the
+    numbers `names` (n, 2, m). Fewer rows than the step has where the hip's friction chatters.
+    """
     drive = drive_of(robot, step, names)
     driven = drive.along(start, step.interval, slice(len(step.stance)))
     by = np.repeat(drive.by_zeros[None], len(driven.states), axis=0)
     by[:, :, drive.places] = OF_STATE @ driven.along
-    return Shown(driven.states @ OF_STATE.T + drive.zeros, OF_STATE @ driven.by_start, by)
+    return driven.states @ OF_STATE.T + drive.zeros, OF_STATE @ driven.by_start, by
 
 
 def late(step: DrivenStep, lag: float) -> tuple[Vector, Vector]:

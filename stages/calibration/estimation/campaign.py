@@ -80,7 +80,7 @@ def fit_campaign(
     """
     fits: dict[int, RunFit] = {}
     left_out: dict[str, str] = {}
-    for number, fit in own_fits or alone(design, runs, model, known):
+    for number, fit in own_fits or side_by_side(design, runs, model, known):
         if isinstance(fit, str):
             left_out[runs[number].name] = fit
         else:
@@ -99,17 +99,11 @@ def fit_campaign(
     return joint.fitted([fits[number] for number in chosen], left_out, walks)
 
 
-def alone(
-    design: DesignPoint, runs: Sequence[MeasuredRun], model: Model, known: Sequence[Known]
-) -> Iterable[tuple[int, RunFit | str]]:
-    """Each run's own fit, or why there is none."""
-    return enumerate(_own_fit(run, design, model, known) for run in runs)
-
-
 def side_by_side(
     design: DesignPoint, runs: Sequence[MeasuredRun], model: Model, known: Sequence[Known]
 ) -> Iterable[tuple[int, RunFit | str]]:
-    """The same side by side, in threads: a process would run a user's whole script again, which asks this."""
+    """Each run's own fit, or why there is none, in threads: a process would run a user's whole script again, which asks
+    this."""
     with ThreadPoolExecutor() as pool:
         return enumerate([*pool.map(partial(_own_fit, design=design, model=model, known=known), runs)])
 

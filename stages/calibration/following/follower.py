@@ -54,23 +54,21 @@ class Follower:
     """Follows runs of the robot `design`; what the model looks for has the errors of an `Estimate`.
 
     `covariance` (o, o) is that of the design's parameters `model.of_design`. By the `settings` samples count from some
-    time after a mid-stance on, when the low pass has forgotten that its walk began there. What the model itself puts
-    wrong in each step is a `discrepancy`: of a start in its usual changes, of a state in hundredths of the walker's
-    units.
+    time after a mid-stance on, when the low pass has forgotten that its walk began there. The robot's fit left
+    residuals so many times as wide (`wider`) as noise makes them.
     """
 
     design: DesignPoint
     model: Model
     covariance: np.ndarray
     settings: Settings
-    discrepancy: float = 0.0
+    wider: float = 1.0
 
-    @classmethod
-    def of(
-        cls, design: DesignPoint, model: Model, covariance: np.ndarray, wider: float, settings: Settings
-    ) -> Follower:
-        """Of a robot whose fit left residuals so many times as wide (`wider`) as noise makes them."""
-        return cls(design, model, covariance, settings, DRIFT * math.sqrt(max(wider**2 - 1.0, 0.0)))
+    @property
+    def discrepancy(self) -> float:
+        """What the model itself puts wrong in each step: of a start in its usual changes, of a state in hundredths of
+        the walker's units."""
+        return DRIFT * math.sqrt(max(self.wider**2 - 1.0, 0.0))
 
     @property
     def wrong(self) -> float:

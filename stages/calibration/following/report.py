@@ -40,7 +40,7 @@ LEVEL = 0.01
 def _follower(parameters: Parameters, robot: robot_file.FittedRobot) -> Follower:
     """What follows a robot. Raises NoGait."""
     model = robot.model(first_model(robot.design, (*robot.names, *robot.own), parameters))
-    return Follower.of(robot.design, model, robot.of_design(), robot.wider, parameters.settings)
+    return Follower(robot.design, model, robot.of_design(), parameters.settings, robot.wider)
 
 
 def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], asking: Asking) -> Answer:

@@ -36,7 +36,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Sample:
-    """A sample at `time` [s] on the clock of its `side`: readings (3,), and which of them count."""
+    """A sample at `time` [s] on the clock of its `side`: readings (r,), and which of them count."""
 
     time: float
     side: str

@@ -49,15 +49,6 @@ LOST = 1.5
 
 
 @dataclass(frozen=True)
-class Row:
-    """Readings (6,) of a `place` at a device's `stamp` [s], in the device's units; NaN where there is none."""
-
-    place: str
-    stamp: float
-    readings: Vector
-
-
-@dataclass(frozen=True)
 class Mounted:
     """How a sensor's rows become samples on body axes: `rotation` (3, 3) from its own, which has `bias` (3,) [rad/s],
     and its `stamp` [s] at a time of zero, after which a second is so `long`."""
@@ -77,17 +68,19 @@ class Mounted:
             raise SourceRefused(f"{where}: needs rotation of 3 rows of 3 numbers, bias of 3, stamp and long, as the "
                                 "first answer has them") from None
 
-    def sample(self, row: Row, scales: tuple[float, float], begin: float) -> Sample:
-        """A row as a sample, counted from the time `begin` [s]."""
-        force, rate = row.readings[:3] * scales[0], row.readings[3:] * scales[1]
+    def sample(self, row: Sample, scales: tuple[float, float], begin: float) -> Sample:
+        """A row of `rows_of` as readings (3,) on body axes, counted from the time `begin` [s]."""
+        force, rate = row.reading[:3] * scales[0], row.reading[3:] * scales[1]
         force, rate = self.rotation @ force, self.rotation @ (rate - self.bias)
         reading = np.array([force[FORWARD], force[UP], rate[LATERAL]])
         used = np.isfinite(reading)
-        return Sample((row.stamp - self.stamp) * self.long - begin, row.place, np.where(used, reading, 0.0), used)
+        return Sample((row.time - self.stamp) * self.long - begin, row.side, np.where(used, reading, 0.0), used)
 
 
-def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[str, float]) -> Iterator[Row]:
+def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[str, float]) -> Iterator[Sample]:
     """Rows of CSV lines, the first of which names the columns in any order; what is wrong is passed over, said once.
+
+    Readings (6,) are in the device's units, at its stamps [s]; NaN where there is none.
 
     `periods` [s] are the sampling periods by place. Raises WrongOption where columns are missing, StepFailed where a
     clock is set back.
@@ -121,7 +114,8 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
         if LOST * periods[side] < since < math.inf:
             once(f"rows of the {side} before it are lost", line)
         last[side] = stamp
-        yield Row(side, stamp, np.array(readings, dtype=float))
+        values = np.array(readings, dtype=float)
+        yield Sample(stamp, side, values, np.isfinite(values))
 
 
 def _number(cell: str) -> float | None:
@@ -161,7 +155,7 @@ class Stream:
             self.mounted = {side: Mounted.of(one, where("mounting", side)) for side, one in mounting.items()}
         except (SourceRefused, WrongOption) as wrong:
             raise WrongOption(f"--with: {wrong}") from None
-        self._rows: list[Row] = []
+        self._rows: list[Sample] = []
         self._tried, self._why = -math.inf, "there are no rows"
         self._track: Track | None = None
         self._begin = 0.0
@@ -176,7 +170,7 @@ class Stream:
         """Sampling periods [s] by side."""
         return {side: 1.0 / device.rate_hz for side, device in self.devices.items()}
 
-    def follow(self, rows: Iterable[Row]) -> Iterator[Instant]:
+    def follow(self, rows: Iterable[Sample]) -> Iterator[Instant]:
         """What is known at the stamp of each row of the hip, by its clock, once it walks.
 
         Raises NotIdentified where it is not found to walk, StepFailed where it is lost.
@@ -184,17 +178,17 @@ class Stream:
         for row in rows:
             if self._track is None:
                 self._rows.append(row)
-                yield from self._try(row.stamp) if row.place == SIDES[0] else ()
+                yield from self._try(row.time) if row.side == SIDES[0] else ()
             else:
                 yield from self._followed(row)
         if self._track is None:
             raise NotIdentified(f"the rows end before a walk is found: {self._why}")
 
-    def _followed(self, row: Row) -> Iterator[Instant]:
+    def _followed(self, row: Sample) -> Iterator[Instant]:
         assert self._track is not None
-        mounted = self.mounted[row.place]
-        for instant in self._track.take(mounted.sample(row, self._scales[row.place], self._begin)):
-            yield replace(instant, time=row.stamp, strike=row.stamp + (instant.strike - instant.time) / mounted.long)
+        mounted = self.mounted[row.side]
+        for instant in self._track.take(mounted.sample(row, self._scales[row.side], self._begin)):
+            yield replace(instant, time=row.time, strike=row.time + (instant.strike - instant.time) / mounted.long)
 
     def _try(self, stamp: float) -> Iterator[Instant]:
         """Look whether the rows so far are a walk, each second; then follow them."""
@@ -205,7 +199,7 @@ class Stream:
             self._start()
         except (SourceRefused, StepFailed) as why:
             self._why = str(why)
-            if stamp > self._rows[0].stamp + LONGEST_S:
+            if stamp > self._rows[0].time + LONGEST_S:
                 raise NotIdentified(f"no walk is found in {LONGEST_S:.0f} s: {self._why}") from None
             return
         rows, self._rows = self._rows, []
@@ -230,12 +224,12 @@ class Stream:
         self._track = Track(self._follower, run, run.sampling.late[SIDES[0]])  # the low pass is behind by that
 
     def _recording(self, side: str) -> Recording:
-        rows = [one for one in self._rows if one.place == side]
+        rows = [one for one in self._rows if one.side == side]
         if len(rows) < 10:
             raise StepFailed(f"of the {side} there {'is' if len(rows) == 1 else 'are'} {count_of(len(rows), 'row')}")
         table = np.full((len(rows), len(SAMPLE_VALUES)), np.nan)
-        table[:, SAMPLE_VALUES.index(STAMP)] = [one.stamp for one in rows]
-        table[:, -6:] = [one.readings for one in rows]
+        table[:, SAMPLE_VALUES.index(STAMP)] = [one.time for one in rows]
+        table[:, -6:] = [one.reading for one in rows]
         return recording_from_columns(self.experiment, self.devices[side], table)
 
     def _found(self, recordings: Mapping[str, Recording]) -> dict[str, BodySensor]:
@@ -257,7 +251,7 @@ class Stream:
         return BodySensor(trace, frame, time, trace.specific_force @ turn, (trace.angular_rate - mounted.bias) @ turn)
 
     def _stamps(self, side: str) -> Vector:
-        return np.array([one.stamp for one in self._rows if one.place == side])
+        return np.array([one.time for one in self._rows if one.side == side])
 
 
 def _mounted(sensor: BodySensor, stamps: Vector) -> Mounted:

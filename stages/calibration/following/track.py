@@ -59,7 +59,7 @@ def with_forecasts(
 ) -> FittedRobot:
     """A robot whose heel strikes are as late as those of its own runs, and of ones held out, came after forecasts of
     them; of the last nine runs."""
-    follower, found = Follower.of(robot.design, robot.model(model), robot.of_design(), robot.wider, settings), []
+    follower, found = Follower(robot.design, robot.model(model), robot.of_design(), settings, robot.wider), []
     for run in [*(one.run for one in robot.learned), *held_out][-ENOUGH:]:
         instants = list[Instant]()
         with contextlib.suppress(StepFailed):  # as far as it goes

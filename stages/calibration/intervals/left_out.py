@@ -19,7 +19,7 @@ from scipy.special import ndtri
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
-from stages.calibration.estimation.campaign import JOINT, CampaignFit, Joint, fit_campaign, side_by_side
+from stages.calibration.estimation.campaign import JOINT, CampaignFit, Joint, fit_campaign
 from stages.calibration.estimation.least_squares import Known, known_equations
 from stages.calibration.estimation.run_fit import GOOD, Equations, Model, lowest, run_equations
 from stages.calibration.information.identifiability import short
@@ -154,7 +154,7 @@ def _fitted(
     try:
         if anew:
             there = there.with_value(name, max(low, there.value(name) + score.value))
-            with_it = fit_campaign(there, fit.runs, wide, known, side_by_side(there, fit.runs, wide, known))
+            with_it = fit_campaign(there, fit.runs, wide, known)
         else:
             held = model.robot(design, fit.design).value(name)  # none, or a leg's
             with_it = Joint(there, fit.runs, wide, known).from_point(
