@@ -156,8 +156,8 @@ def test_marks_and_forces_of_the_animation_suit_the_robot():
     """A robot of 2,000 N on legs of 3.33 m: arrows, marks and the scale of forces follow both."""
     walk = make_walk()
     heavy = dataclasses.replace(walk, ground_reaction=200.0 * walk.ground_reaction)
-    large = gait_animation.content(gait_animation.sources(heavy, heavy, heavy), (0.83, 0.83), 0.0, 10.0)
-    usual = gait_animation.content(gait_animation.sources(walk, walk, walk), (0.083, 0.083), 0.0)
+    large = gait_animation.content([heavy] * 3, (0.83, 0.83), 0.0, 10.0)
+    usual = gait_animation.content([walk] * 3, (0.083, 0.083), 0.0)
     assert (large["limit"], large["mark"], usual["mark"]) == (2500.0, 1.0, 0.1)
     assert large["arrow"] * large["limit"] == pytest.approx(10.0 * usual["arrow"] * usual["limit"])
 
@@ -171,7 +171,7 @@ def walks():
 
 
 def test_poses_and_forces_are_those_of_the_walks(walks):
-    shown = gait_animation.content(gait_animation.sources(*walks), (0.083, 0.083), np.radians(2))
+    shown = gait_animation.content(walks, (0.083, 0.083), np.radians(2))
     assert shown["count"] == int(walks[2].time[-1] * gait_animation.FRAME_RATE) + 1, "the shortest walk decides"
     time = np.arange(shown["count"]) / shown["rate"]
     for source, walk in zip(shown["sources"], walks, strict=True):
@@ -187,7 +187,7 @@ def test_poses_and_forces_are_those_of_the_walks(walks):
 
 
 def test_the_scale_of_forces_leaves_impacts_out_and_the_gait_in(walks):
-    limit = gait_animation.content(gait_animation.sources(*walks), (0.083, 0.083), 0.0)["limit"]
+    limit = gait_animation.content(walks, (0.083, 0.083), 0.0)["limit"]
     assert limit == 15.0, "all walks carry 9 N"
 
 
@@ -197,7 +197,7 @@ def test_the_scale_of_forces_does_not_follow_the_samples(walks):
     time = np.sort(np.concatenate([walk.time, np.linspace(0.3501, 0.3506, len(walk.time))]))
     dense = resampled(walk, time)
     dense.ground_reaction[(time > 0.35) & (time < 0.351), 0, 1] = 700.0
-    assert gait_animation.content(gait_animation.sources(dense, *walks[1:]), (0.083, 0.083), 0.0)["limit"] == 15.0
+    assert gait_animation.content((dense, *walks[1:]), (0.083, 0.083), 0.0)["limit"] == 15.0
 
 
 def test_the_page_holds_the_data_once_and_no_address():

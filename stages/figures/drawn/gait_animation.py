@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
@@ -22,27 +21,14 @@ from stages.figures.entry import Entry, Given
 FRAME_RATE = 100  # Hz
 #: Resolutions of what is stored: positions and lengths [m], angles [rad], forces [N].
 POSITION, ANGLE, FORCE = 1e-5, 1e-4, 1e-2
-
-
-@dataclass(frozen=True)
-class Source:
-    """A walk with its name and how its lines look: colours on light and dark ground, dashes on canvas and in CSS."""
-
-    name: str
-    walk: Walk
-    light: str
-    dark: str
-    dash: tuple[int, ...]
-    swatch: str
-
-
-def sources(analytic: Walk, multibody: Walk, twin: Walk) -> tuple[Source, ...]:
-    """The three walks; all start in the same mid-stance state."""
-    return (
-        Source("constraint model", analytic, style.ANALYTIC, "#56B4E9", (), "solid"),
-        Source("penalty contact (Exudyn)", multibody, style.MULTIBODY, "#E69F00", (7, 5), "dashed"),
-        Source("digital twin", twin, style.TWIN, "#F0F0F0", (2, 4), "dotted"),
-    )
+#: The three walks, which all start in the same mid-stance state: name, and how their lines look, colours on light and
+#: dark ground, dashes on canvas and in CSS.
+LOOKS: tuple[dict[str, Any], ...] = (
+    {"name": "constraint model", "light": style.ANALYTIC, "dark": "#56B4E9", "dash": [], "swatch": "solid"},
+    {"name": "penalty contact (Exudyn)", "light": style.MULTIBODY, "dark": "#E69F00", "dash": [7, 5],
+     "swatch": "dashed"},
+    {"name": "digital twin", "light": style.TWIN, "dark": "#F0F0F0", "dash": [2, 4], "swatch": "dotted"},
+)
 
 
 def frames(walk: Walk, time: np.ndarray) -> dict[str, list[int]]:
@@ -65,15 +51,15 @@ def frames(walk: Walk, time: np.ndarray) -> dict[str, list[int]]:
     }
 
 
-def content(shown: Sequence[Source], radii: Sequence[float], slope: float, large: float = 1.0) -> dict[str, Any]:
-    """What the animation shows: all walks over the time they have in common, on feet of `radii` (2,) [m] and a `slope`
-    [rad]; `large` as `seen.size`. An arrow's length is in metres a newton, marks on the ground in metres, those of
-    forces in newtons.
+def content(walks: Sequence[Walk], radii: Sequence[float], slope: float, large: float = 1.0) -> dict[str, Any]:
+    """What the animation shows: all walks, as `LOOKS` has them, over the time they have in common, on feet of `radii`
+    (2,) [m] and a `slope` [rad]; `large` as `scales.size`. An arrow's length is in metres a newton, marks on the ground
+    in metres, those of forces in newtons.
     """
-    end = min(float(source.walk.time[-1]) for source in shown)
+    end = min(float(walk.time[-1]) for walk in walks)
     time = np.arange(int(end * FRAME_RATE) + 1) / FRAME_RATE
-    moving = [frames(source.walk, time) for source in shown]
-    loads = FORCE * np.concatenate([np.reshape(walk["force"], (-1, 2, 2))[:, :, 1].ravel() for walk in moving])
+    moving = [frames(walk, time) for walk in walks]
+    loads = FORCE * np.concatenate([np.reshape(one["force"], (-1, 2, 2))[:, :, 1].ravel() for one in moving])
     # Impacts reach hundreds of newtons for a millisecond: on that scale nothing else could be seen. Even times, because
     # the walks have most of their samples around impacts.
     highest = 1.25 * float(np.percentile(loads[loads > 0], 98))
@@ -89,12 +75,7 @@ def content(shown: Sequence[Source], radii: Sequence[float], slope: float, large
         "radius": list(radii),
         "slope": round(slope, 9),
         "limit": limit,
-        "sources": [
-            {"name": source.name, "light": source.light, "dark": source.dark, "dash": list(source.dash)}
-            | {"swatch": source.swatch}
-            | walk
-            for source, walk in zip(shown, moving)
-        ],
+        "sources": [look | one for look, one in zip(LOOKS, moving, strict=True)],
     }
 
 
@@ -107,9 +88,8 @@ def nice(value: float) -> float:
 def draw(given: Given) -> str:
     """The animation as a fragment of a page."""
     page = files("stages.figures.drawn").joinpath("gait_animation.html").read_text(encoding="utf-8")
-    shown = sources(given.analytic.walk, given.multibody.walk, given.twin.walk)
-    biped = given.parameters.biped
-    moving = content(shown, biped.foot_radii, given.parameters.slope.angle, size(biped))
+    walks, biped = (given.analytic.walk, given.multibody.walk, given.twin.walk), given.parameters.biped
+    moving = content(walks, biped.foot_radii, given.parameters.slope.angle, size(biped))
     page = page.replace("@ARROW@", f"{1e3 * moving['arrow']:.3g}").replace("@LONGEST@", f"{300 * moving['size']:.0f}")
     data = json.dumps(moving, separators=(",", ":")).replace("<", "\\u003c")
     before, _, after = page.partition(">DATA<")
