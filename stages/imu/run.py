@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,15 +56,10 @@ def trials(
 
 def collect(found: Iterable[Trial]) -> Result:
     """All trials as one result. Raises SourceRefused if none can be used."""
-    reports: list[SensorReport] = []
-    rejected: list[RunReport] = []
-    runs: list[Run] = []
-    for trial in found:
-        reports.extend(trial.reports)
-        if trial.accepted:
-            runs.append(run_of(trial))
-        else:
-            rejected.append(trial.report())
+    read = [(trial.reports, run_of(trial) if trial.accepted else trial.report()) for trial in found]
+    reports = tuple(report for of_sensors, _ in read for report in of_sensors)
+    runs = tuple(one for _, one in read if isinstance(one, Run))
+    rejected = tuple(one for _, one in read if isinstance(one, RunReport))
     if not runs:
         raise SourceRefused(f"no run can be used; the first was turned down: {_first_reason(rejected, reports)}")
     strides = np.concatenate([one.strides for one in runs])
@@ -72,22 +67,22 @@ def collect(found: Iterable[Trial]) -> Result:
     return Result(
         origin=origin_of(one.report for one in runs),
         signals=SENSOR_SIGNALS,
-        reports=tuple(reports),
-        runs=tuple(runs),
-        rejected=tuple(rejected),
+        reports=reports,
+        runs=runs,
+        rejected=rejected,
         ensemble=ensemble_of(strides),
         step_frequency=frequency,
         step_frequency_spread=spread,
     )
 
 
-def frequency_of(runs: list[Run]) -> tuple[float, float]:
+def frequency_of(runs: Sequence[Run]) -> tuple[float, float]:
     """Mean step frequency [Hz] of the runs whose legs land in turn, or of all if there are none, and their spread."""
     found = np.array([one.report.step_frequency for one in stepping(runs) or runs])
     return float(np.mean(found)), float(np.std(found, ddof=1)) if len(found) > 1 else math.nan
 
 
-def _first_reason(rejected: list[RunReport], reports: list[SensorReport]) -> str:
+def _first_reason(rejected: Sequence[RunReport], reports: Sequence[SensorReport]) -> str:
     """The first sensor's first reason, or the first run's: one sentence, to be put right before the next."""
     reasons = next((report.reasons for report in reports if not report.accepted and report.reasons), ())
     if not reasons:

@@ -78,25 +78,17 @@ def fit_campaign(
 
     Raises StepFailed where no run can be fitted.
     """
-    fits: dict[int, RunFit] = {}
-    left_out: dict[str, str] = {}
-    for number, fit in own_fits or side_by_side(design, runs, model, known):
-        if isinstance(fit, str):
-            left_out[runs[number].name] = fit
-        else:
-            fits[number] = fit
+    found = [(runs[number], fit) for number, fit in sorted(dict(
+        own_fits or side_by_side(design, runs, model, known)).items())]  # fmt: skip
+    left_out = {run.name: fit for run, fit in found if isinstance(fit, str)}
+    fits = [(run, fit, fit.equations.chi2 / fit.equations.count) for run, fit in found if isinstance(fit, RunFit)]
     if not fits:
         raise StepFailed(next(iter(left_out.values()), "there is no run"))
-    usual = float(np.median([fit.equations.chi2 / fit.equations.count for fit in fits.values()]))
-    for number in sorted(fits):
-        size = fits[number].equations.chi2 / fits[number].equations.count
-        if size > ODD * usual:
-            left_out[runs[number].name] = f"its own fit leaves {np.sqrt(size / usual):.1f} times the usual residuals"
-            del fits[number]
-    chosen = sorted(fits)
-    walks = sum(fit.evaluations for fit in fits.values())
-    joint = Joint(design, [runs[number] for number in chosen], model, known)
-    return joint.fitted([fits[number] for number in chosen], left_out, walks)
+    usual = float(np.median([size for *_, size in fits]))
+    left_out |= {run.name: f"its own fit leaves {np.sqrt(size / usual):.1f} times the usual residuals"
+                 for run, _, size in fits if size > ODD * usual}  # fmt: skip
+    kept, chosen = zip(*((run, fit) for run, fit, size in fits if size <= ODD * usual), strict=True)
+    return Joint(design, kept, model, known).fitted(chosen, left_out, sum(fit.evaluations for fit in chosen))
 
 
 def side_by_side(

@@ -52,14 +52,11 @@ def motion(walk: Walk, shown: Stretch, phase: np.ndarray) -> dict[str, Any]:
     return {"advance": round(ahead - begin, 6)} | frames(moved, start + phase * (end - start))
 
 
-def rows(parts: tuple[Part, ...]) -> Iterator[dict[str, Any]]:
+def rows(parts: tuple[Part, ...]) -> list[dict[str, Any]]:
     """Parts as the page takes them: group, shape with its axis and size, place, pieces, and tint of the colour."""
-    for part in parts:
-        if part.shape != "point":
-            yield {
-                "group": part.group, "shape": part.shape, "axis": part.axis, "size": list(part.size),
-                "place": list(part.position), "pieces": part.pieces, "tint": TINTS.get(part.material, 0.0),
-            }  # fmt: skip
+    return [{"group": part.group, "shape": part.shape, "axis": part.axis, "size": list(part.size),
+             "place": list(part.position), "pieces": part.pieces, "tint": TINTS.get(part.material, 0.0)}
+            for part in parts if part.shape != "point"]  # fmt: skip
 
 
 def ghost(biped: Biped, number: int) -> tuple[Part, ...]:
@@ -98,7 +95,7 @@ def scene(given: Given) -> dict[str, Any]:
         "weight": float(np.median(load)) or 1.0,
         "radius": [radius + twin.outsole for radius in biped.foot_radii], "lanes": [twin.inner_lane, twin.outer_lane],
         "groups": [*FRAMES, *FEET], "colours": COLOURS,
-        "parts": list(rows((*shown_parts(twin, biped), *ghost(biped, 0), *ghost(biped, 1)))),
+        "parts": rows((*shown_parts(twin, biped), *ghost(biped, 0), *ghost(biped, 1))),
         **{name: motion(walk, shown[name], phase) for name, walk in walks.items()},
     }  # fmt: skip
 

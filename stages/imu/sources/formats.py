@@ -77,19 +77,16 @@ def parquet_file(path: Path) -> Any:
 
 
 def _of_parquet(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str]) -> Columns:
-    """Columns of numbers or moments, a row group in memory at a time."""
+    """Columns of numbers or moments."""
     file = parquet_file(path)
     names = list(file.schema_arrow.names)
     for one in wanted:
         place_of(path.name, one, names)
-    parts: dict[str, list[np.ndarray]] = {one: [np.empty(0)] for one in wanted}
     try:
-        for batch in file.iter_batches(columns=list(wanted)):
-            for one in wanted:
-                parts[one].append(seconds_or_numbers(batch.column(one).to_numpy(zero_copy_only=False)))
+        table = file.read(columns=list(wanted))
+        return {one: seconds_or_numbers(table.column(one).to_numpy()) for one in wanted}
     except Exception as error:  # readers of a format raise whatever a broken file makes them raise
         raise SourceRefused(f"{printable(path.name)}: a column holds no numbers, or the file is broken") from error
-    return {one: np.concatenate(part) for one, part in parts.items()}
 
 
 def seconds_or_numbers(values: np.ndarray) -> np.ndarray:
