@@ -4,7 +4,6 @@ import contextlib
 import dataclasses
 import importlib
 import random
-import re
 import time
 import types
 import typing
@@ -223,49 +222,15 @@ def made(kind, chance):
             bool: chance.random() < 0.5, str: chance.choice(("", "x", "é", "two words"))}[kind]  # fmt: skip
 
 
-class Found(h5py.File):
-    """A file in which everything is found once: h5netcdf asks for a dataset forty times, and by references, whose names
-    HDF5 looks for in all of the file.
-    """
-
-    def __init__(self, path, every=False):
-        super().__init__(path)
-        names = []
-        self.visit(names.append)
-        if not every:  # of parts that differ in a row's number alone, the first and the last
-            ends = [{re.sub(r"/\d+(?=/|$)", "/#", name): name for name in order} for order in (names, reversed(names))]
-            names = {name: None for kinds in ends for name in kinds.values()}
-        self.named = {"": super().__getitem__("/"), **{name: super(Found, self).__getitem__(name) for name in names}}
-        self.placed = {h5py.h5o.get_info(item.id).addr: item for item in self.named.values()}
-        self.every = every
-
-    def __getitem__(self, name):
-        if isinstance(name, h5py.Reference):
-            return self.placed[h5py.h5o.get_info(h5py.h5r.dereference(name, self.id)).addr]
-        return self.named.get(name.strip("/")) or super().__getitem__(name)
-
-    def groups(self):
-        """Groups and, of tables, the number of rows. Unless every one is asked for, one of each kind: those of a kind
-        differ in their names, in values, and in sizes that are not 0.
-        """
-        found = {}
-        for name, item in self.named.items():
-            if isinstance(item, h5py.Group) and name != "provenance":
-                parts = [self[f"{name}/{part}"] for part in item]
-                sets = [(part.name.rpartition("/")[2], part.dtype, [not size for size in part.shape], [*part.attrs])
-                        for part in parts if isinstance(part, h5py.Dataset)]  # fmt: skip
-                count = item.attrs.get(ROWS)
-                found.setdefault(name if self.every else repr((count is None, not count, sets)), (name, count))
-        return dict(found.values())
-
-
-def assert_all_tools_open(path, every=False):
-    """Groups of each kind, or every group, in xarray with names for all dimensions, tables in pandas too."""
-    xarray, h5netcdf = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
-    with Found(path, every) as found:
-        file = h5netcdf.File(found, decode_vlen_strings=True)  # as xarray opens a path
-        for group, count in found.groups().items():  # as xarray.open_dataset(path, engine="h5netcdf", group=group)
-            opened = xarray.open_dataset(xarray.backends.H5NetCDFStore(file, group=group))
+def assert_all_tools_open(path):
+    """Every group in xarray with names for all dimensions, tables in pandas too."""
+    xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
+    groups = {"": None}
+    with h5py.File(path) as file:
+        file.visititems(lambda name, item: groups.update({name: item.attrs.get(ROWS)})
+                        if isinstance(item, h5py.Group) and name != "provenance" else None)  # fmt: skip
+    for group, count in groups.items():
+        with xarray.open_dataset(path, engine="h5netcdf", group=group) as opened:
             assert not [name for name in opened.dims if name.startswith("phony")], group
             opened.load()
             if count is not None:
@@ -274,9 +239,7 @@ def assert_all_tools_open(path, every=False):
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(
-    stage, tmp_path, seeds=(3, 4), every=False
-):
+def test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path, seeds=(3, 4)):
     cls = importlib.import_module(f"stages.{stage}.result").Result
     for seed in seeds:
         result = made(cls, random.Random(f"{stage} {seed}"))
@@ -284,19 +247,19 @@ def test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(
         assert seed > seeds[0] or content == artefact.encode(result, {"key": "k"})
         assert bits(artefact.decode(content, cls, stage)) == bits(result)
     (tmp_path / "made.h5").write_bytes(content)
-    assert_all_tools_open(tmp_path / "made.h5", every)
+    assert_all_tools_open(tmp_path / "made.h5")
 
 
 def test_files_of_a_closer_result_open_elsewhere(tmp_path):
     _, content = artefact.encoded(motions(1.0), {}, {}, motions(1.5, **{"claims.yaml": b"x\0y", "log": b"abc"}))
     (tmp_path / "made.h5").write_bytes(content)
-    assert_all_tools_open(tmp_path / "made.h5", every=True)
+    assert_all_tools_open(tmp_path / "made.h5")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stage", STAGES)
 def test_twenty_results_of_a_stage_come_back(stage, tmp_path):
-    test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path, range(20), True)
+    test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path, range(20))
 
 
 @pytest.mark.slow
@@ -308,7 +271,7 @@ def test_every_artefact_that_is_there_opens_elsewhere(stage):
     with h5py.File(path) as file:
         if file.attrs["format"] != artefact.FORMAT:
             pytest.skip(f"results/{stage}.h5 is of an earlier format; run its stage anew")
-    assert_all_tools_open(path, every=True)
+    assert_all_tools_open(path)
 
 
 def test_the_files_of_a_run_say_what_they_are(done):
