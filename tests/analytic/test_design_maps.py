@@ -1,6 +1,5 @@
 """Maps of designs: every answer is the gait that the search finds; a wrong file is refused in a sentence."""
 
-import contextlib
 import json
 import re
 from types import SimpleNamespace
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 from pipeline.parameters import yaml_text
-from pipeline.questions.asking import Asked
 from pipeline.questions.command import Described
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.design_point import DesignPoint
@@ -38,6 +36,7 @@ from stages.analytic.parameters import Settings
 from stages.biped.question import WrongOption
 from stages.model_error.questions import map as design_map
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait, gait_beside
+from tests.asking import Asking
 
 TOLERANCE = 1e-8
 BASE = DesignPoint(TABLE_1, SLOPE)
@@ -49,42 +48,8 @@ CLOUD = {"count": 12, "seed": 3, "vary": {"biped.foot_com": {"low": 0.09, "high"
                                           "ground.slope_deg": {"low": 1.5, "high": 3.0}}}  # fmt: skip
 
 
-class Listener:
-    """What a question is handed; keeps answers as the engine does, and may be killed after so many parts."""
-
-    def __init__(self, kept=None, lives=10**9):
-        self.jobs, self.kept, self.lives, self.computed = 1, {} if kept is None else kept, lives, 0
-
-    def progress(self, fraction, what):
-        pass
-
-    def each(self, function, arguments, *shared):
-        for argument in arguments:
-            key = function.__name__, argument
-            if key not in self.kept:
-                if self.computed == self.lives:
-                    raise KeyboardInterrupt
-                self.computed += 1
-                self.kept[key] = json.loads(json.dumps(function(PARAMETERS, *shared, argument)))
-            yield self.kept[key]
-
-    @contextlib.contextmanager
-    def new_file(self, path):
-        unfinished = path.with_suffix(".part")
-        try:
-            yield unfinished
-            unfinished.replace(path)
-        finally:
-            unfinished.unlink(missing_ok=True)
-
-    new_table = Asked.new_table
-
-    def heads(self, columns, about):
-        return {"table": about}
-
-
-def asked(listener, given, parameters=PARAMETERS, **options):
-    return design_map.ask(parameters, design_map.Options(given, **options), listener)
+def asked(asking, given, **options):
+    return design_map.ask(asking.parameters, design_map.Options(given, **options), asking)
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +59,7 @@ def grid_file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def grid(grid_file):
-    answer = asked(Listener(), GRID, out=grid_file)
+    answer = asked(Asking(PARAMETERS), GRID, out=grid_file)
     with h5py.File(grid_file) as file:
         return answer, {name: column[()] for name, column in file["table"].items()}, dict(file["table"].attrs)
 
@@ -138,13 +103,13 @@ def test_rows_are_the_designs_in_words_and_of_a_large_map_none(grid, monkeypatch
         assert np.array_equal([row[name] for row in answer.rows], columns[name], equal_nan=True)
     assert [*answer.rows[0]] == [*GRID["vary"], *(column.name for column in COLUMNS)]
     monkeypatch.setattr(design_map, "LISTED", 5)
-    assert asked(Listener(), GRID, search="none").rows == []
+    assert asked(Asking(PARAMETERS), GRID, search="none").rows == []
 
 
 @pytest.fixture(scope="module")
 def cloud(tmp_path_factory):
     """The answer, who asked, and the file of a cloud in blocks of four designs."""
-    whole, path = Listener(), tmp_path_factory.mktemp("cloud") / "whole.h5"
+    whole, path = Asking(PARAMETERS), tmp_path_factory.mktemp("cloud") / "whole.h5"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(design_map, "BLOCK", 4)
         return asked(whole, CLOUD, out=path, search="none"), whole, path
@@ -180,9 +145,9 @@ def test_a_map_that_was_killed_goes_on_where_it_was_and_gives_the_same_bytes(clo
     _, whole, file = cloud
     kept = {}
     with pytest.raises(KeyboardInterrupt):
-        asked(Listener(kept, 2), CLOUD, out=tmp_path / "again.h5", search="none")
+        asked(Asking(PARAMETERS, kept, 2), CLOUD, out=tmp_path / "again.h5", search="none")
     assert list(tmp_path.iterdir()) == []
-    second = Listener(kept)
+    second = Asking(PARAMETERS, kept)
     asked(second, CLOUD, out=tmp_path / "again.h5", search="none")
     assert second.computed == whole.computed - 2
     assert file.read_bytes() == (tmp_path / "again.h5").read_bytes()
@@ -255,7 +220,7 @@ def test_blocks_do_not_depend_on_each_other():
 )  # fmt: skip
 def test_a_wrong_file_is_refused_with_key_value_and_what_is_allowed(given, words):
     with pytest.raises(WrongOption) as refused:
-        asked(Listener(), given)
+        asked(Asking(PARAMETERS), given)
     assert words in str(refused.value) and "\n" not in str(refused.value)
 
 

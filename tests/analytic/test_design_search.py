@@ -24,7 +24,7 @@ from stages.ground.slope import Slope
 from stages.model_error.questions import design as design_question
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, found_gait, gait_beside
 from tests.analytic.test_detailed import LAME
-from tests.analytic.test_questions import Listener
+from tests.asking import Asking
 
 DESIGN = DesignPoint(TABLE_1, SLOPE)
 TOLERANCE = 1e-8
@@ -347,5 +347,5 @@ def test_a_search_makes_a_gait_that_limps_more_stable():
 def test_the_deepest_scuff_of_a_stride_or_a_rubbing_hip_is_lessened(biped):
     parameters = SimpleNamespace(biped=biped, slope=SLOPE, friction=FRICTION, analytic=Settings(1e-8, 1, 100.0))
     options = design_question.Options(vary=("biped.foot_com=0.098:0.102",), goal="scuff", iterations=4)
-    answer = design_question.ask(parameters, options, Listener())
+    answer = design_question.ask(parameters, options, Asking())
     assert answer.plain["goal"]["best"] < answer.plain["goal"]["start"]

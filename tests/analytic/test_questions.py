@@ -20,33 +20,21 @@ from stages.biped.quantity import faults
 from stages.biped.question import WrongOption, elasticity, interval
 from stages.model_error.questions import design
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1
+from tests.asking import Asking
 
 SETTINGS = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0)
 PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, SETTINGS)
 OF_DESIGN = SimpleNamespace(biped=TABLE_1, slope=SLOPE, friction=FRICTION, analytic=SETTINGS)
 
 
-class Listener:
-    """What a question is handed: remembers what it says."""
-
-    def __init__(self):
-        self.jobs, self.said, self.fractions = 2, [], []
-
-    def note(self, text):
-        self.said.append(text)
-
-    def progress(self, fraction, what):
-        self.fractions.append(fraction)
-
-
 def answered(question, **options):
     """The answer, which must be plain, and what was said on the way."""
-    listener = Listener()
+    asking = Asking()
     given = question.Options(**options)
     assert not list(faults(given))
-    answer = question.ask(OF_DESIGN if question is design else PARAMETERS, given, listener)
+    answer = question.ask(OF_DESIGN if question is design else PARAMETERS, given, asking)
     json.dumps(answer.plain)
-    return answer, listener
+    return answer, asking
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +45,7 @@ def found():
 @pytest.mark.parametrize(("law", "there_is"), [("stribeck", 1.1), ("coulomb", 1.1), ("none", 0.0)])
 def test_a_gait_is_judged_by_the_friction_that_the_law_of_the_ground_has(law, there_is):
     ground = dataclasses.replace(FRICTION, friction=law)
-    given = gait.ask(dataclasses.replace(PARAMETERS, friction=ground), gait.Options(), Listener()).plain
+    given = gait.ask(dataclasses.replace(PARAMETERS, friction=ground), gait.Options(), Asking()).plain
     assert given["validity"]["friction_there_is"] == there_is
     assert (given["on_a_ramp"]["verdict"] == DOES_NOT) == (there_is == 0.0)
 
@@ -86,12 +74,12 @@ def test_all_gaits_hold_the_most_stable_one_and_an_unstable_one():
 
 
 def test_continue_follows_the_gait_to_both_limits_and_says_how_far_it_is(found):
-    answer, listener = answered(continue_gait, parameter="ground.slope_deg", limits=(1.9, 2.1))
+    answer, asking = answered(continue_gait, parameter="ground.slope_deg", limits=(1.9, 2.1))
     values = [point["value"] for point in answer.plain["branches"][0]["points"]]
     assert (values[0], values[-1]) == pytest.approx((1.9, 2.1)) and values == sorted(values)
     here = next(point for point in answer.plain["branches"][0]["points"] if point["value"] == 2.0)
     assert here["section"] == pytest.approx(found[1].z.tolist(), abs=1e-8)
-    assert listener.fractions and all(0 < fraction <= 1 for fraction in listener.fractions)
+    assert asking.fractions and all(0 < fraction <= 1 for fraction in asking.fractions)
 
 
 @pytest.mark.parametrize("heavier", [0.0, 1e-4])
@@ -134,12 +122,12 @@ def test_what_cannot_be_followed_searched_or_differentiated_is_refused(question,
 def test_basin_counts_the_starts_that_reach_the_gait(found):
     walker, point = found
     angle, rate = -point.z[0], point.z[3] / walker.time
-    answer, listener = answered(basin, angle=(angle, 1.2 * angle), rate=(0.1, rate), points=2)
+    answer, asking = answered(basin, angle=(angle, 1.2 * angle), rate=(0.1, rate), points=2)
     reached = np.array(answer.plain["gait_reached"])
     assert reached[0, 1] == 0, "the gait itself"
     assert answer.plain["share_reached"] == (reached == 0).mean()
     assert f"2 x 2 starts: {100 * (reached == 0).mean():.2f} % reach the gait" in answer.lines[0]
-    assert listener.fractions[-1] == 1.0
+    assert asking.fractions[-1] == 1.0
     ends = Counter(row["ending"] for row in answer.rows)
     said = [line.split("%  ") for line in answer.lines[2:]]  # of the others, and of those that there are
     assert {words: float(share) for share, words in said} == pytest.approx(
@@ -149,24 +137,24 @@ def test_basin_counts_the_starts_that_reach_the_gait(found):
 def test_beside_an_unstable_gait_there_is_a_stable_cycle_and_no_basin():
     """At 4.8 degrees a start near the gait walks on in a cycle of two; a walk that passes by it does not reach it."""
     steep = dataclasses.replace(PARAMETERS, slope=dataclasses.replace(PARAMETERS.slope, slope_deg=4.8))
-    said = gait.ask(steep, gait.Options(), Listener()).plain["on_a_ramp"]["because"]
+    said = gait.ask(steep, gait.Options(), Asking()).plain["on_a_ramp"]["because"]
     assert said[0] == "a step enlarges what disturbs it; there is a stable cycle of 2 steps"
     with pytest.raises(NoGait, match="the gait is unstable: no start stays with it"):
-        basin.ask(steep, basin.Options(points=2, steps=1), Listener())
+        basin.ask(steep, basin.Options(points=2, steps=1), Asking())
 
 
 def test_the_rates_of_a_basin_follow_the_pace_of_the_robot():
     """A robot on the moon steps 2.5 times as slowly; rates of Table 1's would begin near where its own end."""
     on_the_moon = dataclasses.replace(PARAMETERS, slope=dataclasses.replace(PARAMETERS.slope, gravity=1.62))
-    found = basin.ask(on_the_moon, basin.Options(points=2, steps=1), Listener()).plain
+    found = basin.ask(on_the_moon, basin.Options(points=2, steps=1), Asking()).plain
     pace = (1.62 / 9.81) ** 0.5
     assert found["stance_rate_rad_s"] == pytest.approx([0.5 * pace, 6.0 * pace])
 
 
 def test_design_leaves_the_parameters_of_the_best_gait_it_found():
-    answer, listener = answered(design, vary=("biped.foot_com", "biped.damping=50:60"), iterations=2)
+    answer, asking = answered(design, vary=("biped.foot_com", "biped.damping=50:60"), iterations=2)
     told, best = answer.plain["largest_multiplier"], answer.plain["parameters"]
-    assert told["best"] < told["start"] and len(listener.said) == answer.plain["iterations"] > 0
+    assert told["best"] < told["start"] and len(asking.said) == answer.plain["iterations"] > 0
     assert best["biped.foot_com"]["bounds"] == pytest.approx([0.08, 0.12])
     assert best["biped.damping"]["bounds"] == [50, 60]
     assert answer.parameters == {name: entry["best"] for name, entry in best.items()}
@@ -231,14 +219,14 @@ def test_sensitivity_tells_elasticities_and_derivatives_that_agree():
 def test_sensitivity_says_of_how_many_steps_its_multipliers_are(mass, steps, head):
     biped = dataclasses.replace(TABLE_1, other_foot_mass=mass)
     answer = sensitivity.ask(dataclasses.replace(PARAMETERS, biped=biped), sensitivity.Options(("biped.hip_mass",)),
-                             Listener())
+                             Asking())
     assert answer.lines[1].startswith(head) and answer.plain["multiplier_steps"] == steps
 
 
 def test_sensitivity_tells_which_digit_decides():
     digits = DesignDigits({"foot_com": 5e-4, "leg_length": 5e-4}), SlopeDigits({"slope_deg": 0.5})
     rounded = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, PARAMETERS.settings, *digits)
-    answer = sensitivity.ask(rounded, sensitivity.Options(), Listener())
+    answer = sensitivity.ask(rounded, sensitivity.Options(), Asking())
     own = next(one for one in answer.plain["uncertainties"] if one["name"] == "step_frequency_hz")
     by = {name: abs(entry["derivatives"]["step_frequency_hz"]) for name, entry in answer.plain["parameters"].items()}
     assert own["decisive"] == "biped.foot_com" and own["decisive_part"] == pytest.approx(5e-4 * by["biped.foot_com"])

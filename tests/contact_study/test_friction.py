@@ -22,6 +22,7 @@ from stages.penalty.walk import Settings, simulate
 from stages.planar.run import rolling_state
 from stages.planar.sampling import find_events
 from stages.planar.section import NoLimitCycle
+from tests.asking import Asking
 
 
 def variation(factor, period, length):
@@ -111,13 +112,6 @@ def test_ground_on_which_no_gait_is_found_has_empty_rows(default, stepper):
 # --- The question how the gait on ground that gives way answers to parameters.
 
 
-class Listener:
-    jobs = 1
-
-    def progress(self, fraction, what):
-        assert 0.0 < fraction < 1.0 and what
-
-
 def test_it_names_what_moves_the_gait_and_nothing_else(parameters):
     plain = set(names_of(parameters.biped, parameters.slope, parameters.contact))
     assert {"biped.damping", "ground.slope_deg", "ground.damping_depth", "ground.friction_velocity"} < plain
@@ -137,7 +131,7 @@ def test_elasticities_of_legs_that_differ_in_words_and_numbers(parameters, defau
     design = dataclasses.replace(
         parameters.biped, frame_mass=0.03, frame_com=0.04, other_leg_length=parameters.biped.leg_length - 1e-4)
     names = ("biped.foot_mass", "biped.leg_length", "biped.leg_inertia")
-    answer = ask(dataclasses.replace(parameters, biped=design, contact=default), Options(names), Listener())
+    answer = ask(dataclasses.replace(parameters, biped=design, contact=default), Options(names), Asking())
     assert json.loads(json.dumps(answer.plain)) == answer.plain
     told = answer.plain["parameters"]
     assert tuple(told) == names and tuple(row["parameter"] for row in answer.rows) == names
@@ -162,4 +156,4 @@ def test_an_unstable_gait_is_said_to_be(largest, unstable):
 
 def test_what_moves_nothing_is_refused_with_what_does(parameters):
     with pytest.raises(WrongOption, match=r"ground\.restitution: this gait depends on biped\.hip_mass, .*"):
-        ask(parameters, Options(("ground.restitution",)), Listener())
+        ask(parameters, Options(("ground.restitution",)), Asking())

@@ -1,6 +1,5 @@
 """`ask` and `map --within`: the cheapest rung that has the error, its parts, and requests that are refused."""
 
-import contextlib
 import copy
 import dataclasses
 import json
@@ -13,7 +12,6 @@ import pytest
 
 from pipeline.cache import artefact
 from pipeline.errors import StudyError
-from pipeline.questions.asking import Asked
 from stages.biped.question import WrongOption
 from stages.model_error.choice import Ladder, Stability, below_one
 from stages.model_error.measures import NAMES, Allowed, errors
@@ -23,35 +21,7 @@ from stages.model_error.questions.ask import Options, ask, stability_in_words
 from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result
 from stages.model_error.run import design_of, further, further_draws, walked
 from stages.model_error.rungs import RUNGS
-
-
-class Asking:
-    """An `Asking` that computes here, and has a result, or has none."""
-
-    jobs = 1
-
-    def __init__(self, found, parameters=None, **others):
-        self.results, self.parameters = {"model_error": found, **others}, parameters
-
-    def progress(self, fraction, what):
-        assert 0.0 <= fraction <= 1.0 and what
-
-    def result(self, stage="model_error"):
-        return self.results.get(stage), f"results/{stage}.h5 is not there"
-
-    def each(self, function, arguments, *shared):
-        for argument in arguments:
-            given = json.loads(json.dumps([shared, argument]))
-            yield json.loads(json.dumps(function(self.parameters, *given[0], given[1])))
-
-    @contextlib.contextmanager
-    def new_file(self, path):
-        yield path
-
-    new_table = Asked.new_table
-
-    def heads(self, columns, about):
-        return {"table": about}
+from tests.asking import Asking
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +66,7 @@ def test_an_error_that_model_and_solver_have_only_together_is_passed_over(ladder
 
 
 def test_what_no_rung_has_is_refused_with_every_rungs_reason(parameters, small):
-    answer = ask(parameters, Options(("multiplier",), ("1e-5",)), Asking(small))
+    answer = ask(parameters, Options(("multiplier",), ("1e-5",)), Asking(model_error=small))
     assert answer.no and answer.plain["multiplier"]["value"] is None
     text = "\n".join(answer.lines)
     assert all(name in text for name in MODELS)
@@ -169,7 +139,7 @@ BOX = {"count": 6, "seed": 2, "vary": {"biped.stiffness": {"low": 1800, "high": 
 ])  # fmt: skip
 def test_a_bad_request_is_one_sentence(parameters, small, what, within, said):
     with pytest.raises(WrongOption, match=said):
-        requested(parameters, what, within, Asking(small))
+        requested(parameters, what, within, Asking(model_error=small))
 
 
 def requested(parameters, what, within, asking):
@@ -182,7 +152,7 @@ def requested(parameters, what, within, asking):
 @pytest.mark.parametrize("what", [("speed",), BOX])
 def test_without_what_was_learnt_the_command_that_learns_is_named(parameters, what):
     with pytest.raises(WrongOption, match="bipedstudy run model_error"):
-        requested(parameters, what, ("speed=1%",), Asking(None))
+        requested(parameters, what, ("speed=1%",), Asking())
 
 
 def test_a_result_of_other_measures_is_refused(parameters, small):
@@ -190,14 +160,14 @@ def test_a_result_of_other_measures_is_refused(parameters, small):
     object.__setattr__(earlier, "values", small.values[..., 1:])
     with pytest.raises(StudyError, match="of other measures") as refused:  # by every command that reads it
         artefact.decode(artefact.encode(earlier, {}), Result, "results/model_error.h5")
-    asking = Asking(None)
+    asking = Asking()
     asking.result = lambda stage="": (None, str(refused.value))
     with pytest.raises(WrongOption, match=r"of other measures\); bipedstudy run model_error"):
         ask(parameters, Options(("speed",), ("1%",)), asking)
 
 
 def test_who_asks_for_a_peak_force_is_told_what_the_constraint_model_lacks(parameters, small):
-    answer = ask(parameters, Options(("peak_force",), ("1%",)), Asking(small))
+    answer = ask(parameters, Options(("peak_force",), ("1%",)), Asking(model_error=small))
     assert answer.plain["peak_force"]["rung"] == MODELS[PENALTY] and answer.plain["peak_force"]["inputs"] is None
     assert "heel strikes are impulses" in answer.lines[3] and "is not known" in answer.lines[1]
 
@@ -212,7 +182,7 @@ def test_what_the_twin_misses_of_the_robot_is_a_calibrations_or_not_known(parame
     calibrated = SimpleNamespace(checks=[SimpleNamespace(late=late) for late in (0.002, 0.0051, math.nan)])
     for others, late, said in (({}, None, "nothing is known of how the twin differs"),
                                ({"calibrated_twin": calibrated}, 0.0051, "off by up to 5.1 ms")):  # fmt: skip
-        answer = ask(parameters, Options(("period",), ("1%",)), Asking(small, **others))
+        answer = ask(parameters, Options(("period",), ("1%",)), Asking(model_error=small, **others))
         assert answer.plain["twin_strikes_off_s"] == late and said in answer.lines[-1]
 
 
@@ -227,12 +197,13 @@ def test_the_probability_is_students_where_draws_are_few():
 
 def test_the_answer_has_no_clock_in_it(parameters, small):
     options = Options(("period", "stable"), ("1%",))
-    assert ask(parameters, options, Asking(small)).plain == ask(parameters, options, Asking(small)).plain
+    one, other = (ask(parameters, options, Asking(model_error=small)).plain for _ in range(2))
+    assert one == other
 
 
 def test_designs_of_another_kind_are_the_twins_alone_and_it_is_said(parameters, small):
     rigid = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, legs="rigid"))
-    answer = ask(rigid, Options(("period",), ("5%",)), Asking(small))
+    answer = ask(rigid, Options(("period",), ("5%",)), Asking(model_error=small))
     assert answer.plain["period"]["rung"] == MODELS[TWIN] and "rigid legs" in answer.plain["unlike_the_drawn"]
     assert any("another kind" in line and "compliant legs" in line for line in answer.lines)
 
@@ -246,7 +217,7 @@ def test_where_no_miss_is_known_the_twin_tells_what_is_stable(parameters, small)
 
 
 def test_json_has_no_number_where_none_is_known(parameters, small):
-    answer = ask(parameters, Options(("multiplier", "stable"), ("1e-5",)), Asking(small))
+    answer = ask(parameters, Options(("multiplier", "stable"), ("1e-5",)), Asking(model_error=small))
     assert "NaN" not in json.dumps(answer.plain) and answer.no
 
 
@@ -257,7 +228,7 @@ def test_design_of_takes_the_studys_settings(parameters):
 
 @pytest.mark.slow
 def test_further_draws_join_those_of_the_stage(parameters, small):
-    asking = Asking(small, parameters)
+    asking = Asking(parameters, model_error=small)
     answer = ask(parameters, Options(("period",), ("0.4%",), learn=6), asking)
     more = further(small, parameters, [[*walked(one, twin=False)[:2]] for one in further_draws(parameters, 6)])
     assert len(more.numbers) == len(small.numbers) + 6 and more.solver_errors.shape == more.values.shape
@@ -274,7 +245,7 @@ def test_further_draws_join_those_of_the_stage(parameters, small):
 @pytest.mark.slow
 def test_each_design_is_answered_as_if_it_were_asked_alone(parameters, small, tmp_path):
     options = map.Options(BOX, out=tmp_path / "map.h5", within=("step_frequency=3%", "period=1e-4"))
-    answer = map.ask(parameters, options, Asking(small, parameters))
+    answer = map.ask(parameters, options, Asking(parameters, model_error=small))
     with h5py.File(options.out) as file:
         found = {name: column[()] for name, column in file["table"].items()}
         words = {value: word for word, value in h5py.check_enum_dtype(file["table/period_model"].dtype).items()}
@@ -293,7 +264,7 @@ def test_each_design_is_answered_as_if_it_were_asked_alone(parameters, small, tm
 def test_a_design_that_breaks_a_rule_or_that_no_model_has_is_no_number(parameters, small, tmp_path):
     wide = {"kind": "grid", "vary": {"biped.foot_radius": {"low": 0.05, "high": 0.5, "steps": 2}}}
     options = map.Options(wide, out=tmp_path / "map.h5", within=("multiplier=1e-5",))
-    plain = map.ask(parameters, options, Asking(small, parameters)).plain["answered_by"]["multiplier"]
+    plain = map.ask(parameters, options, Asking(parameters, model_error=small)).plain["answered_by"]["multiplier"]
     assert plain == {"no model": 1, "not allowed": 1}
     with h5py.File(options.out) as file:
         assert np.isnan(file["table/multiplier"][()]).all()

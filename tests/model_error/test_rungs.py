@@ -18,7 +18,7 @@ from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS, NoRung
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import machine_of, project
-from tests.model_error.test_ask import Asking
+from tests.asking import Asking
 from tests.similar import EXPONENT, similar
 
 DETAILS = {
@@ -222,18 +222,11 @@ def test_noise_alone_has_no_slopes():
 # --- `design --within`: a target is held as the twin has it, and told within its error.
 
 
-class Listening(Asking):
-    """An `Asking` to whom something is said."""
-
-    def note(self, text):
-        assert text
-
-
 @pytest.mark.slow
 def test_a_target_is_held_as_the_twin_has_it(parameters, small):
     options = Options(vary=("biped.foot_radius", "biped.foot_com"), target=("speed=0.33",), within=("speed=0.3%",),
                       iterations=20)  # fmt: skip
-    answer = ask(parameters, options, Listening(small))
+    answer = ask(parameters, options, Asking(model_error=small))
     told = answer.plain["within"]["speed"]
     assert not answer.no and answer.plain["targets"] == {"speed_m_s": 0.33}
     assert told["met"] and abs(told["value"] / 0.33 - 1.0) <= 3e-3
@@ -256,9 +249,9 @@ def test_a_target_is_missed_by_more_than_its_error():
 
 def test_a_design_names_the_measure_of_each_error_and_needs_what_was_learnt(parameters, small):
     with pytest.raises(WrongOption, match="names the measure"):
-        ask(parameters, Options(within=("1%",)), Listening(small))
+        ask(parameters, Options(within=("1%",)), Asking(model_error=small))
     with pytest.raises(WrongOption, match="model_error learns it"):
-        ask(parameters, Options(within=("speed=1%",)), Listening(None))
+        ask(parameters, Options(within=("speed=1%",)), Asking())
 
 
 def on_blocks(parameters, rms, **changes):
@@ -271,7 +264,7 @@ def test_a_design_walks_longer_on_blocks_within_its_limits(parameters):
     rigid = on_blocks(parameters, 8e-4, biped=dataclasses.replace(parameters.biped, legs="rigid"))
     options = Options(goal="steps_to_fall", vary=("biped.foot_radius=0.08:0.1", "biped.foot_com"), iterations=3,
                       target=("speed=0.35:0.4",))  # fmt: skip
-    answer = ask(rigid, options, Listening(None))
+    answer = ask(rigid, options, Asking())
     told, own = answer.plain["steps_to_fall"], answer.plain["goal"]
     assert told["best"]["steps_low"] > told["start"]["steps_high"] > told["start"]["steps_low"] > 3
     assert own["best"] > own["start"] and answer.plain["path"]["goal"][0] == own["start"]
@@ -288,4 +281,4 @@ def test_what_cannot_be_made_to_walk_longer_is_refused(parameters):
         (on_blocks(parameters, 1e-3, analytic=limited), {}, "--goal steps_to_fall: .* limited friction"),
     ):
         with pytest.raises(WrongOption, match=words):
-            ask(there, Options(goal="steps_to_fall", **options), Listening(None))
+            ask(there, Options(goal="steps_to_fall", **options), Asking())

@@ -19,6 +19,7 @@ from stages.biped.accuracy.scales import SI
 from stages.biped.question import WrongOption
 from stages.ground.slope import Slope
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, changed, clearance
+from tests.asking import Asking
 
 flint = pytest.importorskip("flint", reason="python-flint is not installed: pip install 'bipedstudy[proof]'")
 
@@ -35,23 +36,9 @@ DETAILS = {
 BARELY_UNSTABLE, UNSTABLE = 3.3631770623988606, 3.5
 
 
-class Listener:
-    """What a question is handed."""
-
-    jobs = 1
-
-    kept = b""
-
-    def progress(self, fraction, what):
-        assert 0 <= fraction <= 1
-
-    def keep(self, content):
-        self.kept = content
-
-
 def proven(biped, slope, cycle=False):
     """The content of a proof file of the study's gait."""
-    return question.proven(biped, slope, *question.study_gait(biped, slope, cycle), Listener())
+    return question.proven(biped, slope, *question.study_gait(biped, slope, cycle), Asking())
 
 
 @pytest.mark.parametrize("legs", ["compliant", "rigid"])
@@ -260,19 +247,19 @@ def test_without_python_flint_one_sentence_says_what_to_install(monkeypatch):
     settings = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0)
     parameters = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings)
     with pytest.raises(WrongOption, match=r"pip install 'bipedstudy\[proof\]'"):
-        question.ask(parameters, question.Options(), Listener())
+        question.ask(parameters, question.Options(), Asking())
 
 
 @pytest.mark.slow
 def test_table_1_is_proven_and_the_stored_file_confirmed():
-    listener, started = Listener(), time.process_time()
+    asking, started = Asking(), time.process_time()
     found = proven(TABLE_1, SLOPE)
     assert time.process_time() - started < 90
     assert found["stable"] is True and found["phases"] == ["double stance", "single stance"]
     options = question.Options(check=STORED)
     settings = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0)
-    answer = question.ask(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings), options, listener)
-    assert "is confirmed" in answer.lines[0] and listener.kept == STORED.read_bytes()
+    answer = question.ask(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings), options, asking)
+    assert "is confirmed" in answer.lines[0] and asking.kept == STORED.read_bytes()
 
 
 def moved(told):
@@ -305,10 +292,10 @@ def test_a_changed_file_is_not_confirmed(tmp_path):
         path = tmp_path / "proof.json"
         path.write_text(json.dumps(told))
         if not reason:
-            assert question.confirmed(path, Listener())[2] == rightly
+            assert question.confirmed(path, Asking())[2] == rightly
             continue
         with pytest.raises(NotProven, match=reason):
-            question.confirmed(path, Listener())
+            question.confirmed(path, Asking())
 
 
 @pytest.mark.parametrize("slope, steps, stable", [
@@ -342,7 +329,7 @@ def test_with_wrong_equations_the_studys_gait_is_not_proven(mutant, monkeypatch)
     parameters = Parameters(TABLE_1_RIGID, SLOPE, FRICTION, RUBBER,
                             Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))  # fmt: skip
     with pytest.raises(NotProven):
-        question.ask(parameters, question.Options(), Listener())
+        question.ask(parameters, question.Options(), Asking())
 
 
 @pytest.mark.slow

@@ -1,6 +1,5 @@
 """Ten reference gaits: every one is walked again by the program in docs/reference_gaits.md, which shares no code."""
 
-import contextlib
 import dataclasses
 import json
 import re
@@ -16,6 +15,7 @@ from stages.analytic.questions import reference_gaits as question
 from stages.biped.quantity import faults
 from stages.biped.question import WrongOption
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, changed
+from tests.asking import Asking
 from tests.pipeline import documented
 
 pytest.importorskip("flint", reason="python-flint is not installed: pip install 'bipedstudy[proof]'")
@@ -23,20 +23,6 @@ pytest.importorskip("flint", reason="python-flint is not installed: pip install 
 PARAMETERS = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))
 #: Largest difference of period [s] and return state [SI units].
 CLOSE = 1e-10
-
-
-class Listener:
-    """What a question is handed."""
-
-    jobs = 1
-
-    def progress(self, fraction, what):
-        assert 0 <= fraction <= 1
-
-    @contextlib.contextmanager
-    def new_file(self, path):
-        assert not path.exists()
-        yield path
 
 
 def the_design(name, biped=TABLE_1):
@@ -69,7 +55,7 @@ def test_a_design_has_a_stable_gait_of_its_own(name):
 
 @pytest.mark.slow
 def test_a_gait_is_described_with_units_and_walked_again_by_the_program(repository, tmp_path):
-    gait = question.described(the_design("rigid"), Listener())
+    gait = question.described(the_design("rigid"), Asking())
     assert gait["parameters"]["leg_1"]["foot_mass"] == {"value": 0.335, "unit": "kg"}
     assert gait["parameters"]["hip"]["stiffness"]["unit"] == "N m/rad" and gait["period"]["unit"] == "s"
     low, high = map(float, gait["enclosures"]["period"]["between"])
@@ -90,16 +76,16 @@ def test_a_gait_is_described_with_units_and_walked_again_by_the_program(reposito
 def test_what_cannot_be_proven_is_refused_and_a_design_without_a_gait_is_named():
     rubbing = dataclasses.replace(PARAMETERS, biped=changed(TABLE_1, hip_friction=0.01))
     with pytest.raises(WrongOption, match="hip_friction"):
-        question.ask(rubbing, question.Options(), Listener())
+        question.ask(rubbing, question.Options(), Asking())
     level = dataclasses.replace(SLOPE, slope_deg=0.0)
     with pytest.raises(NoGait, match=r"design plain \(the design itself\)"):
-        question.described(question.Design("plain", "the design itself", TABLE_1, level), Listener())
+        question.described(question.Design("plain", "the design itself", TABLE_1, level), Asking())
 
 
 @pytest.mark.slow
 def test_the_program_of_the_page_walks_all_ten(repository, tmp_path):
     path = tmp_path / "gaits.json"
-    question.ask(PARAMETERS, question.Options(file=path), Listener())
+    question.ask(PARAMETERS, question.Options(file=path), Asking())
     found = scored(path, repository)
     assert [name for name, *_ in found] == [each.name for each in question.designs(TABLE_1, SLOPE)]
     assert [row for row in found if max(float(row[1]), float(row[2])) > CLOSE] == []
@@ -107,4 +93,4 @@ def test_the_program_of_the_page_walks_all_ten(repository, tmp_path):
 
 def test_a_design_that_there_is_not_is_refused_by_name():
     with pytest.raises(WrongOption, match=r"only: there is no design flat; there are plain, rigid,"):
-        question.ask(PARAMETERS, question.Options(only=("flat",)), Listener())
+        question.ask(PARAMETERS, question.Options(only=("flat",)), Asking())

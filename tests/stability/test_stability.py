@@ -31,7 +31,7 @@ from stages.stability.questions import rough as question
 from stages.stability.run import SLOPE as OVER
 from stages.stability.run import over_slope, section_of, starts_around
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait
-from tests.analytic.test_questions import Listener
+from tests.asking import Asking
 
 SETTINGS = Settings(0.4, 2.8, 2, 0.1, 1e-9, 0.5, 2.0, 0.3, 2.3, 12, 30)
 TOLERANCE = 1e-10
@@ -326,18 +326,10 @@ def test_patterns_move_to_the_falls_each_of_which_counts_by_its_weight_however_l
     assert found.heights == pytest.approx(about, abs=0.3)
 
 
-class Asking(Listener):
-    """Answers in this process."""
-
-    def each(self, function, arguments, *shared):
-        return iter([function(self.parameters, *shared, argument) for argument in arguments])
-
-
 def asked(rms, **changes):
-    asking = Asking()
-    asking.parameters = SimpleNamespace(
+    asking = Asking(SimpleNamespace(
         biped=TABLE_1_RIGID, slope=SLOPE, friction=FRICTION, blocks=Blocks(rms, 0),
-        analytic=replace(OfAnalytic(tolerance=1e-10, steps=2, sampling_rate_hz=100.0), **changes))
+        analytic=replace(OfAnalytic(tolerance=1e-10, steps=2, sampling_rate_hz=100.0), **changes)))
     return question.ask(asking.parameters, question.Options(effort=40_000), asking)
 
 
@@ -367,4 +359,4 @@ def test_blocks_that_reach_the_foot_that_stands_are_refused():
         blocks=Blocks(1e-3, block_length=0.3), biped=TABLE_1, slope=SLOPE, friction=FRICTION,
         analytic=SimpleNamespace(tolerance=1e-9, limited={}.get))  # fmt: skip
     with pytest.raises(BlocksDoNotFit, match=r"ground.block_length = 0.3 m .* allowed: < 0.2414 m"):
-        question.ask(parameters, question.Options(), Listener())
+        question.ask(parameters, question.Options(), Asking())
