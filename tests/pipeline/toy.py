@@ -11,17 +11,13 @@ import shlex
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 import pytest
 
 from pipeline import trust
-from pipeline.cache.fingerprint import WRITER
-from pipeline.cache.sources import SyntaxMemo, beside
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Assessment, Outcome, bring_up_to_date, survey
@@ -33,8 +29,6 @@ from tests import commands
 HOME = Path(__file__).resolve().parents[2]
 TEMPLATE = Path(__file__).with_name("toy_study")
 TEMPLATE_PACKAGE = "toystages"
-#: What the command line calls the package of stages.
-COMMANDS = "stages"
 
 
 @dataclass
@@ -183,52 +177,21 @@ def copied(toy: Toy, root: Path) -> Toy:
 
 def written(root: Path, package: str) -> Toy:
     """A toy study in `root` whose stages are the package of this name; the words they declare with are their own."""
-    texts = _texts(package)
-    for folder in {(root / name).parent for name in texts}:
-        folder.mkdir(parents=True, exist_ok=True)
-    for name, text in texts.items():
-        (root / name).write_text(text)
-    kept = beside(root / package).path
-    kept.parent.mkdir(exist_ok=True)
-    kept.write_bytes(_kept())
+    sources = {source.relative_to(TEMPLATE).as_posix(): source for source in TEMPLATE.rglob("*.*")
+               if source.is_file() and "__pycache__" not in source.parts}  # fmt: skip
+    sources |= {f"{TEMPLATE_PACKAGE}/body/{name}.py": HOME / f"stages/biped/{name}.py"
+                for name in ("quantity", "question")}  # fmt: skip
+    sources |= {name: HOME / name for name in ("CITATION.cff", "LICENSE")}
+    for name, source in sources.items():
+        place, text = root / name.replace(TEMPLATE_PACKAGE, package), source.read_text()
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text.replace("stages.biped.", f"{package}.body.").replace(TEMPLATE_PACKAGE, package))
     return Toy(root, package)
-
-
-def _texts(package: str) -> dict[str, str]:
-    return {name.replace(TEMPLATE_PACKAGE, package): text.replace(TEMPLATE_PACKAGE, package)
-            for name, text in _template().items()}  # fmt: skip
-
-
-@cache
-def _template() -> dict[str, str]:
-    """The texts of the toy study's files by their names."""
-    own = f"{TEMPLATE_PACKAGE}/body"
-    sources = {source.relative_to(TEMPLATE).as_posix(): source for source in TEMPLATE.rglob("*.*")}
-    words = {f"{own}/{name}.py": HOME / f"stages/biped/{name}.py" for name in ("quantity", "question")}
-    words |= {name: HOME / name for name in ("CITATION.cff", "LICENSE")}
-    return {name: source.read_text().replace("stages.biped.", f"{TEMPLATE_PACKAGE}.body.")
-            for name, source in {**sources, **words}.items()
-            if source.is_file() and "__pycache__" not in source.parts}  # fmt: skip
-
-
-@cache
-def _kept() -> bytes:
-    """A file with what the sources mean that write artefacts, and the stages of commands, by content: parsing them is
-    most of what a first run costs.
-    """
-    stages = (text.encode() for name, text in _texts(COMMANDS).items() if name.endswith(".py"))
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "kept.json"
-        memo = SyntaxMemo(path)
-        for source in (*(path.read_bytes() for path in WRITER), *stages):
-            memo.meaning(source)
-        memo.save()
-        return path.read_bytes()
 
 
 def with_commands(root: Path) -> Toy:
     """A fresh toy study whose package is called `stages`, as the command line expects."""
-    return agreed(written(root, COMMANDS))
+    return agreed(written(root, "stages"))
 
 
 def agreed(toy: Toy) -> Toy:
