@@ -80,24 +80,6 @@ def edit(package: Path) -> None:
     (package / "other.py").write_text(OTHER.replace("2.0", "3.0"))
 
 
-@unix
-@pytest.mark.slow
-def test_two_users_of_one_installation(package: Path, repository: Path, tmp_path: Path) -> None:
-    """Each has a folder of his own, both are right after an edit of another file; nothing lies beside the code."""
-    before = sorted(package.parent.rglob("*"))
-    for answer in (14.0, 21.0):
-        folders = []
-        for user in ("one", "two"):
-            cold = used(package, repository, HOME=tmp_path / user)
-            warm = used(package, repository, HOME=tmp_path / user)
-            assert (cold["answer"], cold["hits"], warm["answer"], warm["hits"]) == (answer, 0, answer, 1)
-            assert Path(str(warm["folder"])).is_relative_to(tmp_path / user)
-            folders.append(Path(str(warm["folder"])))
-        assert folders[0].name == folders[1].name and all(folder.stat().st_mode & 0o77 == 0 for folder in folders)
-        assert sorted(package.parent.rglob("*")) == before
-        edit(package)
-
-
 @pytest.mark.slow
 def test_a_copy_of_the_sources_with_other_times_finds_the_code(package: Path, repository: Path, tmp_path: Path) -> None:
     assert used(package, repository, NUMBA_CACHE_DIR=tmp_path / "cache")["hits"] == 0

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-import bipedstudy
 import bipedstudy as bs
 from bipedstudy.questions import names
 from pipeline.errors import StudyError
 from pipeline.questions.command import questions
 from pipeline.study import locate
 from stages.biped.quantity import quantity
+from tests import commands
 
 BOX = {"count": 3, "vary": {"biped.hip_mass": {"low": 0.3, "high": 0.33}}}
 
@@ -70,18 +70,9 @@ def test_what_is_not_allowed_is_one_sentence(ask, said):
         ask()
 
 
-def test_a_name_that_is_none_is_told_with_those_that_are():
-    with pytest.raises(AttributeError, match=r"no attribute 'hop'; it has .*ask"):
-        _ = bs.hop
-
-
 def _study(folder):
     """A new study there."""
-    from click.testing import CliRunner
-
-    from pipeline.commands.house import init
-
-    assert CliRunner().invoke(init, [str(folder / "mine")]).exit_code == 0
+    assert commands.run("init", "mine", cwd=folder).returncode == 0
     return folder / "mine"
 
 
@@ -147,20 +138,20 @@ def test_the_docstrings_show_what_is_so():
 
 
 def test_every_name_that_is_offered_is_there():
-    assert all(callable(getattr(bipedstudy, name)) for name in bipedstudy.__all__)
-    assert {*dir(bipedstudy)} > {*bipedstudy.__all__} and "ask" in dir(bipedstudy)
-    with pytest.raises(AttributeError, match="it has Array, StudyError"):
-        bipedstudy.gaits  # noqa: B018
+    assert all(callable(getattr(bs, name)) for name in bs.__all__)
+    assert {*dir(bs)} > {*bs.__all__} and "ask" in dir(bs)
+    with pytest.raises(AttributeError, match=r"no attribute 'gaits'; it has Array, StudyError.*ask"):
+        bs.gaits  # noqa: B018
 
 
 def test_settings_are_texts_or_mappings_of_values():
     given = {"biped.hip_mass": np.float64(0.4), "biped.strike_time": None, "analytic.steps": np.int64(5)}
-    one, other = (bipedstudy.parameters("analytic", *settings) for settings in (
+    one, other = (bs.parameters("analytic", *settings) for settings in (
         [given], ["biped.hip_mass=0.4", "analytic.steps=5"]))  # fmt: skip
     assert one == other and one.biped.hip_mass == 0.4
     for wrong, words in ((3, "3 is no setting"), ({"biped.hip_mass": -1}, "hip_mass = -1 kg is not allowed")):
-        with pytest.raises(bipedstudy.StudyError, match=words):
-            bipedstudy.parameters("analytic", wrong)
+        with pytest.raises(bs.StudyError, match=words):
+            bs.parameters("analytic", wrong)
 
 
 # --- Whole studies of robots that are not Table 1's come to an end: every stage, every figure, the report.

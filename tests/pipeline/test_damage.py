@@ -1,7 +1,6 @@
 """Files that were truncated, edited or forged are never taken for results, and cost no valid one."""
 
 import json
-import os
 import random
 import shutil
 
@@ -97,15 +96,6 @@ def test_a_figure_left_by_a_run_that_was_killed_while_it_put_files_in_place_goes
     store._set_record(entry, False, sorted([*entry.outs, "results/figures/two.svg"]))
     assert done.run()["picture"] == "restored"
     assert done.results() == before
-
-
-def test_the_clock_set_back_changes_nothing(done):
-    for path in [*(done.root / "results").rglob("*"), *done.path("PACKAGE").rglob("*.py")]:
-        os.utime(path, (0, 0))
-    assert set(done.run().values()) == {"current"}
-    done.edit("PACKAGE/body/motion.py", "0.5 * gravity", "0.8 * gravity")
-    os.utime(done.path("PACKAGE/body/motion.py"), (0, 0))
-    assert done.run()["fall"] == "computed"
 
 
 # --- Results that came without their cache are taken where each artefact tells how it was made and what its files

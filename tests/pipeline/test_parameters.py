@@ -1,7 +1,6 @@
 """Parameters are checked before anything runs, and every error is reported at once."""
 
 import dataclasses
-import json
 import math
 import os
 import shutil
@@ -316,13 +315,6 @@ def test_half_widths_are_no_parameters_but_a_result_rests_on_them():
     assert "hip_mass half-width" not in loading.as_plain(values["twin"])["biped"], "no stage rests on what it ignores"
     exact = study("biped.hip_mass=0.316").parameters(["analytic"])["analytic"]
     assert loading.as_plain(exact) != plain
-
-
-def test_half_widths_reach_workers():
-    """As parameters travel: plain, by way of JSON."""
-    given = study("biped.foot_com={value: 0.1, uncertainty: 0.003}").parameters(["analytic"])["analytic"]
-    again = loading.from_plain(type(given), json.loads(json.dumps(loading.as_plain(given))))
-    assert again == given and again.half_widths["biped.foot_com"] == 0.003 and "ground.slope_deg" in again.half_widths
 
 
 # --- The level of a study: what values are at each, what is refused, and what an edited value means.

@@ -120,6 +120,7 @@ def test_a_folder_with_the_name_of_the_stages_is_not_taken_for_them(toy, tmp_pat
     (),
     ("ground.normal_force=impact", "multibody.steps=2"),
     ("biped.hip_mass=0.3210123456789012345", "twin.inertia=planar"),
+    ("biped.foot_com={value: 0.1, uncertainty: 0.003}",),
 ])  # fmt: skip
 def test_parameters_of_every_stage_come_back_whole(repository, settings):
     study = locate(None, None, settings, repository)
