@@ -17,7 +17,7 @@ import numpy as np
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.gait_search import find_gait, gait_near
+from stages.analytic.gait.gait_search import gait_near
 from stages.analytic.model.walker import Vector
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import Walk
@@ -96,9 +96,8 @@ class _Work:
     def __init__(self, parameters: Parameters, inputs: Inputs, reasons: list[str]) -> None:
         self.parameters, self.inputs, self.reasons = parameters, inputs, reasons
         drawn = drawn_design(parameters)
-        gait = find_gait(drawn.biped, drawn.slope, FINE)
-        self.near = gait[1].z
-        self.model: Model = first_model(drawn, looked_for(drawn), parameters, gait)
+        self.model: Model = first_model(drawn, looked_for(drawn), parameters)
+        self.near = self.model.layout.strike
         twin = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
         self.robot = TwinRobot(build(parameters.biped, twin), parameters.contact, twin, parameters.settings,
                                self.model.layout, parameters.runs.motion_rate_hz)

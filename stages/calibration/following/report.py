@@ -122,13 +122,12 @@ def _late(one: Instant, robot: robot_file.FittedRobot) -> Instant:
 
 def _row(name: str, one: Instant) -> dict[str, Any]:
     """An instant as a row."""
-    row: dict[str, Any] = {"run": name, "time_s": one.time, "stance_leg": STANDS[one.leg],
-                           "phase": "double stance" if one.double else "single stance",
-                           **_of_state(one.state, one.covariance)}  # fmt: skip
-    row |= {"energy_J": one.energy[0], "energy_sd": one.energy[1]}
-    row |= {"next_heel_strike_s": one.strike, "next_heel_strike_sd_s": one.strike_sd}
-    row |= {"step_length_m": one.step[0], "step_length_sd": one.step[1]}
-    return row | {f"falls_within_{steps}_steps": float(share) for steps, share in enumerate(one.falls, 1)}
+    return {"run": name, "time_s": one.time, "stance_leg": STANDS[one.leg],
+            "phase": "double stance" if one.double else "single stance", **_of_state(one.state, one.covariance),
+            "energy_J": one.energy[0], "energy_sd": one.energy[1],
+            "next_heel_strike_s": one.strike, "next_heel_strike_sd_s": one.strike_sd,
+            "step_length_m": one.step[0], "step_length_sd": one.step[1],
+            **{f"falls_within_{steps}_steps": float(share) for steps, share in enumerate(one.falls, 1)}}  # fmt: skip
 
 
 def _of_state(state: Vector, covariance: np.ndarray) -> dict[str, float]:

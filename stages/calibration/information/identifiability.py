@@ -17,8 +17,7 @@ from stages.analytic.derivatives.numbers import changes_of, sensitive_names
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.poincare import FixedPoint
-from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.model.walker import Vector
 from stages.biped.accuracy.scales import powers
 from stages.biped.design import Biped
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, information_of
@@ -66,14 +65,12 @@ def planned_equations(parameters: Parameters, place: float = 0.0) -> tuple[Desig
     return design, run_equations(design, np.array([design.value(SLOPE)]), layout.middle, run, model), model
 
 
-def first_model(
-    design: DesignPoint, names: Sequence[str], parameters: Parameters, gait: tuple[Walker, FixedPoint] | None = None
-) -> Model:
+def first_model(design: DesignPoint, names: Sequence[str], parameters: Parameters) -> Model:
     """The model in which the parameters `names` of a design are looked for, some of them for each run by itself.
 
-    Raises NoGait where the design's `gait` has to be looked for and there is none.
+    Raises NoGait where the design has no gait.
     """
-    walker, point = gait or find_gait(design.biped, design.slope, FINE, None)
+    walker, point = find_gait(design.biped, design.slope, FINE, None)
     layout = layout_of(walker, point.z, FINE, parameters.priors)
     own = (SLOPE, *(name for name in names if name in EACH_RUNS and name != SLOPE))
     return Model(tuple(name for name in names if name not in own), own, layout, parameters.noise,

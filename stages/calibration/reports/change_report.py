@@ -88,23 +88,19 @@ def sentence(verdict: Verdict) -> str:
 
 def _runs_table(verdicts: Mapping[str, Verdict]) -> Table:
     """Each run by itself."""
-    rows: list[list[Any]] = [
-        [name, "yes" if one.same else "no", f"{one.probability:.2g}", f"{one.residuals:.2f}", one.changes[0].part.name,
-         f"{one.changes[0].sigmas:.1f}"]
-        for name, one in verdicts.items()]  # fmt: skip
-    return ("Runs, each by itself", ["run", "same", "probability", "residuals over the robot's", "differs most by",
-                                     "standard errors"], rows)  # fmt: skip
+    return ("Runs, each by itself",
+            ["run", "same", "probability", "residuals over the robot's", "differs most by", "standard errors"],
+            [[name, "yes" if one.same else "no", f"{one.probability:.2g}", f"{one.residuals:.2f}",
+              one.changes[0].part.name, f"{one.changes[0].sigmas:.1f}"] for name, one in verdicts.items()])
 
 
 def _parts_table(verdict: Verdict) -> Table:
     """The parts that explain most, each as if it alone had changed."""
-    rows: list[list[Any]] = []
-    for one in verdict.changes[:SHOWN]:
-        share = f"{100 * one.change / one.part.value:+.2f} %" if np.isfinite(one.part.value) and one.part.value else ""
-        rows.append([one.part.name, f"{one.change:+.4g}", f"+- {HALF_WIDTH * one.sd:.2g}", one.part.unit, share,
-                     f"{one.sigmas:.1f}"])  # fmt: skip
     return ("Parts, each as if it alone had changed, 95 % intervals",
-            ["part", "change", "interval", "unit", "share", "standard errors"], rows)  # fmt: skip
+            ["part", "change", "interval", "unit", "share", "standard errors"],
+            [[one.part.name, f"{one.change:+.4g}", f"+- {HALF_WIDTH * one.sd:.2g}", one.part.unit,
+              f"{100 * one.change / one.part.value:+.2f} %" if np.isfinite(one.part.value) and one.part.value else "",
+              f"{one.sigmas:.1f}"] for one in verdict.changes[:SHOWN]])
 
 
 def _plain(verdict: Verdict) -> dict[str, Any]:

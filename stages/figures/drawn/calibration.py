@@ -100,19 +100,13 @@ def short(name: str) -> str:
 
 def caption_robots(given: Given) -> str:
     result: Result = given.calibrated_twin
-    words = [robot_words(robot) for robot in result.robots]
-    for one in result.pairs:
-        words.append(
-            f"{one.name} with and without its outsole: {1e3 * one.longer:.2f} ± {1e3 * HALF_WIDTH * one.longer_sd:.2f} "
-            f"mm longer (truly {1e3 * one.true_longer:.2f}), step frequency {100 * one.slower:+.2f} ± "
-            f"{100 * HALF_WIDTH * one.slower_sd:.2f} % (truly {100 * one.true_slower:+.2f})."
-        )
-    words += [
-        f"{one.name}, held out, walked by the twin with the numbers {one.numbers}: heel strikes are off by up to "
-        f"{1e3 * one.late:.1f} ms."
-        for one in result.checks
-    ]
-    return " ".join(words)
+    return " ".join([
+        *map(robot_words, result.robots),
+        *(f"{one.name} with and without its outsole: {1e3 * one.longer:.2f} ± {1e3 * HALF_WIDTH * one.longer_sd:.2f} "
+          f"mm longer (truly {1e3 * one.true_longer:.2f}), step frequency {100 * one.slower:+.2f} ± "
+          f"{100 * HALF_WIDTH * one.slower_sd:.2f} % (truly {100 * one.true_slower:+.2f})." for one in result.pairs),
+        *(f"{one.name}, held out, walked by the twin with the numbers {one.numbers}: heel strikes are off by up to "
+          f"{1e3 * one.late:.1f} ms." for one in result.checks)])
 
 
 def robot_words(robot: Robot) -> str:

@@ -27,15 +27,14 @@ MEASURES = (("period", style.MULTIBODY), ("step_length", style.SECOND), ("speed"
 
 def multipliers(given: Given) -> list[tuple[str, np.ndarray, str, str]]:
     """Model, its multipliers (k, 2) [1], and colour and marker."""
+    rungs = given.twin_ladder.rungs if given.twin_ladder else ()
+    twin = next((rung for rung in rungs if rung.is_twin and rung.found), None)
     found = [
         ("constraint model", given.analytic.gait.floquet_multipliers, style.ANALYTIC, "o"),
         ("penalty contact", given.multibody.cycle.floquet_multipliers, style.MULTIBODY, "s"),
-    ]
-    rungs = given.twin_ladder.rungs if given.twin_ladder else ()
-    twin = next((rung for rung in rungs if rung.is_twin and rung.found), None)
-    if twin is not None:
-        found.append(("twin, in the plane", twin.plane_multipliers, style.TWIN, "^"))
-        found.append(("twin, across it", twin.side_multipliers, style.MEASURED, "v"))
+        *([("twin, in the plane", twin.plane_multipliers, style.TWIN, "^"),
+           ("twin, across it", twin.side_multipliers, style.MEASURED, "v")] if twin else []),
+    ]  # fmt: skip
     return [(name, values[np.hypot(*values.T) > NONE], *look) for name, values, *look in found if len(values)]
 
 
@@ -111,17 +110,15 @@ def caption_basin(given: Given) -> str:
     others = ", ".join(f"{words}: {share[number]:.1f} %" for number, words in enumerate(basin.endings)
                        if share[number] and number not in (REACHES, NO_START))  # fmt: skip
     steps = basin.steps[basin.ending == REACHES]
-    text = (
+    return "".join((
         f"Walks of the constraint model from {basin.ending.size} starts just after heel strike: angle and rate of the "
         f"stance leg as on the axes, all else as in the gait. {share[REACHES]:.1f} % come within {basin.near:g} of it "
-        f"in all coordinates of the section"
-    )
-    if steps.size:
-        text = f"{text}, after {steps.min()} to {steps.max()} steps, half of them after {np.median(steps):.0f}"
-    text = f"{text}; of the others, {others}." if others else f"{text}."
-    if share[NO_START]:
-        text = f"{text} In {share[NO_START]:.1f} % the trailing leg, as long as in the gait, reaches no ground."
-    return text
+        f"in all coordinates of the section",
+        f", after {steps.min()} to {steps.max()} steps, half of them after {np.median(steps):.0f}"
+        if steps.size else "",
+        f"; of the others, {others}." if others else ".",
+        f" In {share[NO_START]:.1f} % the trailing leg, as long as in the gait, reaches no ground." if share[NO_START]
+        else ""))
 
 
 # The gait over the slope: where its period doubles, and what its multipliers do there.
@@ -141,15 +138,11 @@ def caption_bifurcation(given: Given) -> str:
     )
     if not families:
         return f"{text} No gait could be followed."
-    text = f"{text} {stretches(families[0])}"
-    for family in families:
-        for turn in family.turns:
-            text = f"{text} {label(family, turn)}"
     gone = [f"the cycle of {family.steps} at {value:.3g}°" for family in families
             for value in without_double_stance(family)]  # fmt: skip
-    if gone:
-        text = f"{text} Multipliers have a kink where a step loses its double stance: {', '.join(gone)}."
-    return text
+    kinks = [f"Multipliers have a kink where a step loses its double stance: {', '.join(gone)}."] if gone else []
+    turns = (label(family, turn) for family in families for turn in family.turns)
+    return " ".join([text, stretches(families[0]), *turns, *kinks])
 
 
 def without_double_stance(family: RecordedFamily) -> list[float]:

@@ -100,21 +100,17 @@ def changed(given: Given) -> list[str]:
 
 def caption(given: Given) -> str:
     found = given.rough_ground
-    first = found.of(CONSTRAINT)[0]
-    text = (
-        "Blocks of independent normal heights, the same for every model. (a) Mean steps to a fall with intervals of "
-        "95 %; open at the top where none was seen. (b) Chance to walk over the ramp, "
-        f"{first.ramp_steps + 1} sets of blocks."
-    )
-    twins = found.of(TWIN)
-    if twins:
-        text = f"{text} The twin's are {', '.join(str(row.falls) for row in twins)} falls, from the least height."
+    first, twins = found.of(CONSTRAINT)[0], found.of(TWIN)
     best = min((row for row in found.norms if np.isfinite(row.sensitivity_norm)),
                key=lambda row: row.sensitivity_norm, default=None)  # fmt: skip
-    if best is not None:
-        text = (f"{text} (c) The spread of a step's duration over the rms height, {found.sensitivity_norm:.3g} s/m for "
-                f"the design, is least with {best.parameter} times {best.share:.3g}: {best.sensitivity_norm:.3g} s/m.")
-    return f"{text} {of_front(given)}".rstrip()
+    return " ".join(filter(None, (
+        "Blocks of independent normal heights, the same for every model. (a) Mean steps to a fall with intervals of "
+        "95 %; open at the top where none was seen. (b) Chance to walk over the ramp, "
+        f"{first.ramp_steps + 1} sets of blocks.",
+        f"The twin's are {', '.join(str(row.falls) for row in twins)} falls, from the least height." if twins else "",
+        f"(c) The spread of a step's duration over the rms height, {found.sensitivity_norm:.3g} s/m for the design, is "
+        f"least with {best.parameter} times {best.share:.3g}: {best.sensitivity_norm:.3g} s/m." if best else "",
+        of_front(given))))
 
 
 def of_front(given: Given) -> str:

@@ -339,12 +339,14 @@ def _gyroscope_beside(path: Path) -> Path | None:
 
 
 def _layout(head: Head, indent: int) -> list[str]:
-    lines = [f"delimiter: {head.delimiter}"] if head.delimiter else []
-    lines += [f"header_rows: {head.header_rows}"]
-    lines += [f"sheet: {_quoted(head.sheet)}"] if head.sheet else []
-    lines += [] if head.names else ["header: false"]
-    lines += ["decimal: comma"] if head.decimal_comma else []
-    return [" " * indent + line for line in lines]
+    lines = (
+        f"delimiter: {head.delimiter}" if head.delimiter else "",
+        f"header_rows: {head.header_rows}",
+        f"sheet: {_quoted(head.sheet)}" if head.sheet else "",
+        "" if head.names else "header: false",
+        "decimal: comma" if head.decimal_comma else "",
+    )
+    return [" " * indent + line for line in lines if line]
 
 
 def _columns(head: Head, columns: dict[str, int]) -> str:
