@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy.tolerances import Accuracy, ConstraintTolerance, Level, accuracy
+from stages.biped.accuracy.tolerances import Accuracy, ConstraintTolerance, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, half_widths, parameter
 from stages.biped.rubber import Rubber
-from stages.ground.slope import Friction, Slope
+from stages.ground.slope import Friction, OnSlope, Slope
 
 
 @dataclass(frozen=True)
@@ -63,17 +63,14 @@ def half_widths_of(*digits: DesignDigits | SlopeDigits) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnSlope):
     """Parameters of the analytic stage."""
 
-    biped: Biped
-    slope: Slope
     friction: Friction
     rubber: Rubber
     settings: Settings
     design_digits: DesignDigits = DesignDigits()
     slope_digits: SlopeDigits = SlopeDigits()
-    level: Level = Level()
 
     def broken_rules(self) -> Iterator[Broken]:
         """The readable path knows Table 1's biped only; a hip with Coulomb friction goes with feet that roll."""

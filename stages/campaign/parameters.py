@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.scales import GRAVITY, Following, followed, outsole, quickness, size
-from stages.biped.accuracy.tolerances import CLOSER, Level
+from stages.biped.accuracy.tolerances import CLOSER
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
+from stages.ground.contact_law import OnGround
 from stages.twin.parameters import Settings as TwinSettings
 
 POSITIVE, NOT_NEGATIVE, SHARE = Bound(above=0), Bound(minimum=0), Bound(minimum=0, below=1)
@@ -136,19 +135,15 @@ class Fitted:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All the campaign depends on."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     twin: TwinSettings
     runs: RunSettings
     given_sensor: SensorSettings
     radio: RadioSettings
     measured: Measured
     fitted: Fitted
-    level: Level = Level()
 
     @property
     def sensor(self) -> SensorSettings:

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from stages.analytic.parameters import DesignDigits, SlopeDigits
 from stages.analytic.parameters import Settings as ConstraintSettings
 from stages.biped.accuracy.scales import scales_of
-from stages.biped.accuracy.tolerances import Level
-from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.calibration.parameters import Settings as CalibrationSettings
 from stages.campaign.parameters import RadioSettings, RunSettings, SensorSettings
@@ -18,8 +16,7 @@ from stages.comparison.claims.paper import (
 from stages.contact_study.parameters import Settings as StudySettings
 from stages.error_budget.parameters import Settings as BudgetSettings
 from stages.ground.blocks import Blocks
-from stages.ground.contact_law import ContactLaw, DefaultSet
-from stages.ground.slope import Slope
+from stages.ground.contact_law import DefaultSet, OnGround
 from stages.imu.parameters import Drawing
 from stages.imu.parameters import Limits as IngestLimits
 from stages.imu.parameters import Settings as IngestSettings
@@ -74,12 +71,9 @@ class Settings(Limits):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """Parameters of the comparison stage: its own, and those of all stages above it, which claims rest on."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     constraint: ConstraintSettings
     planar: PlanarSettings
     default: DefaultSet
@@ -101,7 +95,6 @@ class Parameters:
     blocks: Blocks = Blocks()
     design_digits: DesignDigits = DesignDigits()
     slope_digits: SlopeDigits = SlopeDigits()
-    level: Level = Level()
 
     def __post_init__(self) -> None:
         """Sizes that are null follow the robot."""

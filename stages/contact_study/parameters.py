@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.scales import Following, Followings, scales_of, similar
-from stages.biped.accuracy.tolerances import CLOSER, ConstraintTolerance, Level, PenaltyTolerance, checked
-from stages.biped.design import Biped
+from stages.biped.accuracy.tolerances import CLOSER, ConstraintTolerance, PenaltyTolerance, checked
 from stages.biped.quantity import Bound, Broken, parameter
-from stages.ground.contact_law import ContactLaw, DefaultSet
-from stages.ground.slope import Slope
+from stages.ground.contact_law import DefaultSet, OnGround
 
 #: What null is for Table 1's robot.
 OF_TABLE_1: Mapping[str, float | tuple[float, ...]] = {
@@ -97,17 +95,13 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses. Of `contact` the choice of laws and the coefficients of friction are kept."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     default_set: DefaultSet
     settings: Settings
     constraint: ConstraintTolerance
     penalty: PenaltyTolerance
-    level: Level = Level()
 
     def __post_init__(self) -> None:
         """Sizes that are null follow the robot."""

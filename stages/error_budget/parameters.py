@@ -6,11 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.biped.accuracy.tolerances import CLOSER, ConstraintTolerance, Level, PenaltyTolerance, checked
-from stages.biped.design import Biped
+from stages.biped.accuracy.tolerances import CLOSER, ConstraintTolerance, PenaltyTolerance, checked
 from stages.biped.quantity import Bound, Broken, parameter
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
+from stages.ground.contact_law import OnGround
 
 #: So many times as fine, at least, is the tolerance that measures another's error.
 TIGHTER = 10.0
@@ -70,16 +68,12 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     settings: Settings
     constraint: ConstraintTolerance
     penalty: PenaltyTolerance
-    level: Level = Level()
 
     @property
     def constraint_tolerance(self) -> float:

@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
-from stages.biped.accuracy.tolerances import Level
-from stages.biped.design import Biped
 from stages.biped.quantity import Bound, faults, parameter
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Friction, Slope
+from stages.ground.contact_law import OnGround
+from stages.ground.slope import Friction
 from stages.multibody.parameters import Settings as MultibodySettings
 from stages.twin.parameters import Parameters as TwinParameters
 from stages.twin.parameters import Settings as TwinSettings
@@ -64,18 +62,14 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses: those of every engine, which the points depart from."""
 
-    biped: Biped
-    slope: Slope
     friction: Friction
-    contact: ContactLaw
     analytic: AnalyticSettings
     multibody: MultibodySettings
     twin: TwinSettings
     settings: Settings
-    level: Level = Level()
 
     def changed(self, changes: Iterator[tuple[str, Any]] | tuple[tuple[str, Any], ...]) -> Parameters:
         """With values changed by their names in the parameter files, as "ground.gravity"; nothing is checked.

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stages.biped.accuracy.tolerances import Level
-from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.comparison.claims.paper import Limits
 from stages.ground.blocks import Blocks
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
+from stages.ground.contact_law import OnGround
 from stages.twin.parameters import Settings as Twin
 
 
@@ -23,13 +20,9 @@ class Settings(Limits):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """Parameters of the figures."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     twin: Twin
     settings: Settings
     blocks: Blocks = Blocks()
-    level: Level = Level()

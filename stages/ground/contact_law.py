@@ -24,7 +24,7 @@ from typing import ClassVar
 from stages.biped.accuracy.scales import Following, Scales, similar
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.laws import FRICTIONS, NORMAL_FORCES, PointLaw, has
-from stages.ground.slope import Friction, dynamic_friction, law_of_friction, static_friction
+from stages.ground.slope import Friction, OnSlope, dynamic_friction, law_of_friction, static_friction
 
 
 @dataclass(frozen=True)
@@ -92,6 +92,13 @@ class ContactLaw:
             contact_stiffness=self.contact_stiffness / feet,
             contact_damping=self.contact_damping / feet,
         )
+
+
+@dataclass(frozen=True)
+class OnGround(OnSlope):
+    """What the parameters of a stage begin with that walks on ground with a contact law."""
+
+    contact: ContactLaw
 
 
 def with_impact(law: ContactLaw, share: float) -> ContactLaw:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from stages.biped.accuracy.tolerances import Level
+from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
 from stages.ground.laws import FRICTIONS, has
 
@@ -29,6 +31,15 @@ class Slope:
     def gravity_vector(self) -> tuple[float, float]:
         """Acceleration of gravity in the slope frame [m/s^2]: g (sin a, -cos a)."""
         return self.gravity * math.sin(self.angle), -self.gravity * math.cos(self.angle)
+
+
+@dataclass(frozen=True)
+class OnSlope:
+    """What the parameters of a stage begin with: a biped on a slope, and the level of the study."""
+
+    biped: Biped
+    slope: Slope
+    level: Level = field(default=Level(), kw_only=True)
 
 
 def static_friction() -> Any:

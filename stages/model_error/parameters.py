@@ -9,11 +9,10 @@ from typing import ClassVar
 
 from stages.analytic.parameters import DesignDigits, SlopeDigits, half_widths_of
 from stages.analytic.parameters import Settings as AnalyticSettings
-from stages.biped.accuracy.tolerances import Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
 from stages.ground.blocks import Blocks
-from stages.ground.contact_law import ContactLaw
+from stages.ground.contact_law import OnGround
 from stages.ground.slope import Friction, Slope
 from stages.twin.parameters import Settings as TwinSettings
 
@@ -34,12 +33,9 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     friction: Friction
     analytic: AnalyticSettings
     twin: TwinSettings
@@ -47,7 +43,6 @@ class Parameters:
     design_digits: DesignDigits = DesignDigits()
     slope_digits: SlopeDigits = SlopeDigits()
     blocks: Blocks = Blocks()
-    level: Level = Level()
 
     def with_exact(self, biped: Biped, slope: Slope) -> Parameters:
         """These of another biped and slope, whose numbers are exact."""

@@ -7,12 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stages.biped.accuracy.estimate import finer_explicit
-from stages.biped.accuracy.tolerances import CLOSER, Accuracy, Level, PenaltyTolerance, accuracy
-from stages.biped.design import Biped
+from stages.biped.accuracy.tolerances import CLOSER, Accuracy, PenaltyTolerance, accuracy
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.blocks import Blocks
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
+from stages.ground.contact_law import OnGround
 from stages.planar.signals import READ_LATER, SIGNALS
 
 
@@ -93,15 +91,11 @@ class Settings(PenaltyTolerance):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     settings: Settings
     blocks: Blocks = Blocks()
-    level: Level = Level()
 
     def at(self, tolerance: float) -> Parameters:
         """The same at another tolerance of the solver."""

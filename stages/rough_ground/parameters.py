@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
-from stages.biped.accuracy.tolerances import Level
-from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
 from stages.ground.blocks import Blocks
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Friction, Slope
+from stages.ground.contact_law import OnGround
+from stages.ground.slope import Friction
 from stages.twin.parameters import Settings as TwinSettings
 
 
@@ -45,15 +43,11 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     friction: Friction
     blocks: Blocks
     analytic: AnalyticSettings
     twin: TwinSettings
     settings: Settings
-    level: Level = Level()

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
-from stages.biped.accuracy.tolerances import CLOSER, Level
-from stages.biped.design import Biped
+from stages.biped.accuracy.tolerances import CLOSER
 from stages.biped.quantity import Bound, Broken, broken, parameter
 from stages.ground.blocks import Blocks
-from stages.ground.slope import Friction, Slope
+from stages.ground.slope import Friction, OnSlope
 
 
 @dataclass(frozen=True)
@@ -43,13 +42,10 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnSlope):
     """All parameters the stage uses."""
 
-    biped: Biped
-    slope: Slope
     friction: Friction
     analytic: AnalyticSettings
     settings: Settings
     blocks: Blocks = Blocks()
-    level: Level = Level()

@@ -6,11 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.analytic.parameters import Settings as ConstraintSettings
-from stages.biped.accuracy.tolerances import Level
-from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
+from stages.ground.contact_law import OnGround
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.twin.parameters import Settings as TwinSettings
 
@@ -28,14 +25,10 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses; the settings of the three models say which way is their default."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     constraint: ConstraintSettings
     planar: PlanarSettings
     twin: TwinSettings
     settings: Settings
-    level: Level = Level()

@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from stages.biped.accuracy.tolerances import CLOSER, Accuracy, Level, accuracy, scaled
+from stages.biped.accuracy.tolerances import CLOSER, Accuracy, accuracy, scaled
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.biped.rubber import Rubber
 from stages.ground.blocks import Blocks, overlap
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
+from stages.ground.contact_law import OnGround
 from stages.planar.signals import GROUND_REACTION, IMU
 from stages.twin.machine.bill import DRAWN, faults, fitted, rule
 from stages.twin.machine.parts import Material, Part
@@ -153,15 +152,11 @@ def block_fault(blocks: Blocks, ramp_length: float, step: float) -> Broken | Non
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     settings: Settings
     blocks: Blocks = Blocks()
-    level: Level = Level()
 
     def broken_rules(self) -> Iterator[Broken]:
         """The bill of parts is possible and that of a design; point masses need no bill. Blocks fit their ramp."""

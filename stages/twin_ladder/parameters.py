@@ -7,11 +7,10 @@ from typing import ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.accuracy.scales import Following, followed, outsole
-from stages.biped.accuracy.tolerances import CLOSER, Level
-from stages.biped.design import Biped
+from stages.biped.accuracy.tolerances import CLOSER
 from stages.biped.quantity import Bound, parameter
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Friction, Slope
+from stages.ground.contact_law import OnGround
+from stages.ground.slope import Friction
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.twin.parameters import Settings as TwinSettings
 
@@ -35,18 +34,14 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     friction: Friction
     analytic: AnalyticSettings
     planar: PlanarSettings
     twin: TwinSettings
     settings: Settings
-    level: Level = Level()
 
     def __post_init__(self) -> None:
         """What is null follows the robot."""

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stages.biped.accuracy.scales import Followings, Scales, scales_of, similar
-from stages.biped.accuracy.tolerances import CLOSER, Level
-from stages.biped.design import Biped
+from stages.biped.accuracy.tolerances import CLOSER
 from stages.biped.quantity import Bound, Broken, parameter
-from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
+from stages.ground.contact_law import OnGround
 from stages.twin.parameters import Settings as TwinSettings
 
 #: Each kind of push: the key that lists its sizes, the keyword of `rolling_start`, what a reader calls it, its unit.
@@ -64,15 +62,11 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(OnGround):
     """All parameters the stage uses."""
 
-    biped: Biped
-    slope: Slope
-    contact: ContactLaw
     twin: TwinSettings
     settings: Settings
-    level: Level = Level()
 
     def __post_init__(self) -> None:
         """Sizes that are null follow the robot."""
