@@ -196,6 +196,13 @@ class Result:
         return f"{kind} gait: {self.gait.step_frequency_hz:.3f} Hz, |multiplier| {self.gait.largest_multiplier:.3f}"
 
 
+@dataclass(frozen=True)
+class Inputs:
+    """What a stage reads that begins at the constraint model's gait."""
+
+    analytic: Result
+
+
 #: Multipliers as near to the unit circle as this are on it.
 ON_CIRCLE = 1e-7
 #: How a walk ends, in words; a walk is known by its number here.

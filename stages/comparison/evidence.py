@@ -28,10 +28,8 @@ from stages.twin_pushes.result import Result as TwinPushes
 
 
 @dataclass(frozen=True)
-class Inputs:
-    """The results that are compared and judged. Those that are not there are None, and `missing` says why. `closer` are
-    those of closer solvers: what numbers then differ by are their errors.
-    """
+class Results:
+    """Results of stages. Those that are not there are None, and `missing` says why."""
 
     analytic: Analytic
     multibody: Multibody
@@ -42,10 +40,18 @@ class Inputs:
     twin_pushes: TwinPushes
     rough_ground: RoughGround
     tradeoff: Tradeoff
-    campaign: Campaign
     calibrated_twin: CalibratedTwin
     imu: Ingested
-    missing: Mapping[str, str] = field(default_factory=dict)
+    missing: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Inputs(Results):
+    """Those that are compared and judged. `closer` are those of closer solvers: what numbers then differ by are their
+    errors.
+    """
+
+    campaign: Campaign
     closer: Inputs | None = None
 
 

@@ -11,14 +11,13 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.analytic.result import Result as Analytic
+from stages.analytic.result import Inputs
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import BeyondModel, require_alike, require_own_strikes
 from stages.biped.processes import Progress, ignore
@@ -129,13 +128,6 @@ def checked(
 CURVE = ((-0.01, 0.03, 2.5e-4), (0.03, 0.2, 5e-4), (0.2, 1.8, 5e-3))
 #: Shares of the time in which one parameter is varied, and until the search ends.
 SHARES = 0.1, 0.6
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What the stage reads."""
-
-    analytic: Analytic
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:

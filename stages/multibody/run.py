@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from stages.analytic.result import Result as Analytic
+from stages.analytic.result import Inputs
 from stages.biped.accuracy.estimate import ErrorEstimate, to_accuracy, walk_differences
 from stages.biped.design import require_own_strikes
 from stages.biped.processes import Progress, ignore
@@ -25,13 +25,6 @@ from stages.planar.energy import EnergyBalance, energy_balance
 from stages.planar.run import PlanarState, Run, foot_kinematics, rolling_state
 from stages.planar.sampling import sample
 from stages.planar.signals import PENETRATION, SLIP
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What the stage reads."""
-
-    analytic: Analytic
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:

@@ -7,7 +7,7 @@ the ramp by model and height, and the gait sensitivity norm of the design and of
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -20,7 +20,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.model.walker import Vector
-from stages.analytic.result import OTHERWISE, REACHES
+from stages.analytic.result import OTHERWISE, REACHES, Inputs
 from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.processes import Progress, ignore
@@ -52,13 +52,6 @@ OF_RAMPS, FEWER = 1_000_000, 5
 
 #: A walk by its number over blocks, for at most so many steps.
 Walks = Callable[[Blocks, int, int], Walk]
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What the stage reads."""
-
-    analytic: Analytic
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:

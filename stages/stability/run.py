@@ -7,7 +7,6 @@ multipliers, the families of doubled period that leave it, and the basin of attr
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,21 +15,13 @@ from stages.analytic.gait.continuation import follow_family, recorded
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.phases.section import section_coordinates
-from stages.analytic.result import Basin, RecordedFamily
-from stages.analytic.result import Result as Analytic
+from stages.analytic.result import Basin, Inputs, RecordedFamily
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import StanceState
 from stages.stability.parameters import Parameters, Settings
 from stages.stability.result import Result
 
 SLOPE, STEEPEST = "ground.slope_deg", 89.0
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What the stage reads."""
-
-    analytic: Analytic
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.result import Inputs
 from stages.analytic.result import Result as Analytic
 from stages.biped.design import BeyondModel, Biped, require_own_strikes
 from stages.biped.processes import Progress, ignore
@@ -49,13 +50,6 @@ OF_SCIPY: dict[str, dict[tuple[str, ...], tuple[float, ...]]] = {
         ("LSODA",): (1e-6, 1e-8, 1e-10), PAIR: (1e-4, 1e-5, 1e-6, 1e-7, 1e-8),
     },
 }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What the stage reads."""
-
-    analytic: Analytic
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:

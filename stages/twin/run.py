@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from stages.analytic.result import Result as Analytic
+from stages.analytic.result import Inputs
 from stages.biped.accuracy.estimate import finer_explicit, to_accuracy, walk_differences
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.between_steps import refined_times
@@ -26,13 +24,6 @@ from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 #: Poses kept for the figure: this many, evenly over the last two strides.
 POSES = 13
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What the stage reads."""
-
-    analytic: Analytic
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:

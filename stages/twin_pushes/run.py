@@ -6,9 +6,8 @@ Inputs: the analytic gait to start from. Settings: params/twin_pushes.yaml. Outp
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
-from stages.analytic.result import Result as Analytic
+from stages.analytic.result import Inputs
 from stages.biped.between_steps import uniform_times
 from stages.biped.processes import Progress, ignore
 from stages.twin.machine.contact import ROLL, YAW, Z
@@ -19,13 +18,6 @@ from stages.twin.walking.record import Record, find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_pushes.parameters import KINDS, Parameters
 from stages.twin_pushes.result import PushedWalk, Result
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """What the stage reads."""
-
-    analytic: Analytic
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
