@@ -41,7 +41,7 @@ from stages.multibody.walking.walk import simulate
 from stages.planar.limit_cycle import fixed_point, floquet_multipliers
 from stages.planar.run import rolling_state
 from stages.planar.section import NoLimitCycle, section_numbers, section_state
-from stages.studies.result import COMPLETED
+from stages.rough_ground.parameters import Parameters as RoughGround
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.run import PHASES, ConstraintGait, constraint_gait
 
@@ -91,7 +91,7 @@ def drawn(seed: int, like: Biped) -> Iterator[tuple[Biped, Biped]]:
 
 def beside_exudyn(biped: Biped, slope: Slope, contact: ContactLaw, constraint: ConstraintGait) -> Beside:
     """A design's gait in Exudyn beside that of the constraint model. Raises NoLimitCycle."""
-    start = rolling_state(biped, contact, constraint.mid_stance, constraint.standing_force)
+    start = rolling_state(biped, contact, constraint.mid_stance, -biped.weighed_mass * slope.gravity_vector[1])
     settings = Settings.of_one_step(TOLERANCE, LARGEST_STEP)
     walker = SectionWalker(biped, slope, contact, start, settings, ALONG)
     point = fixed_point(walker, section_numbers(start))
@@ -103,10 +103,10 @@ def beside_exudyn(biped: Biped, slope: Slope, contact: ContactLaw, constraint: C
     hip = run.trajectory.at(stride.duration * PHASES)[0][:, :2]
     return Beside(
         constraint=constraint,
-        period=0.5 * stride.duration - constraint.period,
-        step_length=0.5 * stride.length - constraint.step_length,
-        limps=(constraint.limp, (4.0 * first.duration - 2.0 * stride.duration) / stride.duration),
-        multipliers=np.array([constraint.multipliers**2, multipliers]),
+        period=0.5 * stride.duration - constraint.row.period_s,
+        step_length=0.5 * stride.length - constraint.row.step_length_m,
+        limps=(constraint.row.inner_outer_difference, (4.0 * first.duration - 2.0 * stride.duration) / stride.duration),
+        multipliers=np.array([(constraint.row.multipliers @ [1.0, 1.0j]) ** 2, multipliers]),
         hip=np.abs(hip - constraint.hip).max(axis=0),
     )
 
@@ -115,7 +115,7 @@ def accepted(parameters: Parameters, seed: int) -> Iterator[tuple[tuple[Biped, B
     """The drawn pairs, without end, whose gaits are stable enough to be compared, with these."""
     for pair in drawn(seed, parameters.biped):
         gaits = [constraint_gait(each, parameters.slope, TOLERANCE) for each in pair]
-        if all(gait.outcome == COMPLETED and abs(gait.multipliers[0]) ** 2 <= STABLE for gait in gaits):
+        if all(gait.row.found and np.hypot(*gait.row.multipliers[0]) ** 2 <= STABLE for gait in gaits):
             yield pair, gaits
 
 
@@ -205,9 +205,9 @@ def print_limits(parameters: Parameters, designs: int, seed: int) -> None:
 def text(beside: Beside) -> str:
     """One line of a table."""
     own, other = beside.multipliers
-    off = np.abs(other - own)
+    off, simple = np.abs(other - own), beside.constraint.row
     return (
-        f"{1e3 * beside.constraint.period:8.2f} {1e3 * beside.period:+6.2f} {1e3 * beside.constraint.step_length:7.2f} "
+        f"{1e3 * simple.period_s:8.2f} {1e3 * beside.period:+6.2f} {1e3 * simple.step_length_m:7.2f} "
         f"{1e3 * beside.step_length:+5.2f}  {beside.limps[0]:+.4f} {beside.limps[1]:+.4f}  "
         f"{own[0]:.3f} {own[1]:.3f}  {off[0]:.3f} {off[1]:.3f}  "
         f"{1e3 * beside.hip[0]:.2f} {1e3 * beside.hip[1]:.2f}"
@@ -218,7 +218,7 @@ def main() -> None:
     """Print the table, and the largest differences of either kind."""
     asked = [word for word in sys.argv[1:] if word != "--limits"]
     designs, seed = (int(value) for value in [*asked[:2], *("10", "20")[len(asked) :]])
-    parameters = load(locate(None).params, [], {"twin_ladder": Parameters}, [Parameters])["twin_ladder"]
+    parameters = load(locate(None).params, [], {"twin_ladder": Parameters}, [Parameters, RoughGround])["twin_ladder"]
     if "--limits" in sys.argv:
         print_limits(parameters, designs, seed)
         return

@@ -2,47 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
-from stages.analytic.result import Result as Analytic
 from stages.biped.accuracy.scales import quickness
-from stages.calibrated_twin.result import Result as CalibratedTwin
 from stages.campaign.result import Result as Campaign
 from stages.comparison.agreement import ModelAgreement, TwinAgreement, compare_models, compare_twin
 from stages.comparison.ingest_score import IngestScore, score_ingest
 from stages.comparison.measurement import MeasurementAgreement, compare_measurement
 from stages.comparison.parameters import Parameters
+from stages.comparison.sources import Results
 from stages.comparison.stride import NoEvidence, Stride, last_stride
-from stages.contact_study.result import Result as ContactStudy
-from stages.error_budget.result import Result as ErrorBudget
-from stages.imu.result import Result as Ingested
-from stages.multibody.result import Result as Multibody
-from stages.rough_ground.result import Result as RoughGround
-from stages.tradeoff.result import Result as Tradeoff
-from stages.twin.result import Result as Twin
-from stages.twin_ladder.result import Result as TwinLadder
-from stages.twin_pushes.result import Result as TwinPushes
-
-
-@dataclass(frozen=True)
-class Results:
-    """Results of stages. Those that are not there are None, and `missing` says why."""
-
-    analytic: Analytic
-    multibody: Multibody
-    contact_study: ContactStudy
-    error_budget: ErrorBudget
-    twin: Twin
-    twin_ladder: TwinLadder
-    twin_pushes: TwinPushes
-    rough_ground: RoughGround
-    tradeoff: Tradeoff
-    calibrated_twin: CalibratedTwin
-    imu: Ingested
-    missing: Mapping[str, str] = field(default_factory=dict, kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from matplotlib.figure import Figure
 
 from stages.calibration.result import Result as Calibration
-from stages.comparison.evidence import Results
 from stages.comparison.result import Result as Comparison
+from stages.comparison.sources import Results
 from stages.extremes.result import Result as Extremes
 from stages.figures.parameters import Parameters
 from stages.model_error.result import Result as ModelError

@@ -14,18 +14,19 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import eig
-from scipy.optimize import brentq
 
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
 from stages.planar.limit_cycle import by_differences, fixed_point
-from stages.planar.section import NoLimitCycle
+from stages.planar.section import NoLimitCycle, upright_at
+from stages.studies.result import COMPLETED
 from stages.twin.machine.contact import COUNT, HINGE, PITCH, ROLL, SLIDE, YAW, X, Y, Z
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings
 from stages.twin.walking.record import Record
 from stages.twin.walking.simulate import Start, simulate_twin
+from stages.twin_ladder.result import RungGait
 
 #: Units of the numbers out of the plane.
 SIDE_UNITS = ("rad", "rad", "m", "m", "m/s", "rad/s", "rad/s", "m/s", "m/s")
@@ -119,16 +120,8 @@ def step_map(machine: Machine, slope: Slope, contact: ContactLaw, settings: Sett
 
 def _mid_stance(record: Record, stance: int, length: np.ndarray) -> Step:
     """The end of a record, brought to the moment in which the new standing pair is normal to the ground."""
-
-    def lean(place: np.ndarray) -> Any:
-        return place[..., PITCH] + (place[..., HINGE] if stance else 0.0)
-
-    ahead = np.flatnonzero(lean(record.position) > 0.0)
-    if not len(ahead) or ahead[-1] + 1 == len(record.time):
-        raise NoLimitCycle("the step does not end in mid-stance")
-    before = int(ahead[-1])  # the solver may take a step more than asked
-    at, span = record.after(before), record.time[before : before + 2]
-    moment = float(brentq(lambda time: float(lean(at(time)[0])), *span, xtol=1e-15, rtol=8.9e-16))
+    before, moment = upright_at(
+        record, lambda place: place[..., PITCH] + (place[..., HINGE] if stance else 0.0))
     q, v = (rows[0] for rows in record.at(np.array([moment])))
     return Step(section_state(q, v, stance, length), moment, float(q[X]), before + 1, record)
 
@@ -148,20 +141,13 @@ class Stride:
 
 @dataclass(frozen=True)
 class Gait:
-    """A gait: its mid-stance in the plane (10,); the change of one out of it that grows most or fades last, in scales
-    (9, 1); its leading multipliers of a step, largest first, complex; strides walked, solver steps of one stride."""
+    """A gait: its row; its mid-stance in the plane (10,); the change of one out of it that grows most or fades last, in
+    scales (9, 1); its stride."""
 
+    row: RungGait
     plane: np.ndarray
     sideways: np.ndarray
     stride: Stride
-    plane_multipliers: np.ndarray
-    side_multipliers: np.ndarray
-    period: float
-    step_length: float
-    limp: float
-    residual: float
-    strides: int
-    solver_steps: int
 
     def hip(self, phases: np.ndarray) -> np.ndarray:
         """Where the hip is at these shares of the stride, x and y from where it began, (n, 2) [m]."""
@@ -199,9 +185,10 @@ class Search:
         """Of a stride in the plane, by differences, (10, 10)."""
         return by_differences(self.step, numbers, self.difference * self.scales, after)
 
-    def find(self, near: np.ndarray, derivative: np.ndarray, sideways: np.ndarray) -> Gait:
+    def find(self, near: np.ndarray, derivative: np.ndarray, sideways: np.ndarray, **named: Any) -> Gait:
         """The gait near the mid-stance (10,) of a machine like this one, from the derivative of that one's stride (10,
-        10) and its `sideways`. Raises NoLimitCycle if it falls or the search fails."""
+        10) and its `sideways`; `named` is what its row says of the machine. Raises NoLimitCycle if it falls or the
+        search fails."""
         found = fixed_point(self, near, derivative)
         first, second = found.step.first, found.step.second
         plane = self.multipliers(found.numbers, derivative, IN_PLANE)[:IN_PLANE]
@@ -209,19 +196,19 @@ class Search:
         if self.sideways:
             side, sideways = leading(self._changes(found.numbers), sideways, self.settled)
         period = 0.5 * (first.duration + second.duration)
-        return Gait(
-            stride=found.step,
-            plane=found.numbers,
-            sideways=sideways,
-            plane_multipliers=plane,
-            side_multipliers=side,
-            period=period,
-            step_length=0.5 * (first.length + second.length),
-            limp=(first.duration - second.duration) / period,
+        row = RungGait(
+            **named,
+            outcome=COMPLETED,
+            period_s=period,
+            step_length_m=0.5 * (first.length + second.length),
+            inner_outer_difference=(first.duration - second.duration) / period,
+            plane_multipliers=columns(plane),
+            side_multipliers=columns(side),
             residual=found.residual,
-            strides=self.steps // 2,
-            solver_steps=first.solver_steps + second.solver_steps,
+            solver_steps=0.5 * (first.solver_steps + second.solver_steps),
+            strides_walked=self.steps // 2,
         )
+        return Gait(row, found.numbers, sideways, found.step)
 
     def multipliers(self, numbers: np.ndarray, near: np.ndarray, count: int) -> np.ndarray:
         """The `count` largest multipliers of a step in the plane, complex, or one more where the last is of a pair.
@@ -252,6 +239,11 @@ class Search:
             return after.first.end.side / sizes, after.second.end.side / sizes
 
         return changes
+
+
+def columns(values: np.ndarray) -> np.ndarray:
+    """Complex numbers (n,) as real and imaginary part (n, 2)."""
+    return np.column_stack([values.real, values.imag])
 
 
 def leading(changes: Changes, start: np.ndarray, settled: float) -> tuple[np.ndarray, np.ndarray]:

@@ -16,16 +16,27 @@ AWAY = 0.01
 
 
 @dataclass(frozen=True)
-class RungGait:
-    """The gait of one machine; numbers are NaN and arrays empty if none was found."""
+class MachineGait:
+    """The gait of one machine by one model; numbers are NaN and arrays empty if none was found."""
 
     name: str = quantity("-", "name of the rung")
-    added: str = quantity("-", "what it has that the rung before has not")
     outcome: str = quantity("-", "completed, or why no gait was found")
-    is_twin: bool = quantity("1", "whether this machine is the twin of the study's parameters")
     period_s: float = quantity("s", "duration of a step, mean of both pairs'", symbol="T")
     step_length_m: float = quantity("m", "advance of the hip in a step", symbol="s")
     inner_outer_difference: float = quantity("1", "limp: from inner to outer mid-stance less back, over the mean step")
+
+    @property
+    def found(self) -> bool:
+        """Whether the machine has a gait."""
+        return self.outcome == COMPLETED
+
+
+@dataclass(frozen=True)
+class RungGait(MachineGait):
+    """A rung's gait, in space but for the first rung."""
+
+    added: str = quantity("-", "what it has that the rung before has not")
+    is_twin: bool = quantity("1", "whether this machine is the twin of the study's parameters")
     plane_multipliers: np.ndarray = quantity(
         "1", "the two largest multipliers of a step in the plane, real and imaginary part, shape (2, 2)",
         dimensions=("multiplier", "part")
@@ -39,24 +50,15 @@ class RungGait:
         "1", "solver steps a step of walking takes", without_error="it is a count, no number of the gait")
     strides_walked: int = quantity("1", "strides walked to find the gait and its multipliers")
 
-    @property
-    def found(self) -> bool:
-        """Whether the machine has a gait."""
-        return self.outcome == COMPLETED
-
 
 @dataclass(frozen=True)
-class SameMachine:
+class SameMachine(MachineGait):
     """The constraint model of one rung's own machine, as its bill projects into the plane, beside that machine.
 
-    Numbers are NaN and arrays hold NaN or are empty where one of them has no gait.
+    Arrays of the hip hold NaN where one of them has no gait.
     """
 
-    name: str = quantity("-", "name of the rung")
     outcome: str = quantity("-", "completed, or why the constraint model has no gait")
-    period_s: float = quantity("s", "duration of a step, mean of both pairs'", symbol="T")
-    step_length_m: float = quantity("m", "advance of the hip in a step", symbol="s")
-    inner_outer_difference: float = quantity("1", "limp: from inner to outer mid-stance less back, over the mean step")
     multipliers: np.ndarray = quantity(
         "1", "the two largest multipliers of a step, real and imaginary part, shape (2, 2)",
         dimensions=("multiplier", "part")
@@ -68,11 +70,6 @@ class SameMachine:
     hip_from_simple_m: np.ndarray = quantity(
         "m", "the same from the constraint model of the simple machine, shape (2,)", dimensions=("direction",)
     )
-
-    @property
-    def found(self) -> bool:
-        """Whether the constraint model has a gait."""
-        return self.outcome == COMPLETED
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ from stages.twin.machine.machine import FRAME_BODY, Machine, build
 from stages.twin.machine.projection import project
 from stages.twin.parameters import Settings
 from stages.twin.result import Result as Twin
-from stages.twin_ladder.cycle import IN_PLANE, SIDE_UNITS, SIDEWAYS, Gait, Search, step_map, step_multipliers
+from stages.twin_ladder.cycle import IN_PLANE, SIDE_UNITS, SIDEWAYS, Gait, Search, columns, step_map, step_multipliers
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.result import Result, RungGait, SameMachine
 
@@ -50,7 +50,7 @@ STANDING = PlanarState((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0
 PLANAR_ADDED = "compliant ground lets standing feet slide slowly: penalty contact and friction instead of constraints"
 #: The row of a rung, and where its hip is at `PHASES` of a stride (801, 2) [m]; NaN without a gait.
 Climbed = tuple[RungGait, np.ndarray]
-NO_HIP = np.full((len(PHASES), 2), np.nan)
+NO_HIP, UNKNOWN = np.full((len(PHASES), 2), np.nan), np.full(2, np.nan)
 
 
 @dataclass(frozen=True)
@@ -91,53 +91,18 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
     rubber = settings.outsole or outsole
     soled = build(biped, dataclasses.replace(settings, outsole=rubber))
     found.append(("rubber outsoles", f"{1e3 * rubber:g} mm of rubber: longer legs, wider feet, and its mass", soled))
-    twin = build(biped, settings)
-    return [Rung(name, added, machine, same(machine, twin)) for name, added, machine in found]
-
-
-def alike_in_the_plane(one: Machine, other: Machine) -> bool:
-    """Whether machines differ in the width of their feet at most, of which motion in the plane knows nothing."""
-    return same(one, dataclasses.replace(other, half_width=one.half_width))
-
-
-def same(one: Machine, other: Machine) -> bool:
-    """Whether two machines are equal to the last bit."""
-    return alike(dataclasses.asdict(one), dataclasses.asdict(other))
-
-
-def alike(one: Any, other: Any) -> bool:
-    """Whether two trees of numbers are equal to the last bit."""
-    if isinstance(one, dict):
-        return all(alike(value, other[key]) for key, value in one.items())
-    if isinstance(one, tuple | list):
-        return len(one) == len(other) and all(map(alike, one, other))
-    return np.array_equal(one, other)
+    twin = len(found) - (1 if settings.outsole > 0.0 else 2)
+    return [Rung(name, added, machine, number == twin) for number, (name, added, machine) in enumerate(found)]
 
 
 @dataclass(frozen=True)
 class ConstraintGait:
-    """A gait of the constraint model in the terms of `RungGait`; `hip` (801, 2) [m] at `PHASES` of a stride.
+    """A gait of the constraint model: its row, yet without a name and the hip's differences; `hip` (801, 2) [m] at
+    `PHASES` of a stride, which begins at `mid_stance`, the first leg upright at x = 0."""
 
-    The stride begins at `mid_stance`, the first leg upright at x = 0. `outcome` says why where there is none.
-    """
-
-    outcome: str
-    period: float
-    step_length: float
-    limp: float
-    multipliers: np.ndarray
+    row: SameMachine
     hip: np.ndarray
     mid_stance: StanceState
-
-    @property
-    def found(self) -> bool:
-        """Whether there is one."""
-        return self.outcome == COMPLETED
-
-    def numbers(self) -> dict[str, Any]:
-        """What `SameMachine` has of it alone, by its field."""
-        return {"outcome": self.outcome, "period_s": self.period, "step_length_m": self.step_length,
-                "inner_outer_difference": self.limp, "multipliers": columns(self.multipliers)}  # fmt: skip
 
 
 def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None) -> ConstraintGait:
@@ -147,8 +112,8 @@ def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Fric
         return _described(walker, point, tolerance)
     except (NoGait, StepFailed) as error:
         nothing = float("nan")
-        hip, state = np.full((len(PHASES), 2), nothing), StanceState(*[nothing] * 8)
-        return ConstraintGait(str(error), nothing, nothing, nothing, np.zeros(0), hip, state)
+        row = SameMachine("", str(error), nothing, nothing, nothing, np.zeros((0, 2)), UNKNOWN, UNKNOWN)
+        return ConstraintGait(row, NO_HIP, StanceState(*[nothing] * 8))
 
 
 def constraint_gaits(parameters: Parameters, bipeds: Iterable[Biped]) -> list[ConstraintGait]:
@@ -175,22 +140,24 @@ def _described(walker: Walker, point: FixedPoint, tolerance: float) -> Constrain
     period = point.period * walker.time
     first = poincare_derivative(walker, point.z, tolerance)[1]
     stride = point.monodromy_matrix if len(point.steps) == 2 else point.monodromy_matrix @ point.monodromy_matrix
-    return ConstraintGait(
+    row = SameMachine(
+        name="",
         outcome=COMPLETED,
-        period=period,
-        step_length=float(np.mean(step_lengths(walker, point))) * walker.length,
-        limp=2 * (other.start + other.duration) / point.period - 2,
-        multipliers=step_multipliers(np.eye(len(first)), first, stride)[:IN_PLANE],
-        hip=hip - hip[0] * [1.0, 0.0],
-        mid_stance=walker.stance_state(upright),
+        period_s=period,
+        step_length_m=float(np.mean(step_lengths(walker, point))) * walker.length,
+        inner_outer_difference=2 * (other.start + other.duration) / point.period - 2,
+        multipliers=columns(step_multipliers(np.eye(len(first)), first, stride)[:IN_PLANE]),
+        hip_apart_m=UNKNOWN,
+        hip_from_simple_m=UNKNOWN,
     )
+    return ConstraintGait(row, hip - hip[0] * [1.0, 0.0], walker.stance_state(upright))
 
 
 def beside(name: str, own: ConstraintGait, simple: ConstraintGait, hip: np.ndarray) -> SameMachine:
     """The row of a rung: its own constraint model, and how far its `hip` (801, 2) is from that and the simple one's."""
-    return SameMachine(
+    return dataclasses.replace(
+        own.row,
         name=name,
-        **own.numbers(),
         hip_apart_m=np.abs(hip - own.hip).max(axis=0),
         hip_from_simple_m=np.abs(hip - simple.hip).max(axis=0),
     )
@@ -211,11 +178,12 @@ def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
     fewer = ladder(parameters, inputs, [first, last])
     gaits, pairs = {row.name: row for row in fewer.rungs}, {row.name: row for row in fewer.same_machine}
     own = constraint_gaits(parameters, (project(rung.machine) for rung in between))
-    alone = {rung.name: one.numbers() for rung, one in zip(between, own, strict=True)}
+    alone = {rung.name: one.row for rung, one in zip(between, own, strict=True)}
     return dataclasses.replace(
         fewer, rungs=tuple(gaits.get(row.name, row) for row in result.rungs),
-        same_machine=tuple(pairs[row.name] if row.name in pairs else dataclasses.replace(row, **alone[row.name])
-                           for row in result.same_machine))  # fmt: skip
+        same_machine=tuple(pairs[row.name] if row.name in pairs else dataclasses.replace(
+            alone[row.name], name=row.name, hip_apart_m=row.hip_apart_m, hip_from_simple_m=row.hip_from_simple_m)
+            for row in result.same_machine))  # fmt: skip
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
@@ -296,12 +264,14 @@ def climb(
     found: tuple[Machine, Gait, np.ndarray] | None = None
     for number, (rung, own) in enumerate(zip(machines, constrained[1:], strict=True), 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
-        if not settings.sideways and found is not None and alike_in_the_plane(found[0], rung.machine):
-            rows.append((spatial_row(rung, found[1]), found[2]))
+        named: dict[str, Any] = {"name": rung.name, "added": rung.added, "is_twin": rung.is_twin}
+        if not settings.sideways and found is not None and found[0].bodies is rung.machine.bodies:
+            # another width of the feet, of which motion in the plane knows nothing
+            rows.append((dataclasses.replace(found[1].row, **named), found[2]))
             continue
         longer = float(rung.machine.length.mean()) - length
         length += longer
-        if own.found and before.found:
+        if own.row.found and before.row.found:
             ahead = section_numbers(own.mid_stance) - section_numbers(before.mid_stance)
         else:  # a longer machine stands higher on its feet
             ahead = longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
@@ -309,13 +279,13 @@ def climb(
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
         search = Search(take, (in_plane, sideways), settings.tolerance, settings.difference, settings.sideways)
         try:
-            gait = search.find(*in_the_plane(parameters, rung.machine, section_state(plane, STANDING)), side)
+            gait = search.find(*in_the_plane(parameters, rung.machine, section_state(plane, STANDING)), side, **named)
         except NoLimitCycle as error:
-            rows.append((without_gait(rung.name, rung.added, str(error), rung.is_twin), NO_HIP))
+            rows.append((without_gait(reason=str(error), **named), NO_HIP))
             continue
         plane, side = gait.plane, gait.sideways
         found = rung.machine, gait, gait.hip(PHASES)
-        rows.append((spatial_row(rung, gait), found[2]))
+        rows.append((gait.row, found[2]))
     return rows
 
 
@@ -329,30 +299,7 @@ def in_the_plane(parameters: Parameters, machine: Machine, start: PlanarState) -
     return cycle.section_state, np.linalg.matrix_power(cycle.monodromy_matrix, 2 // stepper.steps_a_cycle)
 
 
-def spatial_row(rung: Rung, gait: Gait) -> RungGait:
-    """The row of a machine in space."""
-    return RungGait(
-        name=rung.name,
-        added=rung.added,
-        outcome=COMPLETED,
-        is_twin=rung.is_twin,
-        period_s=gait.period,
-        step_length_m=gait.step_length,
-        inner_outer_difference=gait.limp,
-        plane_multipliers=columns(gait.plane_multipliers),
-        side_multipliers=columns(gait.side_multipliers),
-        residual=gait.residual,
-        solver_steps=0.5 * gait.solver_steps,
-        strides_walked=gait.strides,
-    )
-
-
 def without_gait(name: str, added: str, reason: str, is_twin: bool) -> RungGait:
     """A row that says why there is no gait."""
     nothing, unknown = np.zeros((0, 2)), float("nan")
-    return RungGait(name, added, reason, is_twin, unknown, unknown, unknown, nothing, nothing, unknown, unknown, 0)
-
-
-def columns(values: np.ndarray) -> np.ndarray:
-    """Complex numbers (n,) as real and imaginary part (n, 2)."""
-    return np.column_stack([values.real, values.imag])
+    return RungGait(name, reason, unknown, unknown, unknown, added, is_twin, nothing, nothing, unknown, unknown, 0)

@@ -73,9 +73,9 @@ def ladder():
         0.48,
         0.16,
         (
-            RungGait("first", "more", COMPLETED, False, 0.49, 0.161, 0.0, multipliers, none, 1e-6, 800.0, 20),
-            RungGait("second", "more", "fell", False, unknown, unknown, unknown, none, none, unknown, unknown, 0),
-            RungGait("third", "more", COMPLETED, True, 0.47, 0.165, 0.0, multipliers, multipliers, 1e-6, 800.0, 20),
+            RungGait("first", COMPLETED, 0.49, 0.161, 0.0, "more", False, multipliers, none, 1e-6, 800.0, 20),
+            RungGait("second", "fell", unknown, unknown, unknown, "more", False, none, none, unknown, unknown, 0),
+            RungGait("third", COMPLETED, 0.47, 0.165, 0.0, "more", True, multipliers, multipliers, 1e-6, 800.0, 20),
         ),
         0.47,
         0.165,

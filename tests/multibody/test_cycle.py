@@ -346,7 +346,7 @@ def test_both_assemblies_walk_it(unequal, begin):
 @pytest.mark.parametrize(("legs", "assembly", "keys"), [
     ("rigid", "joints", ["multibody.assembly"]), ("compliant", "joints", []), ("rigid", "tree", [])])
 def test_joints_refuse_frames_on_rigid_legs_by_name(unequal, legs, assembly, keys):
-    given = Parameters(*vars(unequal.but(legs=legs, assembly=assembly)).values())
+    given = Parameters(**vars(unequal.but(legs=legs, assembly=assembly)))
     assert [fault.key for fault in given.broken_rules()] == keys
 
 

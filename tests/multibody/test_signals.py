@@ -59,7 +59,7 @@ def results(scene, rough):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("stages.multibody.run.solve", awaited)
         return {
-            name: run(Parameters(*vars(loose.but(signals=signals)).values()), inputs)
+            name: run(Parameters(**vars(loose.but(signals=signals))), inputs)
             for name, signals in {"all": SIGNALS, "none": (), **chosen}.items()
         }
 

@@ -20,6 +20,8 @@ from stages.twin_ladder.result import Result, RungGait, SameMachine
 from stages.twin_ladder.run import NO_HIP, Inputs, again, ladder, run, without_gait
 from tests.planar_start import ROUGH, SCALES, SLOPE, TABLE_1
 
+NAMED = {"name": "made up", "added": "", "is_twin": False}
+
 
 def inputs(planar_gait):
     analytic = SimpleNamespace(gait=SimpleNamespace(period_s=0.48, step_length_m=0.16), mid_stance=ROUGH)
@@ -33,7 +35,7 @@ def made_up():
     multipliers, apart = np.array([[-0.7, 0.0], [0.5, 0.1]]), np.array([1e-3, 1e-4])
 
     def rung(name, period, length):
-        return RungGait(name, "more", COMPLETED, name == "third", period, length, 0.0, multipliers, multipliers, 1e-6,
+        return RungGait(name, COMPLETED, period, length, 0.0, "more", name == "third", multipliers, multipliers, 1e-6,
                         800.0, 20)  # fmt: skip
 
     rows = (rung("first", 0.49, 0.161), without_gait("second", "more", "fell in step 1", False),
@@ -130,16 +132,18 @@ def test_newton_finds_the_fixed_point_of_a_known_step():
     stride = steps[1] @ steps[0]
     like = (stride + 1e-5 * rng.normal(size=(10, 10))) * SCALES[:, None] / SCALES
     search = Search(take, (SCALES, section_scales(TABLE_1, SLOPE, SIDE_UNITS)), 1e-10, 1e-3)
-    gait = search.find(fixed[0] + 0.1 * SCALES, like, np.ones((9, 1)))
+    gait = search.find(fixed[0] + 0.1 * SCALES, like, np.ones((9, 1)), **NAMED)
     assert gait.plane == pytest.approx(fixed[0], abs=1e-9)
     wanted = np.linalg.eigvals(stride)
     wanted = wanted[np.argsort(-np.abs(wanted))][:2]
-    assert np.sort_complex(gait.plane_multipliers**2) == pytest.approx(np.sort_complex(wanted), abs=1e-6)
-    assert gait.period == pytest.approx(0.505) and gait.limp == pytest.approx(-0.01 / 0.505)
-    assert gait.side_multipliers == pytest.approx([0.5]) and gait.strides == search.steps // 2
+    row = gait.row
+    squares = (row.plane_multipliers @ [1.0, 1.0j]) ** 2
+    assert np.sort_complex(squares) == pytest.approx(np.sort_complex(wanted), abs=1e-6)
+    assert row.period_s == pytest.approx(0.505) and row.inner_outer_difference == pytest.approx(-0.01 / 0.505)
+    assert row.side_multipliers == pytest.approx(np.array([[0.5, 0.0]])) and row.strides_walked == search.steps // 2
     again = Search(take, (SCALES, section_scales(TABLE_1, SLOPE, SIDE_UNITS)), 1e-10, 1e-3)
-    found = again.find(gait.plane, like, gait.sideways)
-    assert found.plane_multipliers == pytest.approx(gait.plane_multipliers, abs=1e-6)
+    found = again.find(gait.plane, like, gait.sideways, **NAMED)
+    assert found.row.plane_multipliers == pytest.approx(row.plane_multipliers, abs=1e-6)
     assert again.steps < search.steps, "from its own gait a search takes fewer steps"
 
 
