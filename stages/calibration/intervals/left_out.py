@@ -19,6 +19,7 @@ from scipy.special import ndtri
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
+from stages.biped.processes import Progress, ignore
 from stages.calibration.estimation.campaign import JOINT, CampaignFit, Joint, fit_campaign
 from stages.calibration.estimation.least_squares import Known, known_equations
 from stages.calibration.estimation.run_fit import GOOD, Equations, Model, lowest, run_equations
@@ -121,7 +122,9 @@ def limit(count: int) -> float:
     return float(-ndtri(0.5 * LEVEL / count)) if count else math.inf
 
 
-def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known]) -> list[Cause]:
+def causes(
+    design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[Known], progress: Progress = ignore
+) -> list[Cause]:
     """What explains the residuals of a fit: the best first, at most three that they cannot part; none where they are as
     noise would have them."""
     names = candidates(design, model)
@@ -132,9 +135,10 @@ def causes(design: DesignPoint, fit: CampaignFit, model: Model, known: Sequence[
     least = limit(len(names))
     best = [one for one in found if one.sigmas > least][:NAMED]
     tried = [] if fit.chi2 > GOOD * fit.count else [_fitted(one, design, fit, model, known, False) for one in best]
-    for each in best:  # a fit that its cause has led far off does not find back from there
+    for number, each in enumerate(best):  # a fit that its cause has led far off does not find back from there
         if any(one.explains and one.sigmas > least for one in tried):
             break  # what explains all that was amiss leaves the others nothing
+        progress(0.9 + 0.1 * number / len(best), f"all runs once more, with {short(each.name)} looked for too")
         tried.append(_fitted(each, design, fit, model, known, True))
     sure = [one for one in tried if one.sigmas > least]  # of these, those that explain the residuals if any do
     fits = sorted([one for one in sure if one.explains] or sure, key=attrgetter("sigmas"))

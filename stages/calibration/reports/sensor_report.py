@@ -115,7 +115,7 @@ def calibrated(
     estimate = judged(fit.names, fit.design, np.sqrt(np.diag(fit.covariance)) * wider, all_known, design,
                       parameters.settings.lever_arm_sd,
                       float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
-    others = causes(design, fit, model, all_known)
+    others = causes(design, fit, model, all_known, asking.progress)
     estimate = dataclasses.replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
         design, model, fit, estimate, parameters.settings, sigmas, wider, refused, held, others, of_parts, all_known,
