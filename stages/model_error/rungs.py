@@ -234,7 +234,7 @@ class Rung:
         try:
             return self.walked(design, tolerance)
         except (NoGait, StepFailed, NoLimitCycle, ValueError) as error:
-            raise NoRung(f"the {self.name} has no gait: {error}") from None
+            raise NoRung(f"no gait of the {self.name} was found: {error}") from None
 
 
 RUNGS = (

@@ -102,6 +102,7 @@ WRITTEN: dict[str, tuple[str | bytes, dict[str, Any]]] = {
     "a head": ("Made by a logger\nSerial 7\n" + PLAIN, {"header_rows": 2}),
     "rows of another longer column": (PLAIN + 50 * (6 * "," + "\n"), {}),
     **{encoding: (PLAIN.encode(encoding), {}) for encoding in ("utf-16", "utf-16-le", "utf-16-be", "utf-8-sig")},
+    "Windows-1252": (PLAIN.replace("ax", "a [m/s²]", 1).encode("cp1252"), {"columns": {**COLUMNS, "ax": "a [m/s²]"}}),
 }
 
 
@@ -312,6 +313,28 @@ def test_a_proposed_map_reads_the_file_and_names_its_maker(name: str, table: Tab
     assert name in LAYOUTS or any(f"names as {name}" in line for line in told), told
     assert name != "x-io" or not any("names as" in line for line in told), told
     assert not [line for line in told if "guess" in line and (name not in LAYOUTS or "rate" not in line)], told
+
+
+@pytest.mark.parametrize(("unit", "size"), [("m/s^2", 1.0), ("g", 1 / G), ("mg", 1e3 / G)])
+def test_gravity_is_looked_for_as_it_is_where_the_robot_walks(unit: str, size: float, tmp_path: Path) -> None:
+    moon = 1.62
+    values = np.hstack([moon * size * np.array([[0.1, -0.2, 0.97]] * 50), np.zeros((50, 3))])
+    lines = [f"{0.02 * row},{','.join(map(str, each))}" for row, each in enumerate(values)]
+    (tmp_path / SINGLE).write_text("\n".join(["time,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z", *lines]))
+    said, _ = proposal(tmp_path / SINGLE, moon)
+    assert f"accelerometer_unit: {unit}\n" in said
+    assert "accelerometer_unit: counts\n" in proposal(tmp_path / SINGLE)[0]
+
+
+@pytest.mark.parametrize("names_there", [
+    "t,rot_x,rot_y,rot_z,a_x,a_y,a_z,w_x,w_y,w_z", "t,x,y,z,hip_ax,hip_ay,hip_az,hip_gx,hip_gy,hip_gz",
+    "t,mx,my,mz,a.x,a.y,a.z,g.x,g.y,g.z"])  # fmt: skip
+def test_axes_that_say_what_they_are_of_come_before_those_that_do_not(names_there: str, tmp_path: Path) -> None:
+    rows = [",".join([f"{0.01 * row}", *["3"] * 3, "0", "0", "9.8", *["0.1"] * 3]) for row in range(50)]
+    (tmp_path / SINGLE).write_text("\n".join([names_there, *rows]))
+    file, told = proposed(tmp_path / SINGLE)
+    assert list(file["columns"].values()) == ["t", *names_there.split(",")[4:]]
+    assert "acceleration in m/s^2: gravity reads 9.8" in told
 
 
 def test_a_folder_is_proposed_as_runs_with_the_sensors_of_each(table: Table, log: Log, tmp_path: Path) -> None:

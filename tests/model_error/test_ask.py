@@ -20,7 +20,7 @@ from stages.model_error.questions import map
 from stages.model_error.questions.ask import Options, ask, stability_in_words
 from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result
 from stages.model_error.run import design_of, further, further_draws, walked
-from stages.model_error.rungs import RUNGS
+from stages.model_error.rungs import RUNGS, NoRung
 from tests.asking import Asking
 
 
@@ -219,6 +219,21 @@ def test_where_no_miss_is_known_the_twin_tells_what_is_stable(parameters, small)
 def test_json_has_no_number_where_none_is_known(parameters, small):
     answer = ask(parameters, Options(("multiplier", "stable"), ("1e-5",)), Asking(model_error=small))
     assert "NaN" not in json.dumps(answer.plain) and answer.no
+
+
+def test_where_nothing_tells_what_is_stable_the_other_answers_stay(parameters, small, monkeypatch):
+    def lost(ladder):
+        raise NoRung("no gait of the twin was found: the walker fell")
+
+    monkeypatch.setattr(Ladder, "stable", lost)
+    answer = ask(parameters, Options(("period", "stable"), ("5%",)), Asking(small))
+    assert answer.no and answer.plain["period"]["met"] and answer.plain["stable"]["probability"] is None
+    assert "stable: not known, as no gait of the twin was found: the walker fell" in answer.lines
+
+
+def test_a_row_for_each_measure_that_is_asked(parameters, small):
+    answer = ask(parameters, Options(("period", "stable"), ("5%",)), Asking(small))
+    assert [row["measure"] for row in answer.rows] == ["period", "stable"] and answer.rows[1]["probability"] > 0.9
 
 
 def test_design_of_takes_the_studys_settings(parameters):

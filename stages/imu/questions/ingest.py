@@ -40,7 +40,7 @@ class Options:
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Read every run of the source and report on it. Raises WrongOption, also for what the ingest refuses."""
     if options.propose is not None:
-        return proposed(options, asking)
+        return proposed(options, parameters.read.settings.gravity, asking)
     from stages.imu.export import picture
     from stages.imu.result import origin_of, tables
     from stages.imu.run import trials
@@ -84,12 +84,13 @@ def remark(runs: list[RunReport]) -> str:
     return f"{accepted} of {len(runs)} runs can be used{said}"
 
 
-def proposed(options: Options, asking: Asking) -> Answer:
-    """A first map of the file or folder SOURCE, written to --propose. Raises WrongOption."""
+def proposed(options: Options, gravity: float, asking: Asking) -> Answer:
+    """A first map of the file or folder SOURCE, measured where `gravity` [m/s^2] is, written to --propose. Raises
+    WrongOption."""
     from stages.imu.sources.proposal import proposals
 
     assert options.propose is not None
-    ((text, lines),) = asking.reading(proposals, Path(options.source))
+    ((text, lines),) = asking.reading(proposals, Path(options.source), gravity)
     with asking.new_file(options.propose) as file:
         file.write_text(text, encoding="utf-8")
     return Answer(lines=lines, plain={"map": text, "told": list(lines)})

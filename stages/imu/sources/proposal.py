@@ -13,14 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
+from stages.biped.accuracy.scales import GRAVITY
 from stages.imu.sources.cells import UNITS, counted_on, moments
 from stages.imu.sources.formats import ARRAY_FILE, BAG, COLUMNS, IMU, format_of, groups_of, read, topics
 from stages.imu.sources.head import APDM, OTHER_UNITS, Head, Maker, head_of, maker_of
 from stages.imu.sources.opening import SourceRefused, printable, refuse
+from stages.imu.sources.schema import ACCELERATION_UNITS
 from stages.imu.sources.text_table import Layout
 
 USUAL_RATES = (10.0, 5000.0)  # Hz
-GRAVITY = {"m/s^2": 9.81, "g": 1.0, "mg": 1000.0}
+ACCELERATIONS = ("m/s^2", "g", "mg")
 STANDING = 0.4  # a moving sensor's median reading is gravity to that share
 FASTEST_RAD_S = 35.0  # 2000 deg/s: a gyroscope that reads more does not read rad/s
 FASTEST_DEG_S = 4000.0  # the widest range that is sold
@@ -33,6 +35,7 @@ _FORCE = re.compile(r"acc(?!urac)|specific.?force", re.I)
 _RATE = re.compile(r"gyr|angular.?(vel|rate)|omega|rot.*rate", re.I)
 _OTHER = re.compile(r"mag|quat|euler|free|lin|user|grav|temp|roll|pitch|yaw", re.I)
 _AXIS = re.compile(r"(?:^|[^a-z])([xyz])(?:[^a-z]|$)|(?:acc|gyro?|a|g|w)([xyz])(?:[^a-z]|$)", re.I)
+_LETTER = re.compile(r"(?:^|[^a-z])([agw])[\W_]?[xyz](?:[^a-z]|$)", re.I)
 _PACKET = re.compile(r"packet|counter|sample.?(number|index|no)|frame|^seq", re.I)
 _STAMP = re.compile(r"time|stamp|epoc|elapsed|clock|date|^t$", re.I)
 _SECONDS = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]", re.I)
@@ -46,15 +49,16 @@ _HZ = re.compile(r"(\d+(?:\.\d+)?)\s*Hz", re.I)
 Proposed = tuple[list[str], list[str]]
 
 
-def proposal(path: Path) -> tuple[str, list[str]]:
+def proposal(path: Path, gravity: float = GRAVITY) -> tuple[str, list[str]]:
     """The text of a map of a file, or of a folder's files, and a line for each thing that was read, guessed or is to
-    be filled in.
+    be filled in. `gravity` [m/s^2] is that where the measurement was made.
 
     Files of a folder whose names differ only in a place of the body are the sensors of one run. Raises SourceRefused
     where there is no table, bag or array file with an inertial sensor.
     """
     folder = path.is_dir() and format_of(path) is not BAG
-    runs, remarks = _of_folder(path) if folder else ({_run_of(path): (one := _of_file(path))[0]}, one[1])
+    runs, remarks = (
+        _of_folder(path, gravity) if folder else ({_run_of(path): (one := _of_file(path, gravity))[0]}, one[1]))
     whose = "files' heads" if folder else "file's head"
     lines = [f"# Proposed from the {whose}; lines that end in ? are to be filled in or confirmed", "runs:"]
     for name, entries in runs.items():
@@ -64,25 +68,25 @@ def proposal(path: Path) -> tuple[str, list[str]]:
     return "\n".join(lines) + "\n", [*remarks, f"to be filled in: {', '.join(to_fill)} and up_axis"]
 
 
-def proposals(path: Path) -> Iterator[tuple[str, list[str]]]:
+def proposals(path: Path, gravity: float) -> Iterator[tuple[str, list[str]]]:
     """That alone, as another process hands it over."""
-    yield proposal(path)
+    yield proposal(path, gravity)
 
 
-def _of_file(path: Path) -> Proposed:
+def _of_file(path: Path, gravity: float) -> Proposed:
     """Entries and lines for a file. Raises SourceRefused."""
     kind = format_of(path)
-    return (_of_bag if kind is BAG else _of_arrays if kind is ARRAY_FILE else _of_table)(path)
+    return _of_bag(path) if kind is BAG else (_of_arrays if kind is ARRAY_FILE else _of_table)(path, gravity)
 
 
-def _of_folder(path: Path) -> tuple[dict[str, list[str]], list[str]]:
+def _of_folder(path: Path, gravity: float) -> tuple[dict[str, list[str]], list[str]]:
     """Entries of each run of a folder's files, and lines for all. Raises SourceRefused if none has a sensor."""
     runs, remarks, left_out, beside = dict[str, list[str]](), list[str](), list[str](), set[Path]()
     for file in sorted(one for one in path.iterdir() if one.is_file()):
         if file in beside:
             continue
         try:
-            entries, said = _of_file(file)
+            entries, said = _of_file(file, gravity)
             refuse((NO_AXES in said, f"{printable(file.name)} has no axis of an inertial sensor, by its names"))
         except SourceRefused as refused:
             left_out.append(f"left out: {refused}")
@@ -123,13 +127,13 @@ def _place(path: Path) -> str:
     return "hip  # or foot ?" if named is None else "foot" if _AT_THE_FOOT.search(named[0]) else "hip"
 
 
-def _of_table(path: Path) -> Proposed:
+def _of_table(path: Path, gravity: float) -> Proposed:
     """Entries and lines for a text table, a spreadsheet or a parquet file."""
     head = head_of(path)
     maker = maker_of(head.names, head.before)
     columns = columns_of(head, maker=maker)
     rate, said = _rate(head, columns)
-    force, rates = (_unit(head, columns, kind, maker) for kind in ("a", "g"))
+    force, rates = (_unit(head, columns, kind, maker, gravity) for kind in ("a", "g"))
     missing = [name for name in (*FORCES, *RATES) if name not in columns]
     lacks = f"{LACKS}{', '.join(missing)}" if missing else ""
     remarks = list(filter(None, (*_layout_remarks(head, maker), said, force[1], rates[1], lacks)))
@@ -137,7 +141,7 @@ def _of_table(path: Path) -> Proposed:
     other = head if beside is None else head_of(beside)
     found = {} if beside is None else columns_of(other, "g", maker)
     if beside is not None and not rates[0]:
-        rates = _unit(other, found, "g", maker)
+        rates = _unit(other, found, "g", maker, gravity)
         remarks.append(rates[1])
     own = columns.pop("gyroscope's stamp", None)
     if _stands_twice(head, columns):
@@ -187,7 +191,7 @@ def _of_bag(path: Path) -> Proposed:
     return entries, remarks
 
 
-def _of_arrays(path: Path) -> Proposed:
+def _of_arrays(path: Path, gravity: float) -> Proposed:
     """Entries and lines for an HDF5 or MATLAB file: one a group with an accelerometer's and a gyroscope's array."""
     entries, remarks = [], []
     for group, names in groups_of(path).items():
@@ -201,7 +205,7 @@ def _of_arrays(path: Path) -> Proposed:
             continue
         rate, said = _rate_of(arrays.get(found.get("device_stamp", ""), np.empty(0)), tuple(UNITS), time or "no stamps")
         kinds = (np.column_stack([arrays[found[name]] for name in kind]) for kind in (FORCES, RATES))
-        of_force, of_rate = (_unit_by_size(values, kind) for values, kind in zip(kinds, "ag"))
+        of_force, of_rate = (_unit_by_size(values, kind, gravity) for values, kind in zip(kinds, "ag"))
         entries += _entry(path, (), rate, (of_force[0], of_rate[0]), _mapped(found))
         remarks += [f"{group or 'arrays'}: {force} and {rates}, as {APDM} has them", of_force[1], of_rate[1], said]
     refuse((
@@ -221,13 +225,14 @@ def _arrays_of(path: Path, wanted: Sequence[str]) -> dict[str, np.ndarray]:
 def columns_of(head: Head, alone: str = "a", maker: Maker | None = None) -> dict[str, int]:
     """Column by value of table `sample`, as the names show; axes without a kind are those of `alone` ("a" or "g").
 
-    What the maker names in words of its own comes first.
+    What the maker names in words of its own comes first, axes without a kind last.
     """
     names, own = list(head.names), maker.columns if maker else {}
     times = [column for column in range(len(names)) if _holds_times(head, column)]
     places = [(value, column) for value, pattern in own.items() for column, name in enumerate(names)
               if re.search(pattern, name, re.I)]  # fmt: skip
-    places += [(_value_named(head, column, alone, column in times), column) for column in range(len(names))]
+    places += [(_value_named(head, column, kind, column in times), column)
+               for kind in ("", alone) for column in range(len(names))]  # fmt: skip
     found: dict[str, int] = {}
     for value, column in places:
         found.setdefault(value, column)
@@ -259,9 +264,10 @@ def _value_named(head: Head, column: int, alone: str, is_time: bool) -> str:
     if not axis or _OTHER.search(name):
         return "packet" if _PACKET.search(name) else ""
     kind = "a" if _FORCE.search(name) else "g" if _RATE.search(name) else ""
-    kind = kind or ("a" if head.stated_unit(column, tuple(GRAVITY)) else "g" if head.stated_unit(column, TURNS) else "")
-    kind = kind or ("g" if re.match(r"[gw][xyz]", name, re.I) else alone)
-    return f"{kind}{(axis[1] or axis[2]).lower()}"
+    kind = kind or ("a" if head.stated_unit(column, ACCELERATIONS) else "g" if head.stated_unit(column, TURNS) else "")
+    letter = _LETTER.search(name)
+    kind = kind or ("" if letter is None else "a" if letter[1] in "aA" else "g") or alone
+    return f"{kind}{(axis[1] or axis[2]).lower()}" if kind else ""
 
 
 def _stamps(head: Head, column: int) -> np.ndarray:
@@ -292,10 +298,12 @@ def _rate_of(stamps: np.ndarray, units: Sequence[str], name: str) -> tuple[float
     return 100.0, f"column {name!r} advances at no usual rate: 100 Hz is a guess"
 
 
-def _unit(head: Head, columns: dict[str, int], kind: str, maker: Maker | None) -> tuple[str, str]:
+def _unit(
+    head: Head, columns: dict[str, int], kind: str, maker: Maker | None, gravity: float
+) -> tuple[str, str]:
     """Unit of acceleration ("a") or angular rate ("g"), and where it comes from; empty where there is no column."""
     mine = [columns[f"{kind}{axis}"] for axis in "xyz" if f"{kind}{axis}" in columns]
-    what, known = ("acceleration", tuple(GRAVITY)) if kind == "a" else ("angular rate", TURNS)
+    what, known = ("acceleration", ACCELERATIONS) if kind == "a" else ("angular rate", TURNS)
     if not mine:
         return ("m/s^2", "no accelerometer found") if kind == "a" else ("", "")
     refuse((
@@ -309,10 +317,10 @@ def _unit(head: Head, columns: dict[str, int], kind: str, maker: Maker | None) -
     if maker is not None:
         unit = maker.acceleration if kind == "a" else maker.rate
         return unit, f"{what} in {unit}: {maker.name} has it so"
-    return _unit_by_size(np.column_stack([head.values(column) for column in mine]), kind)
+    return _unit_by_size(np.column_stack([head.values(column) for column in mine]), kind, gravity)
 
 
-def _unit_by_size(values: np.ndarray, kind: str) -> tuple[str, str]:
+def _unit_by_size(values: np.ndarray, kind: str, gravity: float) -> tuple[str, str]:
     """The same from the readings (n, k) alone."""
     what, size = "acceleration" if kind == "a" else "angular rate", np.linalg.norm(values, axis=1)
     size = size[np.isfinite(size)]
@@ -321,8 +329,8 @@ def _unit_by_size(values: np.ndarray, kind: str) -> tuple[str, str]:
         unit = "rad/s" if largest <= FASTEST_RAD_S else "deg/s" if largest <= FASTEST_DEG_S else "mdps"
         return unit, f"{what} in {unit}: a guess by its size"
     usual = float(np.median(size)) if len(size) else 0.0
-    for unit, gravity in GRAVITY.items():
-        if abs(usual / gravity - 1) < STANDING:
+    for unit in ACCELERATIONS:
+        if abs(usual * (ACCELERATION_UNITS[unit] or 0.0) / gravity - 1) < STANDING:
             return unit, f"{what} in {unit}: gravity reads {usual:.4g}"
     return "counts", f"{what} in counts: gravity reads {usual:.4g}; add accelerometer_range_g and bits"
 

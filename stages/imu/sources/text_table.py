@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
+from codecs import getincrementaldecoder
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -40,7 +41,8 @@ class Layout:
 
 
 def encoding_of(path: Path) -> str:
-    """UTF-16 where its mark or its zeros are there, else UTF-8, whose mark is left out."""
+    """UTF-16 where its mark or its zeros are there, else UTF-8, whose mark is left out, or where its head is none what
+    spreadsheets of Western Europe write."""
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -48,6 +50,10 @@ def encoding_of(path: Path) -> str:
     odd, even = head[1::2].count(0), head[::2].count(0)
     if max(odd, even) > len(head) // 4:
         return "utf-16-le" if odd > even else "utf-16-be"
+    try:
+        getincrementaldecoder("utf-8")().decode(head)  # a character may be cut at the end of the head
+    except UnicodeDecodeError:
+        return "cp1252"
     return "utf-8-sig"
 
 

@@ -42,12 +42,13 @@ class Options:
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
-    """The measures that are asked. Raises WrongOption, NoRung."""
+    """The measures that are asked. Raises WrongOption."""
     allowed = {name: options.allowed(name) for name in dict.fromkeys(options.what) if name != STABLE}
     result = learnt_by(asking)
     from stages.model_error.choice import Ladder
     from stages.model_error.miss import Learnt
     from stages.model_error.run import further
+    from stages.model_error.rungs import NoRung
 
     if options.learn:
         result = further(result, parameters, list(asking.each(walk, range(options.learn), options.learn)))
@@ -55,10 +56,16 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     found = [ladder.within(name, one.error, one.share) for name, one in allowed.items()]
     lines = [line for one in found for line in in_words(one)]
     plain: dict[str, Any] = {one.measure: as_json(one) for one in found}
+    refused = any(not one.met for one in found)
     if STABLE in options.what:
-        stable = ladder.stable()
-        lines += stability_in_words(stable)
-        plain[STABLE] = as_json(stable)
+        try:
+            stable = ladder.stable()
+            lines += stability_in_words(stable)
+            plain[STABLE] = as_json(stable)
+        except NoRung as reason:
+            lines.append(f"stable: not known, as {reason}")
+            plain[STABLE], refused = {"probability": None, "reason": str(reason)}, True
+    rows = [{"measure": name, **one} for name, one in plain.items()]
     outside, unlike = ladder.outside(), ladder.unlike()
     if unlike:
         lines.append(f"of another kind than the sampled designs, so that only the twin answers: {unlike}")
@@ -70,8 +77,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         if late is None else f"no error here contains how the twin differs from the robot: of a recording that was not "
         f"fitted, the calibrated twin's heel strikes are off by up to {1e3 * late:.2g} ms")
     plain |= {"outside_of_drawn": outside, "unlike_the_drawn": unlike or None, "twin_strikes_off_s": late}
-    refused = any(not one.met for one in found)
-    return Answer(lines, plain, rows=[{"measure": one.measure, **as_json(one)} for one in found], no=refused)
+    return Answer(lines, plain, rows=rows, no=refused)
 
 
 def strikes_off(asking: Asking) -> float | None:
