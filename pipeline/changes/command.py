@@ -100,14 +100,16 @@ def _numbers(rows: list[Row], small: int) -> Iterator[str]:
     for row in listed[:_PRINTED]:
         yield f"  {row['stage']} {row['path']}"
         values = f"{layout.short(row['before'])} -> {layout.short(row['after'])} {row['unit']}".rstrip()
-        yield f"    {values} ({share(row['relative'])})"
+        yield f"    {values} ({share(row['relative'], row['before'])})"
 
 
-def share(relative: float | None) -> str:
-    """A relative change in per cent; nothing for what is no number."""
+def share(relative: float | None, before: object) -> str:
+    """A relative change in per cent, or why there is none; nothing for what is no number."""
     if relative is None:
         return ""
-    return "from zero" if abs(relative) == float("inf") else f"{100 * relative:+.3g} %"
+    if abs(relative) == float("inf"):
+        return "from zero" if before == 0.0 else "not finite in one of them"
+    return f"{100 * relative:+.3g} %"
 
 
 def html(found: Row) -> bytes:

@@ -204,4 +204,5 @@ def test_single_numbers_are_listed_that_changed_by_more_than_round_off():
 
 
 def test_a_share_is_read_as_per_cent():
-    assert (share(0.0123), share(-2.0), share(np.inf), share(None)) == ("+1.23 %", "-200 %", "from zero", "")
+    assert (share(0.0123, 1.0), share(-2.0, 1.0), share(None, 1.0)) == ("+1.23 %", "-200 %", "")
+    assert (share(np.inf, 0.0), share(np.inf, 1.0)) == ("from zero", "not finite in one of them")
