@@ -207,6 +207,21 @@ def test_a_gait_lies_within_what_the_transient_leaves():
     assert np.nanmedian(shares) > 0.02, "a bound that covers all by its size tells nothing"
 
 
+#: Steps [s] and [m] of a twin with multipliers -.982 and .68, and its gait by the ladder: as what is to go of its limp
+#: fades, mean durations and lengths go on rising after the faster transient that hid it.
+LIMPING = (
+    ([0.5740807, 0.5588021, 0.5727677, 0.5577617, 0.5719916, 0.5575046, 0.5714693, 0.5575942, 0.5710831, 0.5578269,
+      0.5707746, 0.5581088, 0.5705130, 0.5583991], 0.564864),
+    ([0.1751787, 0.1747192, 0.1737676, 0.1737536, 0.1731394, 0.1733179, 0.1728682, 0.1731295, 0.1727638, 0.1730568,
+      0.1727365, 0.1730373, 0.1727436, 0.1730414], 0.173218))  # fmt: skip
+
+
+def test_a_limp_that_fades_slowly_leaves_more_than_the_means_change_by():
+    measures = [np.array(steps) for steps, _ in LIMPING]
+    for measure, (_, gait), left in zip(measures, LIMPING, transient_left(*measures), strict=True):
+        assert 0.1 * left < abs(measure[-SETTLED_STEPS:].mean() - gait) < left
+
+
 def test_one_that_does_not_fade_and_a_short_walk_are_unknown():
     rng = np.random.default_rng(8)
     growing = faded(rng, 1.05 * np.exp([1.0j, -1.0j]))

@@ -138,7 +138,7 @@ def caption(given: Given) -> str:
     biped = given.parameters.biped
     return (
         f"The biped and its symbols, of the study's lengths: leg {1e3 * biped.leg_length:g} mm, foot radius "
-        f"{1e3 * biped.foot_radius:g} mm, mass {1e3 * biped.foot_com:g} mm above the foot's bottom. (a) The design of "
+        f"{1e3 * biped.foot_radius:g} mm, mass {1e3 * biped.foot_com:g} mm above the foot's bottom. (a) The symbols of "
         "Table 1. (b) What a detailed design adds. The slope is drawn steeper than it is, legs further apart."
     )
 

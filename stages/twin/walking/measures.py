@@ -27,6 +27,9 @@ SEEN, BEFORE = 3, 4
 #: the worst of 72 walks of 10 to 20 steps, of 8 bipeds, was .99.
 SURE = 2.0
 LATE, EARLY = slice(-SEEN, None), slice(-SEEN - BEFORE, -BEFORE)
+#: What is to go of a limp moves the mean by its square over the mean, times 2 to 6 in walks of 100 bipeds; what fades
+#: by less than this share in a stride is to go on for so long.
+BENDS, LONG = 10.0, 0.99
 
 
 def settling(record: Record, walk: Walk) -> Settling:
@@ -74,14 +77,30 @@ def transient_left(*measures: np.ndarray) -> list[float]:
 
     Of measures of the same steps, whose changes fade alike: that which fades slowest shows the rate. Multipliers may be
     of either sign, or complex: sums of two steps keep no limp, and a largest change of several does not miss one that
-    passes zero. NaN where changes do not fade, or the walk is too short.
+    passes zero. A limp moves the mean by its square, late and behind what fades faster: where that may count, its
+    rate does too. NaN where changes do not fade, or the walk is too short.
     """
-    pairs = [0.5 * (measure[1:] + measure[:-1]) for measure in measures]
-    changes = [np.abs(pair[2:] - pair[:-2]) for pair in pairs]
-    if len(changes[0]) < SEEN + BEFORE:
+    if len(measures[0]) < SEEN + BEFORE + 3:
         return [float("nan")] * len(measures)
+    late, kept = fading([0.5 * (measure[1:] + measure[:-1]) for measure in measures])
+    limping, limp_kept = fading([0.5 * np.diff(measure) * (-1.0) ** np.arange(1, len(measure)) for measure in measures])
+    share = min(limp_kept, LONG)
+    to_go = np.array(limping) * share / (1.0 - share)
+    left = _left(late, kept)
+    bent = BENDS * to_go**2 / np.abs([measure.mean() for measure in measures])
+    return _left(late, max(kept, limp_kept)) if (bent > left).any() else left
+
+
+def fading(series: list[np.ndarray]) -> tuple[list[float], float]:
+    """Of series (n,) of steps the largest late change in a stride of each, and which share a stride keeps of the one
+    that fades slowest."""
+    changes = [np.abs(each[2:] - each[:-2]) for each in series]
     late, early = ([float(change[part].max()) for change in changes] for part in (LATE, EARLY))
-    kept = max(now / then if then else 0.0 for now, then in zip(late, early, strict=True)) ** (2.0 / BEFORE)
+    return late, max(now / then if then else 0.0 for now, then in zip(late, early, strict=True)) ** (2.0 / BEFORE)
+
+
+def _left(late: list[float], kept: float) -> list[float]:
+    """What changes of this size in a stride leave, of which a stride keeps so much; NaN where they do not fade."""
     return [SURE * now * (kept / (1.0 - kept) + 0.5) if kept < 1.0 else float("nan") for now in late]
 
 
