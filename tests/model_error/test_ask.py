@@ -226,13 +226,13 @@ def test_where_nothing_tells_what_is_stable_the_other_answers_stay(parameters, s
         raise NoRung("no gait of the twin was found: the walker fell")
 
     monkeypatch.setattr(Ladder, "stable", lost)
-    answer = ask(parameters, Options(("period", "stable"), ("5%",)), Asking(small))
+    answer = ask(parameters, Options(("period", "stable"), ("5%",)), Asking(model_error=small))
     assert answer.no and answer.plain["period"]["met"] and answer.plain["stable"]["probability"] is None
     assert "stable: not known, as no gait of the twin was found: the walker fell" in answer.lines
 
 
 def test_a_row_for_each_measure_that_is_asked(parameters, small):
-    answer = ask(parameters, Options(("period", "stable"), ("5%",)), Asking(small))
+    answer = ask(parameters, Options(("period", "stable"), ("5%",)), Asking(model_error=small))
     assert [row["measure"] for row in answer.rows] == ["period", "stable"] and answer.rows[1]["probability"] > 0.9
 
 
