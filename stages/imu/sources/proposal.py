@@ -263,11 +263,16 @@ def _value_named(head: Head, column: int, alone: str, is_time: bool) -> str:
     axis = _AXIS.search(name)
     if not axis or _OTHER.search(name):
         return "packet" if _PACKET.search(name) else ""
-    kind = "a" if _FORCE.search(name) else "g" if _RATE.search(name) else ""
-    kind = kind or ("a" if head.stated_unit(column, ACCELERATIONS) else "g" if head.stated_unit(column, TURNS) else "")
-    letter = _LETTER.search(name)
-    kind = kind or ("" if letter is None else "a" if letter[1] in "aA" else "g") or alone
+    kind = _kind_named(head, column, name) or alone
     return f"{kind}{(axis[1] or axis[2]).lower()}" if kind else ""
+
+
+def _kind_named(head: Head, column: int, name: str) -> str:
+    """"a" of an acceleration, "g" of an angular rate: by its words, its unit or its letter; empty where none says."""
+    letter = _LETTER.search(name)
+    shown = (("a", _FORCE.search(name)), ("g", _RATE.search(name)), ("a", head.stated_unit(column, ACCELERATIONS)),
+             ("g", head.stated_unit(column, TURNS)), ("a", letter and letter[1] in "aA"), ("g", letter))
+    return next((kind for kind, said in shown if said), "")
 
 
 def _stamps(head: Head, column: int) -> np.ndarray:
