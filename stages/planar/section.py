@@ -7,9 +7,8 @@ so that one step maps the section onto itself.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -79,17 +78,17 @@ def require_turns(angles: Sequence[float] | np.ndarray, strikes: int, stance: in
         raise NoLimitCycle("a foot strikes twice before the other does")
 
 
-def upright_at(run: Recorded, lean: Callable[[np.ndarray], Any]) -> tuple[int, float]:
-    """The last row before a leg comes upright, and the moment [s] in which it does: the `lean` of coordinates (..., k)
-    falls through zero. Raises NoLimitCycle if it does not."""
-    behind = np.flatnonzero(lean(run.position) > 0.0)
+def upright_at(run: Recorded, angles: Sequence[int]) -> tuple[int, float]:
+    """The last row before a leg comes upright, and the moment [s] in which it does: the sum of its `angles` among the
+    coordinates falls through zero. Raises NoLimitCycle if it does not."""
+    behind = np.flatnonzero(run.position[:, angles].sum(axis=1) > 0.0)
     if not len(behind) or behind[-1] + 1 == len(run.time):
         raise NoLimitCycle("the step does not end in mid-stance")
     before = int(behind[-1])  # the solver may take a step more than asked
     at, (early, late) = run.after(before), run.time[before : before + 2].tolist()
 
     def leaning(time: float) -> float:
-        return float(lean(at(time)[0]))
+        return float(at(time)[0][..., angles].sum())
 
     if leaning(late) < 0.0:  # else it is upright there, but for round-off
         late = float(brentq(leaning, early, late, xtol=1e-15, rtol=8.9e-16))
@@ -106,7 +105,7 @@ def mid_stance_after(run: Run) -> SectionStep:
     trajectory = run.trajectory
     stance = int(np.argmin(np.abs(trajectory.position[-1, 2:4])))
     require_turns(trajectory.position[0, 2:4], run.heel_strikes, stance)
-    _, moment = upright_at(trajectory, lambda place: place[..., 2 + stance])
+    _, moment = upright_at(trajectory, [2 + stance])
     state = trajectory.state_at(moment)
     length = state.hip_position[0] - float(trajectory.position[0, 0])
     if stance == 1:

@@ -120,8 +120,7 @@ def step_map(machine: Machine, slope: Slope, contact: ContactLaw, settings: Sett
 
 def _mid_stance(record: Record, stance: int, length: np.ndarray) -> Step:
     """The end of a record, brought to the moment in which the new standing pair is normal to the ground."""
-    before, moment = upright_at(
-        record, lambda place: place[..., PITCH] + (place[..., HINGE] if stance else 0.0))
+    before, moment = upright_at(record, [PITCH, HINGE][: 1 + stance])
     q, v = (rows[0] for rows in record.at(np.array([moment])))
     return Step(section_state(q, v, stance, length), moment, float(q[X]), before + 1, record)
 
