@@ -75,6 +75,33 @@ def test_a_damaged_record_costs_nothing(done, text):
     assert done.results() == before and record.read_bytes() == whole
 
 
+def test_the_record_or_manifest_of_another_result_is_not_believed(done):
+    """The one edited, the other copied into its place."""
+    done.run("fall.height=3", names=("fall",))
+    other = done.entry("fall")
+    done.run()
+    own, record = done.entry("fall"), done.record("fall")
+    right = record.read_text()
+    record.write_text(right.replace(own.name, other.name))
+    assert done.survey()["fall"].state == CURRENT, "as its artefact tells of itself"
+    record.write_text(right)
+    shutil.copy(other / "manifest.json", own)
+    assert done.survey()["fall"].state == CURRENT
+
+
+def test_every_flip_of_the_kept_syntax_is_seen(done):
+    path = done.kept_syntax()
+    content, chance = path.read_bytes(), random.Random(3)
+    whole = disk.read_sealed(path)
+    assert whole
+    for _ in range(200):
+        at = chance.randrange(8 * len(content))
+        damaged = bytearray(content)
+        damaged[at // 8] ^= 1 << at % 8
+        path.write_bytes(damaged)
+        assert disk.read_sealed(path) in (None, whole)
+
+
 @pytest.mark.parametrize("text", [None, "", '{"key": 3, "complete": true}'])
 def test_a_figure_that_is_no_longer_made_disappears_and_a_users_own_stays_whatever_the_record_says(done, text):
     before, record = done.results(), done.record("picture")

@@ -24,7 +24,7 @@ def test_it_is_written_once_and_again_when_something_changed(done):
     assert page.refresh(study) is None, "nothing changed"
     done.edit("params/ground.yaml", "standard value", "another book")
     assert page.refresh(done.study()) == path, "it shows sources, which stand in the parameter files"
-    path.write_text("")
+    path.write_text(path.read_text(encoding="utf-8")[::-1], encoding="utf-8")
     assert page.refresh(done.study()) == path
 
 
