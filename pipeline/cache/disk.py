@@ -55,11 +55,18 @@ def whole(path: Path) -> Iterator[Path]:
         yield unfinished
         unfinished.replace(path)
     except BaseException:
-        shutil.rmtree(unfinished, ignore_errors=True)
         with contextlib.suppress(OSError):
-            unfinished.unlink()
+            remove(unfinished)
         raise
     sync_folder(path.parent)
+
+
+def remove(path: Path) -> None:
+    """Remove a folder with all that is in it, or a file; of a link, the link."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def read(path: Path, largest: float = math.inf) -> bytes | None:

@@ -122,7 +122,7 @@ class Store:
             aside = folder.with_name(folder.name + _ASIDE)
             target.rename(aside)
             folder.rename(target)
-            _remove(aside)
+            disk.remove(aside)
         else:
             folder.rename(target)
         disk.sync_folder(self.folder)
@@ -130,7 +130,7 @@ class Store:
 
     def drop(self, key: str) -> None:
         """Forget an entry whose files turned out damaged."""
-        _remove(self.folder / key)
+        disk.remove(self.folder / key)
 
     def sweep(self) -> None:
         """Remove what killed runs left behind. Only under the lock."""
@@ -138,7 +138,7 @@ class Store:
             entry = self.folder / path.name.removeprefix(_MAKING).partition("-")[0]
             if path.name.endswith(_ASIDE) and not entry.exists():
                 path.rename(entry)  # the run ended between the two renames of `keep`
-            _remove(path)
+            disk.remove(path)
         folders = [self.folder, self.folder / CURRENT, self.results]
         apart = (self.folder.name, SWEEPS)  # a sweep holds a lock of its own and may be writing
         folders += [path for path in self.results.iterdir()
@@ -318,13 +318,6 @@ def _checked(path: Path, out: Out) -> Iterator[bytes]:
 
 def _is_folder(path: Path) -> bool:
     return path.is_dir() and not path.is_symlink()
-
-
-def _remove(path: Path) -> None:
-    """Remove a folder of the cache; of a link, the link."""
-    if path.is_symlink():
-        path.unlink()
-    shutil.rmtree(path, ignore_errors=True)
 
 
 def _seal(body: dict[str, Any]) -> str:

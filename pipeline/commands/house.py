@@ -264,20 +264,12 @@ def clean(
                   if limits.older_than is None or time.time() - place.stat().st_mtime > limits.older_than]  # fmt: skip
         for place, what, size in found:
             if not dry_run:
-                _remove(place)
+                disk.remove(place)
             if form.is_text:
                 click.echo(layout.beside(f"{in_units(size):>9}  ", f"{what}: {shown(place)}"))
     plain = [{"folder": shown(folder), "what": what, "bytes": size} for folder, what, size in found]
     total, how = in_units(sum(size for _, _, size in found)), "would be removed" if dry_run else "removed"
     form.give([f"{total:>9}  in {len(found)} places {how}"], {"removed": not dry_run, "folders": plain})
-
-
-def _remove(place: Path) -> None:
-    """Remove a folder with all that is in it, or a file."""
-    if place.is_dir():
-        shutil.rmtree(place, ignore_errors=True)
-    else:
-        place.unlink(missing_ok=True)
 
 
 def _beside(study: Study, journals: bool, machine_code: bool) -> Iterator[tuple[Path, str]]:

@@ -167,16 +167,13 @@ def _whole(item: Any) -> Any:
 
 
 def plain_values(item: Any) -> Any:
-    """The content of a dataset as Python numbers, words, or lists of them: None where there is none, a word by name."""
-    import h5py
-
+    """The content of a dataset as Python numbers, words, or lists of them: None where there is none."""
     from pipeline.cache import hdf5
 
     value, none = hdf5.python(hdf5.read(item)), set(item.attrs.get(hdf5.NONE, ()))
     if not isinstance(value, list):
         return None if none else value
-    words = {place: word for word, place in (h5py.check_enum_dtype(item.dtype) or {}).items()}
-    return [None if index in none else words.get(each, each) if words else each for index, each in enumerate(value)]
+    return [None if index in none else each for index, each in enumerate(value)]
 
 
 def _rows(value: Any) -> list[dict[str, Any]] | None:

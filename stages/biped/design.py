@@ -165,8 +165,7 @@ class Biped:
     @property
     def detailed(self) -> bool:
         """Whether anything is there beside Table 1's numbers."""
-        return any(getattr(self, key) for key in GIVEN_OR_ZERO) or any(
-            getattr(self, key) is not None for key in GIVEN_OR_NONE)
+        return bool(self.details)
 
     @property
     def alike(self) -> bool:
@@ -238,8 +237,6 @@ class Biped:
 
 #: The keys that a detailed design may add.
 DETAILS = frozenset(field.name for field in dataclasses.fields(Biped) if field.default is not dataclasses.MISSING)
-GIVEN_OR_NONE = tuple(field.name for field in dataclasses.fields(Biped) if field.default is None)
-GIVEN_OR_ZERO = tuple(sorted(DETAILS - {*GIVEN_OR_NONE}))
 
 
 #: The models of a detailed design, as a refusal names them.

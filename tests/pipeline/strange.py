@@ -16,8 +16,8 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
+from pipeline.cache import disk
 from tests.pipeline import strange_files
 from tests.pipeline.counts import Count
 from tests.pipeline.strange_files import Maker, written
@@ -162,7 +162,7 @@ class Strange:
         count = self.counts.setdefault(place.name, Count())
         path = self.toy.root / place.path.replace("KEY", self.key)
         told, before = f"{place.name}, {kind}", count.problems
-        _remove(path)
+        disk.remove(path)
         place.makers[kind](path)
         for command in place.commands:
             code, errors = self.command(*command)
@@ -173,7 +173,7 @@ class Strange:
             repairs = place.repaired and command[0] == "run-all"
             if repairs and code == 0 and self.toy.results() != self.right:
                 count.wrong.append(f"{told}: a run that ended well left something else than the right results")
-        _remove(path)
+        disk.remove(path)
         if not place.repaired:
             with contextlib.suppress(FileNotFoundError):
                 shutil.copyfile(self.kept / place.path, path)
@@ -215,10 +215,3 @@ def bounded() -> None:
         system.capget(whose, sets)
         sets[0] &= ~_MAY_READ_ALL  # those that count, of the first 32
         system.capset(whose, sets)
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)
