@@ -8,7 +8,6 @@ import pytest
 from stages.biped.kinematics import (
     Coordinate,
     Motion,
-    constant,
     hip_motion,
     leg_axes,
     polar_motion,
@@ -85,21 +84,6 @@ def test_hip_of_eq_7_and_8():
     assert np.allclose(hip.position, position, atol=1e-15) and np.allclose(hip.velocity, velocity, atol=1e-14)
 
 
-def test_rolling_foot_does_not_slip():
-    """The contact point, at the bottom of the foot, is at rest: centre velocity = radius times the leg's rate."""
-    theta = sampled(angle)
-    foot = rolling_centre(theta, RADIUS, np.zeros_like(TIMES))
-    assert np.allclose(foot.velocity[:, 0] - RADIUS * theta.rate, 0, atol=1e-15)
-    assert (foot.position[:, 1] == RADIUS).all() and (foot.velocity[:, 1] == 0).all()
-
-
-def test_foot_bottom_is_one_leg_length_from_the_hip():
-    theta, leg = sampled(angle), constant(0.333, sampled(angle))
-    hip = hip_motion(theta, leg, RADIUS, np.zeros_like(TIMES))
-    mass = stance_mass_motion(theta, COM, RADIUS, np.zeros_like(TIMES))
-    assert np.allclose(np.linalg.norm(hip.position - mass.position, axis=1), 0.333 - COM, atol=1e-15)
-
-
 # --- Frames and specific force.
 
 
@@ -107,12 +91,6 @@ def test_axes_are_orthonormal_and_right_handed():
     forward, upward = leg_axes(np.linspace(-1, 1, 11))
     assert np.allclose((forward * upward).sum(axis=1), 0)
     assert np.allclose(forward[:, 0] * upward[:, 1] - forward[:, 1] * upward[:, 0], 1)
-
-
-def test_leg_with_its_foot_ahead_has_its_upward_axis_from_foot_to_hip():
-    _, upward = leg_axes(np.array([0.3]))
-    foot_from_hip = np.array([np.sin(0.3), -np.cos(0.3)])
-    assert np.allclose(upward[0], -foot_from_hip)
 
 
 @pytest.mark.parametrize("slope_deg", [0.0, 2.0, 10.0])
@@ -124,12 +102,6 @@ def test_sensor_at_rest_feels_gravity_upward(slope_deg):
     assert np.allclose(np.hypot(*felt.T), 9.81)
     assert felt[0] == pytest.approx([-9.81 * np.sin(slope.angle), 9.81 * np.cos(slope.angle)])
     assert felt[3] == pytest.approx([0.0, 9.81], abs=1e-12)
-
-
-def test_free_fall_feels_nothing():
-    slope = Slope(slope_deg=3.0, gravity=9.81)
-    felt = specific_force(np.tile(slope.gravity_vector, (3, 1)), np.array([0.0, 0.5, -1.0]), slope.gravity_vector)
-    assert np.abs(felt).max() == 0.0
 
 
 # --- One definition of what a sensor feels, in the constraint model, the planar checker and the twin.
