@@ -16,7 +16,7 @@ from stages.imu.judgement.sensor_evidence import flat_tops, wraps
 from stages.imu.parameters import filter_delay
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit, scale_of, swept_angle
-from stages.imu.strikes.heel_strikes import NO_STRIKES, first_blow, lowest_between, refine
+from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes, first_blow, lowest_between, refine
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import angle_between, find_frame, gravity_on_body, mounting
 from stages.imu.trial.sensor import mask_clipped
@@ -49,6 +49,18 @@ def test_without_a_declared_mounting_the_swing_tells_the_side() -> None:
         to_sensor = Rotation.random(None, np.random.default_rng(seed)).as_matrix()
         frame = find_frame(to_sensor @ np.array([0, 9.81, 0]), rate @ to_sensor.T, unknown, 0.0, 0.0)
         assert angle_between(frame.rotation, to_sensor.T) < 1e-5
+
+
+def test_a_recording_may_end_between_a_turn_and_its_strike() -> None:
+    """Where a strike was expected beyond the end it ended with an IndexError, or noise was taken for the strike."""
+    time = np.arange(0.0, 6.0, 0.005)
+    rate = np.where(time > 1.0, np.sin(2 * np.pi * time), 0.0)
+    force = np.random.default_rng(1).normal([0.0, 9.81], 0.02, (len(time), 2))
+    for strike in np.arange(1.65, 6.0, 0.5):
+        force[:, 1] += 25.0 * np.exp(-0.5 * ((time - strike) / 0.006) ** 2)
+    for end in range(700, len(time)):
+        found = find_heel_strikes(time[:end], force[:end], rate[:end], rate[:end, None], (0.8, 4.0)).time
+        assert len(found) and np.abs((found - 1.65 + 0.25) % 0.5 - 0.25).max() < 0.02
 
 
 def test_gravity_at_rest_points_up_the_plumb_leg() -> None:

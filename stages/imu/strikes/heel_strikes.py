@@ -67,9 +67,12 @@ def find_heel_strikes(
         hidden[mine] |= height < FAINT * np.median(height) if len(height) else False
         if mine.any():  # what is found instead of a blow in a hole is a rebound
             usual = turned[mine] + int(np.median(rows[mine] - turned[mine]))
-            hidden[mine] |= (np.abs(rows[mine] - usual) > lag_of(dt)) & in_hole(force, usual, reach)
+            inside = usual.clip(0, len(time) - 1)
+            off, beyond = np.abs(rows[mine] - usual) > lag_of(dt), usual != inside
+            hidden[mine] |= off & (beyond | in_hole(force, inside, reach))
+            placed[mine] = ~(off & beyond)  # its blow is not in the recording
         at[mine] = refine(time, signals, at[mine], hidden[mine], period)
-        placed[mine] = ~hidden[mine] | ((~hidden[mine]).sum() >= FEWEST_SEEN)
+        placed[mine] &= ~hidden[mine] | ((~hidden[mine]).sum() >= FEWEST_SEEN)
     at, leg = at[placed], leg[placed]
     order = np.argsort(at)
     return HeelStrikes(at[order], leg[order])
