@@ -163,6 +163,11 @@ def put_on_path(folder: Path, code: str, *options: str) -> Path:
     return folder / "bipedstudy"
 
 
+def flipped(content: bytes, at: int) -> bytes:
+    """The content with another bit in the byte of this number."""
+    return content[:at] + bytes([content[at] ^ 1 << at % 8]) + content[at + 1 :]
+
+
 def git(folder: Path, *words: str) -> str:
     """What git says in a folder, to somebody."""
     identity = ["-c", "user.name=a lab", "-c", "user.email=lab@example.org"]
