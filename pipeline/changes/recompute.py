@@ -29,6 +29,7 @@ from pipeline.execution.display import Display
 from pipeline.execution.executor import bring_up_to_date
 from pipeline.package.command import unpacked
 from pipeline.parameters import loading
+from pipeline.parameters.value import SUFFIX
 from pipeline.study import Study, shown
 
 Row = dict[str, Any]
@@ -36,6 +37,8 @@ Plain = Mapping[str, Mapping[str, Any]]
 #: What another processor may change of a number without a stated error, as a share of the largest in its field.
 ROUNDED = 1e-5
 _PRINTED = 8
+#: Why a stage may have a result here alone.
+NOT_STATED = "its parameters are not stated there; what no other result names is as it is here"
 #: Attributes that say who made a file, and how dimensions are tied, not what was found.
 _APART = ("source", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates")
 
@@ -81,16 +84,19 @@ def held(study: Study, folder: Path, recordings: Path, share: float, seed: int, 
         raise StudyError(f"{shown(folder)}: holds no result of a stage of {shown(study.root)}")
     about, values, other = stated(study, contents)
     needed = [name for name in study.graph.needed_for(chosen([*contents], share, seed)) if name in contents]
-    lacking = [name for name in study.graph.needed_for((*needed,)) if name not in values]
-    if lacking:
-        raise StudyError(f"{shown(folder)}: has no {lacking[0]}.h5, and so no parameters for what {needed[-1]} needs")
+    every = study.graph.needed_for((*needed,))
+    lacking = [name for name in every if name not in values]
+    values |= unstated(study, lacking, about)
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as place:
         mine = dataclasses.replace(study, results=Path(place, "results"), settings=(), requested=(), cache=None,
                                    recordings=recordings)  # fmt: skip
-        failed = _computed(mine, {name: values[name] for name in study.graph.stages if name in {*needed}}, jobs)
+        failed = _computed(mine, {name: values[name] for name in study.graph.stages if name in every}, jobs)
         stages = [{"stage": name, "exactly": fingerprint.made_as_here(about[name]), "differences": [
             *other.get(name, []), *_held(mine, folder, name, contents[name], about[name], failed)]} for name in needed]
-    return {"results": shown(folder), "seed": seed, "stages": stages, "of": len(contents),
+        stages += [{"stage": name, "exactly": True, "differences": [_row("", "none", "a result", NOT_STATED)]}
+                   for name in lacking if (entry := mine.store.current(name)) is not None and not entry.refused]
+    return {"results": shown(folder), "seed": seed, "stages": stages,
+            "of": len({*contents, *(each["stage"] for each in stages)}),
             "differs": any(each["differences"] for each in stages)}  # fmt: skip
 
 
@@ -130,6 +136,23 @@ def stated(
     for name, row in _contradictions(classes, plains):
         other.setdefault(name, []).append(row)
     return about, values, other
+
+
+def unstated(study: Study, lacking: Sequence[str], about: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+    """Parameters of stages without an artefact, as those that said no: what the artefacts of others name of them, and
+    the rest as the study at hand has it. Raises `StudyError`."""
+    known: dict[str, dict[str, Any]] = {}
+    for each in about.values():
+        for file, keys in json.loads(each[fingerprint.INGREDIENTS])["parameters"].items():
+            known.setdefault(file, {}).update({key: value for key, value in keys.items()
+                                               if value is not None or key not in known.get(file, {})})
+    found = {}
+    for name, own in study.parameters(lacking).items():
+        plain = {file: {key: known.get(file, {}).get(key, value) for key, value in keys.items()
+                        if key.removesuffix(SUFFIX) == key or key.removesuffix(SUFFIX) not in known.get(file, {})}
+                 for file, keys in loading.as_plain(own).items()}  # fmt: skip
+        found[name] = loading.filled(type(own), plain)
+    return found
 
 
 def _contradictions(classes: Mapping[str, type], plains: Mapping[str, Plain]) -> Iterator[tuple[str, Row]]:

@@ -15,6 +15,7 @@ from pipeline.cache import artefact
 from pipeline.changes.recompute import apart, chosen, held
 from pipeline.report import page
 from pipeline.report.page import entries
+from tests.pipeline.test_stages_that_say_no import can_do_without
 
 STAGES = ("fall", "bounce", "side", "picture")
 
@@ -111,6 +112,19 @@ def test_null_in_one_artefact_is_what_follows_in_another(toy, tmp_path):
     toy.run("picture.pace=3", names=("side",))
     shutil.copy(toy.root / "results/side.h5", theirs)
     assert "picture.pace" in str(held(toy.study(), theirs, None, 1.0, 1)["stages"])
+
+
+def test_a_stage_that_said_no_says_no_again(done, tmp_path):
+    """Its parameters are stated nowhere: they are those of the study at hand, where no other result names them."""
+    toy = can_do_without(done)
+    toy.edit("params/fall.yaml", "value: well", "value: answer")
+    toy.fails()
+    theirs = shutil.copytree(toy.root / "results", tmp_path / "theirs")
+    assert not (theirs / "fall.h5").exists() and not held(toy.study(), theirs, None, 1.0, 1)["differs"]
+    toy.edit("params/fall.yaml", "value: answer", "value: well")
+    found = held(toy.study(), theirs, None, 1.0, 1)
+    told = {row["stage"]: row["differences"] for row in found["stages"]}
+    assert found["differs"] and found["of"] == 4 and told["fall"][0]["recomputed"] == "a result" and told["picture"]
 
 
 def test_a_share_finds_as_often_as_it_promises():
