@@ -86,7 +86,8 @@ def held(study: Study, folder: Path, recordings: Path, share: float, seed: int, 
     needed = [name for name in study.graph.needed_for(chosen([*contents], share, seed)) if name in contents]
     every = study.graph.needed_for((*needed,))
     lacking = [name for name in every if name not in values]
-    values |= unstated(study, lacking, about)
+    if lacking:
+        values |= unstated(study, lacking, about)
     with tempfile.TemporaryDirectory(prefix="bipedstudy-") as place:
         mine = dataclasses.replace(study, results=Path(place, "results"), settings=(), requested=(), cache=None,
                                    recordings=recordings)  # fmt: skip
