@@ -22,7 +22,7 @@ from scipy.stats import binomtest
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.poincare import by_stability
-from stages.analytic.maps.answers import COLUMNS, Outcome, Task, Way, anchors_of, block
+from stages.analytic.maps.answers import COLUMNS, UNANSWERED, WAYS, Task, anchors_of, block
 from stages.analytic.maps.answers import searched as search
 from stages.analytic.maps.box import Box, read
 from stages.biped.design import Biped
@@ -81,9 +81,9 @@ def main() -> None:
         answered = pool.starmap(timed, [(block, task, at, min(at + BLOCK, count)) for at in range(0, count, BLOCK)], 1)
         wall, spent = time.monotonic() - began, sum(each for each, _ in answered)
         rows = np.array([row for _, rows in answered for row in rows])
-        left = np.flatnonzero(rows[:, AT["outcome"]] == Outcome.UNANSWERED)
-        known = np.flatnonzero(rows[:, AT["outcome"]] != Outcome.UNANSWERED)
-        ways = {way.name.lower(): int((rows[:, AT["answered_by"]] == way).sum()) for way in Way}
+        left = np.flatnonzero(rows[:, AT["outcome"]] == UNANSWERED)
+        known = np.flatnonzero(rows[:, AT["outcome"]] != UNANSWERED)
+        ways = {way: int((rows[:, AT["answered_by"]] == code).sum()) for code, way in enumerate(WAYS)}
         print(f"{count} designs: {count / spent:.0f} a second and core ({count / wall:.0f} a second by the clock on "
               f"{processes}) before the search of what is left; {ways}; largest residual "
               f"{np.nanmax(rows[:, AT['residual']]):.1e}", flush=True)  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from stages.biped.accuracy.tolerances import Accuracy, ConstraintTolerance, accuracy
@@ -57,20 +57,27 @@ class SlopeDigits:
     half_widths: Mapping[str, float] = half_widths("half-widths of the slope's values")
 
 
-def half_widths_of(*digits: DesignDigits | SlopeDigits) -> dict[str, float]:
-    """How far the values of some files may be off, in their units, by file.key."""
-    return {f"{each.FILE}.{key}": width for each in digits for key, width in each.half_widths.items()}
+@dataclass(frozen=True)
+class Rounded:
+    """What a stage knows of how far the values that it is handed may be off."""
+
+    design_digits: DesignDigits = field(default=DesignDigits(), kw_only=True)
+    slope_digits: SlopeDigits = field(default=SlopeDigits(), kw_only=True)
+
+    @property
+    def half_widths(self) -> dict[str, float]:
+        """How far parameters may be off, in their units, by file.key; exact ones are not in it."""
+        both = self.design_digits, self.slope_digits
+        return {f"{each.FILE}.{key}": width for each in both for key, width in each.half_widths.items()}
 
 
 @dataclass(frozen=True)
-class Parameters(OnSlope):
+class Parameters(Rounded, OnSlope):
     """Parameters of the analytic stage."""
 
     friction: Friction
     rubber: Rubber
     settings: Settings
-    design_digits: DesignDigits = DesignDigits()
-    slope_digits: SlopeDigits = SlopeDigits()
 
     def broken_rules(self) -> Iterator[Broken]:
         """The readable path knows Table 1's biped only; a hip with Coulomb friction goes with feet that roll."""
@@ -82,11 +89,6 @@ class Parameters(OnSlope):
              "rolls)"),
             (scipy and biped.detailed, "analytic.integrator", f"compiled with biped.{''.join(biped.details[:1])} (the "
              "SciPy path knows Table 1's biped only)"))
-
-    @property
-    def half_widths(self) -> dict[str, float]:
-        """How far parameters may be off, in their units, by file.key; exact ones are not in it."""
-        return half_widths_of(self.design_digits, self.slope_digits)
 
     @property
     def limited_friction(self) -> Friction | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stages.analytic.parameters import DesignDigits, SlopeDigits
+from stages.analytic.parameters import Rounded
 from stages.analytic.parameters import Settings as ConstraintSettings
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.quantity import Bound, parameter
@@ -71,7 +71,7 @@ class Settings(Limits):
 
 
 @dataclass(frozen=True)
-class Parameters(OnGround):
+class Parameters(Rounded, OnGround):
     """Parameters of the comparison stage: its own, and those of all stages above it, which claims rest on."""
 
     constraint: ConstraintSettings
@@ -93,8 +93,6 @@ class Parameters(OnGround):
     drawing: Drawing
     settings: Settings
     blocks: Blocks = Blocks()
-    design_digits: DesignDigits = DesignDigits()
-    slope_digits: SlopeDigits = SlopeDigits()
 
     def __post_init__(self) -> None:
         """Sizes that are null follow the robot."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stages.analytic.parameters import DesignDigits, SlopeDigits, half_widths_of
+from stages.analytic.parameters import DesignDigits, Rounded, SlopeDigits
 from stages.analytic.parameters import Settings as AnalyticSettings
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
@@ -33,23 +33,16 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Parameters(OnGround):
+class Parameters(Rounded, OnGround):
     """All parameters the stage uses."""
 
     friction: Friction
     analytic: AnalyticSettings
     twin: TwinSettings
     settings: Settings
-    design_digits: DesignDigits = DesignDigits()
-    slope_digits: SlopeDigits = SlopeDigits()
     blocks: Blocks = Blocks()
 
     def with_exact(self, biped: Biped, slope: Slope) -> Parameters:
         """These of another biped and slope, whose numbers are exact."""
         return dataclasses.replace(self, biped=biped, slope=slope, design_digits=DesignDigits(),
                                    slope_digits=SlopeDigits())  # fmt: skip
-
-    @property
-    def half_widths(self) -> dict[str, float]:
-        """How far parameters may be off, in their units, by file.key; exact ones are not in it."""
-        return half_widths_of(self.design_digits, self.slope_digits)

@@ -224,8 +224,8 @@ def test_sensitivity_says_of_how_many_steps_its_multipliers_are(mass, steps, hea
 
 
 def test_sensitivity_tells_which_digit_decides():
-    digits = DesignDigits({"foot_com": 5e-4, "leg_length": 5e-4}), SlopeDigits({"slope_deg": 0.5})
-    rounded = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, PARAMETERS.settings, *digits)
+    design, slope = DesignDigits({"foot_com": 5e-4, "leg_length": 5e-4}), SlopeDigits({"slope_deg": 0.5})
+    rounded = dataclasses.replace(PARAMETERS, design_digits=design, slope_digits=slope)
     answer = sensitivity.ask(rounded, sensitivity.Options(), Asking())
     own = next(one for one in answer.plain["uncertainties"] if one["name"] == "step_frequency_hz")
     by = {name: abs(entry["derivatives"]["step_frequency_hz"]) for name, entry in answer.plain["parameters"].items()}

@@ -100,7 +100,7 @@ def test_a_parameter_that_is_zero_may_be_uncertain_too(gait):
 
 def test_the_stage_tells_elasticities_of_all_and_uncertainties_of_what_is_given(gait, uncertainties):
     settings = Settings(tolerance=1e-7, steps=1, sampling_rate_hz=200.0)
-    result = run_alone(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings, DesignDigits(DIGITS), SlopeDigits()))
+    result = run_alone(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings, design_digits=DesignDigits(DIGITS)))
     assert [one.parameter for one in result.elasticities] == list(sensitive_names(DESIGN))
     assert {one.parameter: one.half_width for one in result.elasticities if one.half_width} == {
         f"biped.{name}": width for name, width in DIGITS.items()}
@@ -176,9 +176,9 @@ def test_legs_that_hardly_differ_leave_as_much_of_a_disturbance_in_a_step_as_leg
     """Their multipliers are of two steps: .41 of .64 a step, which report, headline and claims gave as a step's."""
     settings = Settings(tolerance=1e-8, steps=1, sampling_rate_hz=200.0)
     other = dataclasses.replace(TABLE_1, other_foot_mass=TABLE_1.foot_mass * (1 + 1e-7))
-    digits = DesignDigits({name: width for name, width in DIGITS.items() if name != "foot_mass"}), SlopeDigits(
-        {"slope_deg": 0.05})
-    alike, differing = (run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, settings, *digits))
+    design = DesignDigits({name: width for name, width in DIGITS.items() if name != "foot_mass"})
+    digits = {"design_digits": design, "slope_digits": SlopeDigits({"slope_deg": 0.05})}
+    alike, differing = (run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, settings, **digits))
                         for biped in (TABLE_1, other))  # fmt: skip
     assert (alike.gait.steps, differing.gait.steps) == (1, 2)
     assert differing.gait.largest_multiplier == pytest.approx(alike.gait.largest_multiplier, abs=1e-5)

@@ -18,7 +18,7 @@ from matplotlib.ticker import FixedLocator
 import bipedstudy
 from benchmarks import tradeoff
 from benchmarks.extremes_table import DOCS
-from stages.analytic.maps.answers import Outcome
+from stages.analytic.maps.answers import NONE, STABLE, UNSTABLE
 from stages.analytic.maps.box import Axis, Box
 from stages.analytic.pictures import design_map, families, gaits
 from stages.calibration.information.identifiability import Identifiability
@@ -43,9 +43,9 @@ def design_map_of(count, size=None):
     values = box.values(0, box.size)
     shares = box.shares(0, box.size)
     largest = 0.4 + shares.sum(axis=1) / count
-    outcome = np.where(shares[:, 0] > 0.9, int(Outcome.NONE), np.where(
-        largest < 1, int(Outcome.STABLE), int(Outcome.UNSTABLE)))
-    gait = outcome != int(Outcome.NONE)
+    outcome = np.where(shares[:, 0] > 0.9, NONE, np.where(
+        largest < 1, STABLE, UNSTABLE))
+    gait = outcome != NONE
     columns = {axis.name: column for axis, column in zip(axes, values.T)}
     columns |= {"outcome": outcome, "largest_multiplier": np.where(gait, largest, np.nan),
                 "period_s": np.where(gait, 0.5 + 0.05 * shares[:, -1] + 0.02 * shares[:, 0], np.nan)}

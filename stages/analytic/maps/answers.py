@@ -8,7 +8,6 @@ along the tangent and corrected by Newton's method, in parts where that is too f
 from __future__ import annotations
 
 import dataclasses
-import enum
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
@@ -134,39 +133,19 @@ def needed_in(walker: Walker, single: Segment) -> float:
     return friction_used(accelerations_and_forces(single.phase, states, walker.p)[:, 4:6])
 
 
-class Outcome(enum.IntEnum):
-    """What became of a design."""
-
-    STABLE = 0
-    UNSTABLE = 1
-    NONE = 2
-    UNANSWERED = 3
-    NOT_ALLOWED = 4
-
-
-class Way(enum.IntEnum):
-    """How a design was answered: along the tangent of the nearest anchor, of another anchor or design of its block, in
-    parts, or by a search.
-    """
-
-    TANGENT = 0
-    NEIGHBOUR = 1
-    HOMOTOPY = 2
-    SEARCH = 3
-    NOT = 4
-
-
-def words(codes: type[Outcome] | type[Way]) -> tuple[str, ...]:
-    """The codes as words, in their order."""
-    return tuple(code.name.lower().replace("_", " ") for code in codes)
-
-
+#: What became of a design.
+OUTCOMES = ("stable", "unstable", "none", "unanswered", "not allowed")
+STABLE, UNSTABLE, NONE, UNANSWERED, NOT_ALLOWED = range(len(OUTCOMES))
+#: How a design was answered: along the tangent of the nearest anchor, of another anchor or design of its block, in
+#: parts, or by a search.
+WAYS = ("tangent", "neighbour", "homotopy", "search", "not")
+TANGENT, NEIGHBOUR, HOMOTOPY, SEARCH, NOT = range(len(WAYS))
 #: Multipliers that are stated, largest first.
 MULTIPLIERS = 3
 #: Columns of a map, after those of the varied parameters.
 COLUMNS = (
-    Column("outcome", "-", "what became of the design", words(Outcome)),
-    Column("answered_by", "-", "how it was answered", words(Way)),
+    Column("outcome", "-", "what became of the design", OUTCOMES),
+    Column("answered_by", "-", "how it was answered", WAYS),
     Column("period_s", "s", "duration of one step"),
     Column("step_length_m", "m", "advance of the hip over one step"),
     Column("speed_m_s", "m/s", "step length over duration"),
@@ -219,7 +198,7 @@ def block(task: Task, first: int, end: int) -> list[list[float]]:
     designs = [task.box.design(task.base, values) for values in task.box.values(first, end)]
     walkers = [design.walker() if design.is_legal() else None for design in designs]
     far = Anchors([Anchor.of(plain) for plain in task.anchors])
-    answers: dict[int, tuple[Way, FixedPoint]] = {}
+    answers: dict[int, tuple[int, FixedPoint]] = {}
     legal = [(index, walker) for index, walker in enumerate(walkers) if walker is not None]
     for index, walker in legal:
         if walker.p.g_x > 0 and (answer := followed(walker, far, task.tolerance)):
@@ -227,26 +206,26 @@ def block(task: Task, first: int, end: int) -> list[list[float]]:
     for index, walker in legal:
         if index not in answers:
             near = beside(walker, walkers, answers, far, task.tolerance) if walker.p.g_x > 0 else Anchors([])
-            answer = followed(walker, near, task.tolerance, Way.NEIGHBOUR) or searched(designs[index], walker, task)
+            answer = followed(walker, near, task.tolerance, NEIGHBOUR) or searched(designs[index], walker, task)
             if answer is not None:
                 answers[index] = answer
     return [row(walker, answers.get(index), task) for index, walker in enumerate(walkers)]
 
 
-def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: Way = Way.TANGENT
-             ) -> tuple[Way, FixedPoint] | None:  # fmt: skip
+def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: int = TANGENT
+             ) -> tuple[int, FixedPoint] | None:  # fmt: skip
     """The design's gait from a few anchors: at once, or else in parts.
 
     Newton's method may leave the family for another one. So a gait that is unstable where the anchor is stable is taken
     once a second anchor leads to it too; else the most stable of those that all these anchors lead to, also in parts.
     """
     near = anchors.nearest(numbers_of(walker), TRIED)
-    doubtful: list[tuple[Way, FixedPoint]] = []
-    for lead, way in ((along_tangent, None), (in_parts, Way.HOMOTOPY)):
+    doubtful: list[tuple[int, FixedPoint]] = []
+    for lead, way in ((along_tangent, None), (in_parts, HOMOTOPY)):
         for rank, known in enumerate(near):
             found = lead(walker, known, tolerance)
             if found is not None:
-                answer = way or (Way.NEIGHBOUR if rank else nearest), found
+                answer = way or (NEIGHBOUR if rank else nearest), found
                 again = not is_new([other for _, other in doubtful], found)
                 if by_stability(found) < 1 or not known.stable or again:
                     return answer
@@ -255,7 +234,7 @@ def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: Way = 
 
 
 def beside(
-    walker: Walker, walkers: Sequence[Walker | None], answers: dict[int, tuple[Way, FixedPoint]], far: Anchors,
+    walker: Walker, walkers: Sequence[Walker | None], answers: dict[int, tuple[int, FixedPoint]], far: Anchors,
     tolerance: float,
 ) -> Anchors:  # fmt: skip
     """The designs of the block that are answered and nearest, as anchors."""
@@ -272,7 +251,7 @@ def beside(
     return Anchors([each for each in found if each is not None])
 
 
-def searched(design: DesignPoint, walker: Walker, task: Task) -> tuple[Way, FixedPoint] | None:
+def searched(design: DesignPoint, walker: Walker, task: Task) -> tuple[int, FixedPoint] | None:
     """The design's gait by a search from no guess, as far as that is the task's."""
     found: FixedPoint | list[str] | None = None
     if task.search == "complete":
@@ -281,21 +260,21 @@ def searched(design: DesignPoint, walker: Walker, task: Task) -> tuple[Way, Fixe
         found = next(iter(find_gaits(walker, task.tolerance, unstable=False)), None)
     if isinstance(found, FixedPoint) and found.residual > closes(walker, task.tolerance):
         found = corrected(walker, found.z, task.tolerance)
-    return (Way.SEARCH, found) if isinstance(found, FixedPoint) else None
+    return (SEARCH, found) if isinstance(found, FixedPoint) else None
 
 
-def row(walker: Walker | None, answer: tuple[Way, FixedPoint] | None, task: Task) -> list[float]:
-    """A design's row: codes of `Outcome` and `Way`, then numbers, NaN where there is no gait."""
+def row(walker: Walker | None, answer: tuple[int, FixedPoint] | None, task: Task) -> list[float]:
+    """A design's row: codes of `OUTCOMES` and `WAYS`, then numbers, NaN where there is no gait."""
     if walker is None or answer is None:
-        outcome = Outcome.NOT_ALLOWED if walker is None else (
-            Outcome.NONE if task.search == "complete" or walker.p.g_x <= 0 else Outcome.UNANSWERED)
-        return [float(outcome), float(Way.NOT), *[float("nan")] * (len(columns_of(task.norm)) - 2)]
+        outcome = NOT_ALLOWED if walker is None else (
+            NONE if task.search == "complete" or walker.p.g_x <= 0 else UNANSWERED)
+        return [float(outcome), float(NOT), *[float("nan")] * (len(columns_of(task.norm)) - 2)]
     way, point = answer
     period, length = point.period * walker.time, step_length(walker, point) * walker.length
     multipliers = [part for value in point.floquet_multipliers[:MULTIPLIERS].tolist()
                    for part in (value.real, value.imag)]  # fmt: skip
     largest = by_stability(point)
-    outcome = Outcome.STABLE if largest < 1 else Outcome.UNSTABLE
+    outcome = STABLE if largest < 1 else UNSTABLE
     friction = friction_needed(walker, point, task.tolerance)
     rough = on_blocks(walker, point, task.tolerance) if task.norm else None
     return [float(outcome), float(way), period, length, length / period, *multipliers, largest, friction,
@@ -410,15 +389,15 @@ class Counts:
     @property
     def answered(self) -> int:
         """Designs with a gait."""
-        return self._outcomes[Outcome.STABLE] + self._outcomes[Outcome.UNSTABLE]
+        return self._outcomes[STABLE] + self._outcomes[UNSTABLE]
 
     def outcomes(self) -> dict[str, int]:
         """Designs by outcome."""
-        return {word: self._outcomes[code] for code, word in enumerate(words(Outcome)) if self._outcomes[code]}
+        return {word: self._outcomes[code] for code, word in enumerate(OUTCOMES) if self._outcomes[code]}
 
     def ways(self) -> dict[str, int]:
         """Designs by how they were answered."""
-        return {word: self._ways[code] for code, word in enumerate(words(Way)) if self._ways[code]}
+        return {word: self._ways[code] for code, word in enumerate(WAYS) if self._ways[code]}
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Least and largest value of some columns."""

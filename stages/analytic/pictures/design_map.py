@@ -12,7 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
-from stages.analytic.maps.answers import Outcome
+from stages.analytic.maps.answers import STABLE, UNANSWERED, UNSTABLE
 from stages.analytic.maps.box import Axis, Box
 from stages.drawing import style
 
@@ -20,7 +20,7 @@ from stages.drawing import style
 COLOURS, NO_GAIT, BOUNDARY = "RdBu_r", "#BDB7AB", "#111111"
 #: Multipliers beyond this have the last colour. Cells along an axis of a picture of scattered designs.
 LARGEST, CELLS = 2.0, 60
-GAITS = (Outcome.STABLE, Outcome.UNSTABLE)
+GAITS = (STABLE, UNSTABLE)
 
 
 def draw(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
@@ -93,7 +93,7 @@ def plane(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
             style.round_ticks(ticks)
     axes.plot([], [], color=BOUNDARY, linewidth=1.6, label="boundary of stability")
     axes.plot([], [], color="#555555", linewidth=0.6, label="step frequency [Hz]")
-    unknown = (columns["outcome"] == Outcome.UNANSWERED).any()
+    unknown = (columns["outcome"] == UNANSWERED).any()
     axes.plot([], [], "s", color=NO_GAIT, label="no gait, or not answered" if unknown else "no gait")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     figure.colorbar(shades, label="largest multiplier [1]", extend="max")
@@ -119,7 +119,7 @@ def pairs(box: Box, columns: Mapping[str, np.ndarray]) -> Figure:
     """
     count = len(box.axes)
     figure, panels = plt.subplots(count, count, figsize=(1.2 + 1.25 * count, 1.4 + 1.2 * count), sharex="col")
-    stable, gait = columns["outcome"] == int(Outcome.STABLE), walks(columns)
+    stable, gait = columns["outcome"] == STABLE, walks(columns)
     largest = columns["largest_multiplier"]
     cells = min(int(np.clip(np.sqrt(len(stable) / 20), 4, CELLS)), *(box.shape if box.seed is None else (CELLS,)))
     places = [place(axis, columns[axis.name], cells) for axis in box.axes]

@@ -100,9 +100,9 @@ def front(columns: Mapping[str, np.ndarray]) -> list[dict[str, float]]:
     """The stable designs that no other beats in both, the least largest multiplier first: values by column."""
     import numpy as np
 
-    from stages.analytic.maps.answers import Outcome
+    from stages.analytic.maps.answers import STABLE
 
-    stable = np.flatnonzero(columns["outcome"] == int(Outcome.STABLE))
+    stable = np.flatnonzero(columns["outcome"] == STABLE)
     order = stable[np.lexsort((-columns["speed_m_s"][stable], columns["largest_multiplier"][stable]))]
     speed = columns["speed_m_s"][order]
     best = order[speed > np.maximum.accumulate(np.append(-np.inf, speed[:-1]))] if len(order) else order
