@@ -19,20 +19,13 @@ from stages.analytic.run import without_impact
 from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
 from stages.analytic.walk.recording import ROOM, record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
-from stages.analytic.walk.validity import assess, friction_used
+from stages.analytic.walk.validity import assess, friction_used, impulses
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, run_alone, stiff_gait
 
 
 @pytest.fixture(scope="module")
 def report(table_1_gait, table_1_step):
     return assess(table_1_gait[0], table_1_step, 1.1)
-
-
-def test_trailing_foot_would_slip_at_heel_strike(report):
-    """Trap 4: the trailing foot's impulse is mostly tangential, far outside the cone of the paper's mu = 1.1."""
-    assert report.impulse_friction_trailing > 10
-    said = on_a_ramp(report, stable=True).sentence
-    assert "the trailing foot may slip" in said and "landing foot needs" not in said
 
 
 def test_more_friction_than_any_needed_breaks_no_friction_assumption(table_1_gait, table_1_step):
@@ -77,18 +70,6 @@ def test_without_an_impact_the_landing_foot_moves_on_as_it_came(table_1_gait, ta
     assert found.duration == pytest.approx(table_1_step[0].duration * table_1_gait[0].time)
 
 
-def test_scuffing_is_reported(report):
-    """The legs are equally long: the swing foot passes millimetres below ground near the upright stance leg."""
-    assert 1e-3 < report.deepest_scuff < 2e-2
-    assert abs(report.deepest_scuff_angle) < 0.1
-    assert "stepping blocks" in on_a_ramp(report, stable=True).sentence
-
-
-def test_ground_only_pushes_in_the_gait_of_table_1(report):
-    assert report.feet_push_only
-    assert report.least_normal_force_stance > 0
-
-
 def test_pull_on_a_foot_is_infinite_friction():
     assert friction_used(np.array([[0.1, 1.0], [0.2, -0.1]])) == float("inf")
     assert friction_used(np.array([[0.3, 1.0], [-0.5, 1.0]])) == pytest.approx(0.5)
@@ -107,9 +88,6 @@ def test_pulling_ground_is_reported(table_1_gait):
 
 def test_forces_of_both_feet_carry_the_weight_on_average(table_1_gait, table_1_step):
     """Over a periodic step the ground's impulse is weight times period, along both axes, impacts included."""
-    from stages.analytic.walk.recording import states_at
-    from stages.analytic.walk.validity import impulses
-
     walker, point = table_1_gait
     points, weights = np.polynomial.legendre.leggauss(8)
     total = sum(impulses(walker, table_1_step[-1].end))
@@ -148,7 +126,8 @@ def test_table_1_needs_blocks_and_a_trailing_foot_that_slips():
     walker, point = find_gait(TABLE_1, SLOPE, 1e-10)
     found = report_gait(walker, point, 1e-10, 1.1)
     said = on_a_ramp(found.validity, found.gait.stable)
-    assert said.verdict == WALKS_IF and len(said.because) == 2
+    assert said.verdict == WALKS_IF and len(said.because) == 2 and found.validity.feet_push_only
+    assert abs(found.validity.deepest_scuff_angle) < 0.1, "legs equally long scuff where the stance leg is upright"
     assert "4.1 mm below ground" in said.because[0] and "needs friction 24 and the ground has 1.1" in said.because[1]
     large = on_a_ramp(dataclasses.replace(found.validity, deepest_scuff=0.1234), stable=True)
     assert "passes 120 mm below ground" in large.sentence, "it was 1.2e+02"
