@@ -37,10 +37,6 @@ from stages.planar.section import NoLimitCycle, section_numbers, section_state
 from stages.studies.walks import Machine, Upright
 
 
-class NotWalked(Exception):
-    """A model on the path does not take the step; the message says why."""
-
-
 def switched(law: ContactLaw, on: Collection[str], share: float) -> ContactLaw:
     """The law with the effects in `on` as they are, and the others reduced to the part `share`.
 
@@ -182,20 +178,20 @@ class OneStep:
         return self.constraint.upright(self.parameters.biped, self.parameters.slope)
 
     def penalty(self, law: ContactLaw, tolerance: float) -> np.ndarray:
-        """The penalty model's hip from the common state, (n, 4). Raises NotWalked."""
+        """The penalty model's hip from the common state, (n, 4). Raises NoLimitCycle."""
         run = self.upright.walk(law, Settings(tolerance), duration=float(self.time[-1]), signals=())
         strikes = find_events(run.trajectory, self.parameters.biped.foot_radii).heel_strike_time
         if not run.completed or not len(strikes):
-            raise NotWalked(f"over one step: {run.message or run.outcome}")
+            raise NoLimitCycle(f"over one step: {run.message or run.outcome}")
         self.strikes.append(float(strikes[0]))
         return penalty_hip(run.trajectory, self.time)
 
     def exudyn(self, law: ContactLaw, tolerance: float) -> np.ndarray:
-        """The same of Exudyn's model. Raises NotWalked."""
+        """The same of Exudyn's model. Raises NoLimitCycle."""
         machine = Machine(self.parameters.biped, self.parameters.slope, law, self.parameters.checked_tolerance)
         run = machine.exudyn(self.upright.start(law), tolerance, 1, float(self.time[-1]))
         if not run.completed:
-            raise NotWalked(f"over one step, in Exudyn: {run.message or run.outcome}")
+            raise NoLimitCycle(f"over one step, in Exudyn: {run.message or run.outcome}")
         return penalty_hip(run.trajectory, self.time)
 
     def compared(self) -> np.ndarray:
@@ -205,7 +201,7 @@ class OneStep:
 
 
 def step_budget(scene: OneStep) -> StepBudget:
-    """The budget over one step. Raises NotWalked, NoGait, StepFailed."""
+    """The budget over one step. Raises NoLimitCycle, NoGait, StepFailed."""
     parameters, settings, law = scene.parameters, scene.parameters.settings, scene.parameters.contact
     coarse = scene.coarse_or_fine(parameters.constraint_tolerance)
     fine = scene.coarse_or_fine(settings.constraint_fine_tolerance)
@@ -257,7 +253,7 @@ class Cycles:
         return np.concatenate([hip.ravel(), [walk.period, length]])
 
     def penalty(self, law: ContactLaw, tolerance: float) -> np.ndarray:
-        """The penalty model's cycle, searched from that of the law most like it. Raises NotWalked."""
+        """The penalty model's cycle, searched from that of the law most like it. Raises NoLimitCycle."""
         p, solver = self.parameters, Settings(tolerance)
         upright = self.coulomb.upright(p.biped, p.slope)
         stepper = upright.stepper(law, solver)
@@ -270,7 +266,7 @@ class Cycles:
         try:
             cycle = fixed_point(stepper, guess, self.derivative)
         except NoLimitCycle as reason:
-            raise NotWalked(f"on a cycle: {reason}") from None
+            raise NoLimitCycle(f"on a cycle: {reason}") from None
         self.derivative = cycle.derivative
         self.found.append((law, cycle.numbers))
         run = simulate(p.biped, p.slope, law, section_state(cycle.numbers, start), solver, steps=1, signals=())
@@ -302,7 +298,7 @@ def _distance(one: ContactLaw, other: ContactLaw) -> float:
 def cycle_budget(parameters: Parameters, coarse: ConstraintWalk) -> CycleBudget:
     """The budget between cycles; `coarse` is the constraint model's gait at its usual tolerance.
 
-    Raises NotWalked, NoGait, StepFailed.
+    Raises NoLimitCycle, NoGait, StepFailed.
     """
     cycles, settings, law = Cycles(parameters), parameters.settings, parameters.contact
     limits = Limits(law, settings.cycle_share, cycles.penalty, parameters.penalty_tolerance, settings.limit_tolerance)

@@ -10,7 +10,7 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.biped.design import require_alike, require_own_strikes
 from stages.biped.processes import Progress, ignore
 from stages.error_budget.parameters import Parameters
-from stages.error_budget.path import LIMITS, NotWalked, OneStep, cycle_budget, step_budget, switched
+from stages.error_budget.path import LIMITS, OneStep, cycle_budget, step_budget, switched
 from stages.error_budget.result import CONTACT, Result
 from stages.planar.section import NoLimitCycle
 from stages.studies.result import COMPLETED, EngineAgreement, drawn
@@ -22,7 +22,7 @@ SEED = 17
 def checked(scene: OneStep) -> EngineAgreement:
     """Steps with laws drawn from those of the budget's nodes, and the cycle of the law itself.
 
-    Raises EnginesDisagree, NotWalked, NoGait, StepFailed.
+    Raises EnginesDisagree, NoLimitCycle, NoGait, StepFailed.
     """
     parameters, settings, upright = scene.parameters, scene.parameters.settings, scene.upright
     tolerance = parameters.checked_tolerance
@@ -37,7 +37,7 @@ def checked(scene: OneStep) -> EngineAgreement:
     try:
         distances.append(upright.cycle_apart("the cycle", parameters.contact, tolerance))
     except NoLimitCycle as reason:
-        raise NotWalked(f"on a cycle: {reason}") from None
+        raise NoLimitCycle(f"on a cycle: {reason}") from None
     return EngineAgreement(SEED, tuple(distances))
 
 
@@ -58,6 +58,6 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
         cycle = cycle_budget(parameters, scene.constraint)
         progress(0.4, "comparing with Exudyn")
         engines = checked(scene)
-    except (NotWalked, NoGait, StepFailed) as reason:
+    except (NoLimitCycle, NoGait, StepFailed) as reason:
         outcome = str(reason)
     return Result(outcome, step, cycle, engines)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from stages.analytic.errors import NoGait, StepFailed
+from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import TIME_LIMIT_OF_A_PHASE, fixed_point, iterate, multipliers_of, poincare_map
 from stages.analytic.integration.readable import STRIDE_ON, accelerations
@@ -31,7 +31,7 @@ from stages.analytic.walk.validity import FEET, NORMAL, Phase
 from stages.biped.design import Biped
 from stages.biped.walk import StanceState
 from stages.ground.slope import Friction, Slope
-from stages.tradeoff.way import GRID_HZ, Walked, Way, WayFailed
+from stages.tradeoff.way import GRID_HZ, Walked, Way
 
 ROLLING, COULOMB = "constraint model, rolling", "constraint model, coulomb"
 DETAILED = "detailed constraint model"
@@ -75,28 +75,22 @@ class Scene:
 def scene(biped: Biped, slope: Slope, friction: Friction | None, upright: StanceState, steps: int) -> Scene:
     """The scene of one kind of trailing foot; its gait is found by walking on from the mid-stance given.
 
-    Raises WayFailed if no gait is found.
+    Raises StepFailed if no gait is found.
     """
     walker = build_walker(biped, slope, friction)
     y = walker.from_stance(upright)
-    try:
-        after = record(walker, y, SETTLING_STEPS, 1e-12, SINGLE_STANCE)[-1].end
-        succeed(SINGLE_STANCE, after, walker.p)
-        point = fixed_point(walker, section_coordinates(after, walker.p), 1e-14)
-    except StepFailed as reason:
-        raise WayFailed(str(reason)) from None
+    after = record(walker, y, SETTLING_STEPS, 1e-12, SINGLE_STANCE)[-1].end
+    succeed(SINGLE_STANCE, after, walker.p)
+    point = fixed_point(walker, section_coordinates(after, walker.p), 1e-14)
     if point is None:
-        raise WayFailed("Newton's method finds no gait next to the mid-stance given")
+        raise StepFailed("Newton's method finds no gait next to the mid-stance given")
     return Scene(ROLLING if friction is None else COULOMB, walker, y, point.z, steps)
 
 
 def detailed_scene(biped: Biped, slope: Slope, steps: int) -> Scene:
-    """The scene of a detailed design with rolling feet, from mid-stance of its own gait. Raises WayFailed."""
-    try:
-        walker, point = find_gait(biped, slope, 1e-13)
-        return Scene(DETAILED, walker, crossing_state(walker, point.z, 1e-13), point.z, steps)
-    except (NoGait, StepFailed) as reason:
-        raise WayFailed(str(reason)) from None
+    """The scene of a detailed design with rolling feet, from mid-stance of its own gait. Raises NoGait, StepFailed."""
+    walker, point = find_gait(biped, slope, 1e-13)
+    return Scene(DETAILED, walker, crossing_state(walker, point.z, 1e-13), point.z, steps)
 
 
 def compiled_way(at: Scene, tolerance: float, mark: str = "") -> Way:
@@ -104,10 +98,7 @@ def compiled_way(at: Scene, tolerance: float, mark: str = "") -> Way:
     integrate = partial(record, at.walker, at.upright, at.steps, tolerance, SINGLE_STANCE)
 
     def walk() -> Walked:
-        try:
-            return measured(at.walker, integrate(), poincare_map(at.walker, at.gait, tolerance).evaluations)
-        except StepFailed as reason:
-            raise WayFailed(str(reason)) from None
+        return measured(at.walker, integrate(), poincare_map(at.walker, at.gait, tolerance).evaluations)
 
     def multiplier() -> float:
         _, derivative = iterate(at.walker, at.gait, at.walker.gait_steps, tolerance)
@@ -175,7 +166,7 @@ def walk_by_scipy(
     """Segments of a walk from `y` (8,) as by `record`, the state after its last heel strike, and rate evaluations.
 
     `methods` names SciPy's method for single stance and, last, that for all phases with both feet down.
-    Raises WayFailed.
+    Raises StepFailed.
     """
     segments: list[Segment] = []
     start, leg, origin, strikes, evaluations, decided = 0.0, 0, 0.0, 0, 0, True
@@ -183,7 +174,7 @@ def walk_by_scipy(
         phase, decided = first_phase(y, walker.p)
     for _ in range(MOST_PHASES * heel_strikes):
         if not decided:
-            raise WayFailed("friction wedges the trailing foot")
+            raise StepFailed("friction wedges the trailing foot")
         method = methods[0 if phase <= SINGLE_STANCE else -1]
         standing = walker.on(leg)
         times, states, end, spent = one_phase(standing, phase, y, method, tolerance, rates)
@@ -199,7 +190,7 @@ def walk_by_scipy(
         phase, decided = succeed(phase, y, standing.p)
         if strikes == heel_strikes:
             return segments, y, evaluations
-    raise WayFailed("the trailing foot changes its contact without end")
+    raise StepFailed("the trailing foot changes its contact without end")
 
 
 def one_phase(
@@ -225,7 +216,7 @@ def one_phase(
             counted, (time, TIME_LIMIT_OF_A_PHASE), y, method=method,
             rtol=max(tolerance, 3e-14), atol=tolerance, events=event, max_step=LONGEST_STEP)
         if not solution.success or not solution.t_events[0].size:
-            raise WayFailed("the phase does not end")
+            raise StepFailed("the phase does not end")
         times.append(solution.t[:-1])
         states.append(solution.y[:, :-1].T)
         time, y = float(solution.t_events[0][0]), solution.y_events[0][0]

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from stages.analytic.errors import StepFailed
 from stages.biped.design import Biped
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Slope
@@ -24,7 +25,7 @@ from stages.planar.sampling import find_events, peaks
 from stages.planar.section import mid_stance_after, section_scales, section_state
 from stages.planar.signals import GROUND_REACTION
 from stages.studies.walks import Upright
-from stages.tradeoff.way import Walked, Way, WayFailed, grid
+from stages.tradeoff.way import Walked, Way, grid
 from stages.twin.machine import machine as spatial
 from stages.twin.machine.contact import X, Y
 from stages.twin.machine.tree import SpatialTree
@@ -78,7 +79,7 @@ def leading_pair(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     values, vectors = np.linalg.eig(matrix)
     index = int(np.argmax(np.abs(values)))
     if abs(values[index].imag) > 1e-9:
-        raise WayFailed("the leading multiplier is complex")
+        raise StepFailed("the leading multiplier is complex")
     right, left = vectors[:, index].real, np.linalg.inv(vectors)[index].real
     return right, left / (left @ right)
 
@@ -117,9 +118,9 @@ def penalty_way(at: Scene, tolerance: float, *, multiplier: bool = False) -> Way
 
 
 def finished(run: Run) -> Run:
-    """The run, if it got to its end. Raises WayFailed."""
+    """The run, if it got to its end. Raises StepFailed."""
     if not run.completed:
-        raise WayFailed(run.message or run.outcome)
+        raise StepFailed(run.message or run.outcome)
     return run
 
 
@@ -171,7 +172,7 @@ def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[Spatia
     def walk() -> Walked:
         record = integrate()
         if not record.completed:
-            raise WayFailed(record.reason or record.outcome)
+            raise StepFailed(record.reason or record.outcome)
         strikes = find_spatial_events(record).heel_strike_time
         hip = record.at(grid(float(record.time[-1])))[0][:, [X, Y]]
         peak, cost = peak_force(record), record.evaluations / at.steps

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stages.analytic.errors import StepFailed
 from stages.analytic.result import Inputs
 from stages.analytic.result import Result as Analytic
 from stages.biped.design import BeyondModel, Biped, require_own_strikes
@@ -29,7 +30,7 @@ from stages.tradeoff.constraint_ways import compiled_way, readable_rates, scipy_
 from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.penalty_ways import PENALTY, TWIN, Scene, joints_way, penalty_way, tree_way, twin_way
 from stages.tradeoff.result import ERRORS, UNKNOWN, Errors, Reference, Result, Row
-from stages.tradeoff.way import Walked, Way, WayFailed, hip_error
+from stages.tradeoff.way import Walked, Way, hip_error
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import project
 from stages.twin.machine.tree import ConnectorTree
@@ -55,7 +56,7 @@ OF_SCIPY: dict[str, dict[tuple[str, ...], tuple[float, ...]]] = {
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Measure all ways of the resolution chosen.
 
-    A way that does not walk to the end is a row that says why. Raises WayFailed if a reference itself fails.
+    A way that does not walk to the end is a row that says why. Raises StepFailed if a reference itself fails.
     """
     references, rows = [], []
     for number, plan in enumerate(plans(parameters, inputs.analytic)):
@@ -67,7 +68,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def measure(plan: Plan) -> tuple[Reference, list[Row]]:
-    """A model's reference, with what shows it converged, and the rows of its ways. Raises WayFailed."""
+    """A model's reference, with what shows it converged, and the rows of its ways. Raises StepFailed."""
     truth = plan.reference.walk()
     leading = multiplier_of(plan.reference)
     second = errors_of(plan.second, truth, leading)[0]
@@ -95,7 +96,7 @@ def row_of(way: Way, truth: Walked, leading: float, doubt: Errors = UNKNOWN) -> 
     errors, cost, outcome = UNKNOWN, math.nan, COMPLETED
     try:
         errors, cost = errors_of(way, truth, leading)
-    except WayFailed as reason:
+    except StepFailed as reason:
         outcome = str(reason)
     errors = Errors(*(max(getattr(errors, name), getattr(doubt, name)) for name in ERRORS))  # NaN stays
     setting = way.setting
@@ -105,7 +106,7 @@ def row_of(way: Way, truth: Walked, leading: float, doubt: Errors = UNKNOWN) -> 
 
 
 def errors_of(way: Way, truth: Walked, leading: float) -> tuple[Errors, float]:
-    """Errors of a way and its cost. Raises WayFailed."""
+    """Errors of a way and its cost. Raises StepFailed."""
     walked = way.walk()
     return Errors(hip_error(walked, truth), abs(walked.period - truth.period), abs(multiplier_of(way) - leading),
                   abs(walked.peak_force - truth.peak_force)), walked.cost
@@ -129,7 +130,7 @@ class Plan:
 def plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
     """All plans; `analytic` gives the mid-stance and the force of its first sample. Few are those that claims rest on.
 
-    Of a design with details the constraint model's alone. Raises WayFailed, BeyondModel for a hip that rubs.
+    Of a design with details the constraint model's alone. Raises StepFailed, BeyondModel for a hip that rubs.
     """
     if parameters.biped.hip_friction > 0:
         raise BeyondModel("SciPy's ways, beside which the constraint model's are measured, do not know hip_friction")

@@ -13,12 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from stages.analytic.errors import StepFailed
+
 #: Rate of the grid on which hips are compared [Hz].
 GRID_HZ = 2000.0
-
-
-class WayFailed(Exception):
-    """A way that does not get to the end of the walk; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,7 @@ class Walked:
 
 @dataclass(frozen=True)
 class Way:
-    """One setting of one way: `walk` raises WayFailed; `multiplier` is None where it is not measured.
+    """One setting of one way: `walk` raises StepFailed; `multiplier` is None where it is not measured.
 
     `integrate` is what the walk takes without looking at it, to be timed. `setting` has the keys of the stage's
     parameters. A way of the paper, or this study's default, is marked.
@@ -68,5 +66,5 @@ def hip_error(walked: Walked, reference: Walked) -> float:
     count = math.floor(reference.end * GRID_HZ)
     common = min(count, len(walked.hip), len(reference.hip))
     if common < count - 0.1 * reference.period * GRID_HZ:
-        raise WayFailed("it does not walk as far as the reference")
+        raise StepFailed("it does not walk as far as the reference")
     return float(np.abs(walked.hip[:common] - reference.hip[:common]).max())

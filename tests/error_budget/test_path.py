@@ -10,7 +10,7 @@ import pytest
 from pipeline.cache import artefact
 from stages.comparison.stride import NoEvidence
 from stages.drawing import style
-from stages.error_budget.path import Cycles, Limits, NotWalked, OneStep, contributions, switched
+from stages.error_budget.path import Cycles, Limits, OneStep, contributions, switched
 from stages.error_budget.result import (
     CONTACT,
     CREEP,
@@ -35,6 +35,7 @@ from stages.error_budget.run import run
 from stages.figures.drawn import model_difference
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient, static_penetration
+from stages.planar.section import NoLimitCycle
 from tests.comparison.made_up import make_budget
 from tests.study import parameters_of
 
@@ -212,7 +213,7 @@ def test_slip_of_the_trailing_foot_does_nothing_before_heel_strike(scene):
 
 def test_a_walker_that_falls_is_a_result_with_its_reason(parameters, monkeypatch):
     def fall(*_):
-        raise NotWalked("over one step: the walker fell")
+        raise NoLimitCycle("over one step: the walker fell")
 
     monkeypatch.setattr(OneStep, "penalty", fall)
     result = run(parameters)

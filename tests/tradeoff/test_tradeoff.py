@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pipeline.study import Study
+from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.accuracy.tolerances import LEVELS
@@ -16,7 +17,7 @@ from stages.biped.design import BeyondModel
 from stages.tradeoff import penalty_ways
 from stages.tradeoff.result import Errors, Result, Row, cells, cost_at, front, gain
 from stages.tradeoff.run import Plan, constraint_plans, measure, plans, projected_plan, row_of, scene
-from stages.tradeoff.way import Walked, Way, WayFailed
+from stages.tradeoff.way import Walked, Way
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 from tests.changed import changed
 
@@ -184,7 +185,7 @@ def test_a_way_that_falls_is_a_row_with_the_reason(parameters, analytic):
     falling = SimpleNamespace(mid_stance=slow, walk=SimpleNamespace(standing_force=9.4))
     at = scene("slow", changed(parameters, walked_steps=2), falling)
     way = penalty_ways.tree_way(at, 1e-5, 2e-3)
-    with pytest.raises(WayFailed):
+    with pytest.raises(StepFailed):
         way.walk()
     row = row_of(way, None, NAN)
     assert not row.completed and math.isnan(row.errors.hip_position)
