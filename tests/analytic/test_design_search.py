@@ -96,8 +96,11 @@ def test_a_target_is_missed_by_a_share_of_the_limit_that_is_crossed(start):
     bounds, held = within(1e-3, "biped.foot_com"), {"speed_m_s": (0.1, 0.3)}
     searches = search_design(DESIGN, start, bounds, targets=held, tolerance=TOLERANCE)
     best = searches[0].best.gait.speed_m_s
-    said = " ".join(design_question.in_words(searches, bounds, held, GOALS["multiplier"], 1))
+    said = " ".join(design_question.in_words(searches, bounds, held, GOALS["multiplier"], 1, held))
     assert not searches[0].met and f"misses speed_m_s by {100 * (best / 0.3 - 1):.3g} %" in said
+    assert "(target 0.1 to 0.3)" in said
+    moved = design_question.in_words(searches, bounds, held, GOALS["multiplier"], 1, {"speed_m_s": (0.09, 0.29)})
+    assert "(target 0.1 to 0.3, as the twin's is 0.09 to 0.29)" in " ".join(moved)
 
 
 @pytest.mark.parametrize("name", ["friction", "scuff"])
@@ -120,7 +123,7 @@ def test_what_the_best_is_compared_with_is_the_design_itself_whichever_start_led
     plain = design_question.as_plain(searches, bounds, {}, GOALS["speed"])
     assert plain["goal"]["start"] == pytest.approx(speed, rel=1e-7) != searches[0].start.value
     assert plain["parameters"]["biped.foot_com"]["start"] == TABLE_1.foot_com
-    first, *_ = design_question.in_words(searches, bounds, {}, GOALS["speed"], 4)
+    first, *_ = design_question.in_words(searches, bounds, {}, GOALS["speed"], 4, {})
     assert first.startswith(f"speed {speed:.6g} -> ") and "from another start" in first
 
 

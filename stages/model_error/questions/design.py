@@ -112,7 +112,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     ground = report_gait(found.walker, found.point, tolerance, static).validity
     lasting = {STEPS: {"block_height_rms_m": parameters.blocks.block_height_rms, "start": before,
                        "best": lasts(parameters, found.design, found.point)}} if before else {}  # fmt: skip
-    lines = [*in_words(searches, bounds, aims, goal, options.starts), *longer(lasting), ground_needed(ground),
+    lines = [*in_words(searches, bounds, aims, goal, options.starts, held), *longer(lasting), ground_needed(ground),
              *(line for one in answers for line in as_words(one)),
              *(f"Not met: {name} misses its target by {abs(miss):.3g}" for name, miss in missed.items())]
     plain = {**as_plain(searches, bounds, aims, goal), "ground": {name: getattr(ground, name) for name in GROUND},
@@ -285,9 +285,9 @@ def own_start(searches: Sequence[DesignSearch]) -> Candidate:
 
 
 def in_words(
-    searches: Sequence[DesignSearch], bounds: Bounds, held: Targets, goal: Goal, starts: int
+    searches: Sequence[DesignSearch], bounds: Bounds, held: Targets, goal: Goal, starts: int, twins: Targets
 ) -> Iterator[str]:
-    """The searches in words."""
+    """The searches in words, of targets that are `held` so that the twin has its own."""
     from stages.analytic.design.search import ENDINGS, HELD
 
     found, own, unit = searches[0], own_start(searches), "" if goal.unit == "1" else f" {goal.unit}"
@@ -300,7 +300,8 @@ def in_words(
     for name, value, (low, high) in zip(held, found.best.held, held.values(), strict=True):
         at = next((f", at its {side} limit" for side, limit in (("lower", low), ("upper", high))
                    if low < high and abs(value - limit) <= LIMIT * limit), "")  # fmt: skip
-        yield f"  {name:<22} {value:>12.6g} (target {low:g}{f' to {high:g}' if low < high else ''}{at})"
+        moved = "" if twins[name] == (low, high) else f", as the twin's is {between(twins[name])}"
+        yield f"  {name:<22} {value:>12.6g} (target {between((low, high))}{moved}{at})"
     if not found.met:
         limits = [low if value < low else high for value, (low, high) in zip(found.best.held, held.values())]
         missed = [f"{name} by {100 * abs(value / limit - 1):.3g} %" for name, value, limit, miss
@@ -315,6 +316,11 @@ def in_words(
     if not found.best.gait.stable:
         yield f"The gait is unstable: its largest multiplier is {found.best.largest_multiplier:.6g}."
     yield from elsewhere(searches, starts)
+
+
+def between(limits: tuple[float, float]) -> str:
+    """A target in words: a value, or both limits."""
+    return f"{limits[0]:g}" if limits[0] == limits[1] else f"{limits[0]:g} to {limits[1]:g}"
 
 
 def elsewhere(searches: Sequence[DesignSearch], starts: int) -> Iterator[str]:
