@@ -37,8 +37,6 @@ Plain = Mapping[str, Mapping[str, Any]]
 #: What another processor may change of a number without a stated error, as a share of the largest in its field.
 ROUNDED = 1e-5
 _PRINTED = 8
-#: Why a stage may have a result here alone.
-NOT_STATED = "its parameters are not stated there; what no other result names is as it is here"
 #: Attributes that say who made a file, and how dimensions are tied, not what was found.
 _APART = ("source", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates")
 
@@ -92,12 +90,13 @@ def held(study: Study, folder: Path, recordings: Path, share: float, seed: int, 
         mine = dataclasses.replace(study, results=Path(place, "results"), settings=(), requested=(), cache=None,
                                    recordings=recordings)  # fmt: skip
         failed = _computed(mine, {name: values[name] for name in study.graph.stages if name in every}, jobs)
+        for name in lacking:
+            if (entry := mine.store.current(name)) is not None and not entry.refused:
+                raise StudyError(f"{shown(folder)}: has no {name}.h5, where that stage does not say no, and so no "
+                                 f"parameters for what {needed[-1]} needs")
         stages = [{"stage": name, "exactly": fingerprint.made_as_here(about[name]), "differences": [
             *other.get(name, []), *_held(mine, folder, name, contents[name], about[name], failed)]} for name in needed]
-        stages += [{"stage": name, "exactly": True, "differences": [_row("", "none", "a result", NOT_STATED)]}
-                   for name in lacking if (entry := mine.store.current(name)) is not None and not entry.refused]
-    return {"results": shown(folder), "seed": seed, "stages": stages,
-            "of": len({*contents, *(each["stage"] for each in stages)}),
+    return {"results": shown(folder), "seed": seed, "stages": stages, "of": len(contents),
             "differs": any(each["differences"] for each in stages)}  # fmt: skip
 
 
