@@ -19,10 +19,10 @@ from stages.imu.sources.units import implied_acceleration_unit, implied_angular_
 from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes, first_blow, lowest_between, refine
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import angle_between, find_frame, gravity_on_body, mounting
-from stages.imu.trial.sensor import mask_clipped
+from stages.imu.trial.sensor import find_rest, mask_clipped
 from stages.imu.trial.walk import ensemble_of, register
 from tests.imu.made_logs import Log, replaced
-from tests.imu.stand_in import device
+from tests.imu.stand_in import SETTINGS, device
 
 angles = st.floats(-0.12, 0.12)
 
@@ -61,6 +61,23 @@ def test_a_recording_may_end_between_a_turn_and_its_strike() -> None:
     for end in range(700, len(time)):
         found = find_heel_strikes(time[:end], force[:end], rate[:end], rate[:end, None], (0.8, 4.0)).time
         assert len(found) and np.abs((found - 1.65 + 0.25) % 0.5 - 0.25).max() < 0.02
+
+
+@pytest.mark.parametrize(("rising", "falling", "count", "ends"), [
+    (0.0, 0.0, 1e-9, 3.25), (0.0, 10.0, 1e-9, 2.75), (0.02, 0.0, 1e-9, 3.25), (0.0, 0.0, 0.4, 3.25)],
+    ids=["noise", "a gentle fall", "a zero that drifts", "coarse counts"])
+def test_a_stand_ends_where_its_mean_moves(rising: float, falling: float, count: float, ends: float) -> None:
+    """A giant on Mars fell so gently that each window was still, and .9 s of that were taken for the gyroscope's zero,
+    .42 deg/s off. Here a stand of 2.5 s is before the fall, by as much; what drifts for all of it does not end it."""
+    noise, time = np.random.default_rng(1), np.arange(350) / 100.0
+    rate = noise.normal(0.0, 0.06, (350, 3)) + rising * (time - 1.5)[:, None]
+    rate[:, 2] += falling * np.maximum(time - 2.5, 0.0) ** 2
+    rate = count * np.round(rate / count)
+    force = noise.normal(0.0, 0.02, (350, 3)) + [0.0, 3.71, 0.0]
+    rest = find_rest(force, np.radians(rate), 100.0, SETTINGS)
+    assert rest[25:250].all()
+    assert not rest[time > ends].any()
+    assert np.abs(rate[rest].mean(axis=0)).max() < 0.02
 
 
 def test_gravity_at_rest_points_up_the_plumb_leg() -> None:

@@ -15,6 +15,7 @@ from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import Scale, scale_of
 
 CLIPPED = 1 - 1e-4  # of full scale: the topmost count is a little below it
+DRIFT = 4.5  # times as far from their median as half of a stand's windows are, or white noise, a mean may be
 
 
 @dataclass(frozen=True)
@@ -116,8 +117,23 @@ def find_rest(force: np.ndarray, rate: np.ndarray, rate_hz: float, settings: Set
         longest, length = int(np.argmax(ends - starts)), math.ceil(settings.rest_window_s * rate_hz)
         # A window at the edge still passes when a movement begins in it: half a window is given up at each end.
         margin = min(length // 2, (ends[longest] - starts[longest]) // 4)
-        still[starts[longest] + margin : ends[longest] - margin] = True
+        first, last = starts[longest] + margin, ends[longest] - margin
+        first, last = first + _unmoved(rate[first:last], length)
+        still[first:last] = True
     return still
+
+
+def _unmoved(rate: np.ndarray, length: int) -> np.ndarray:
+    """First row, and the row after the last (2,), of the longest part of a still stand whose mean rate stays: a slow
+    robot begins to fall so gently that each window is still, but its mean is no zero of the gyroscope's."""
+    length = min(length, len(rate))
+    total = np.cumsum(np.vstack((np.zeros((1, 3)), rate - rate[0])), axis=0)
+    means = (total[length:] - total[:-length]) / length
+    off = np.linalg.norm(means - np.median(means, axis=0), axis=1)
+    noise = np.sqrt(0.5 * (np.diff(rate, axis=0) ** 2).sum(axis=1).mean() / length)  # of a mean, where it is white
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], off <= DRIFT * max(noise, np.median(off)), [0]))))
+    longest = np.argmax(edges[1::2] - edges[::2])
+    return np.array([edges[::2][longest], edges[1::2][longest] - 1 + length])
 
 
 def stands(
