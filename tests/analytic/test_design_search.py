@@ -8,7 +8,7 @@ import pytest
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.numbers import moved, sensitive_names
 from stages.analytic.design.goals import GOALS
-from stages.analytic.design.search import Problem, search_design
+from stages.analytic.design.search import Problem, meeting, search_design
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps, report_gait
@@ -62,6 +62,15 @@ def test_an_optimum_inside_the_bounds_is_one(start):
     for step in (-1e-3, 1e-3):
         beside = problem.candidate(x + step, found.best.point.z)
         assert beside is None or beside.largest_multiplier >= found.best.largest_multiplier - 1e-7
+
+
+@pytest.mark.parametrize(("goal", "sign", "multipliers", "meet"), [
+    ("multiplier", 1, [0.6, -0.5, 0.1], False), ("multiplier", 1, [0.6, 0.59, 0.1], True),
+    ("multiplier", 1, [0.6, 0.2, 0.199], False), ("multiplier", -1, [0.6, 0.59], False),
+    ("speed", 1, [0.6, 0.59], False)])  # fmt: skip
+def test_multipliers_that_meet_end_the_search_that_makes_the_largest_small(goal, sign, multipliers, meet):
+    point = SimpleNamespace(floquet_multipliers=np.array(multipliers))
+    assert meeting(SimpleNamespace(goal=GOALS[goal], sign=sign), SimpleNamespace(point=point)) == meet
 
 
 def test_targets_are_held_and_bounds_kept(start):

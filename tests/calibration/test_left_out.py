@@ -180,6 +180,17 @@ def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(u
     assert answer.lines[0].startswith("1 run fitted,") and not any(" apart" in line for line in answer.lines)
 
 
+def test_what_each_run_has_of_its_own_is_said_with_its_scatter(unlike):
+    model, fit = unlike
+    told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
+    own = dataclasses.replace(model, own=(*model.own, "biped.other_leg_length"))
+    twice = {"runs": 2 * fit.runs, "equations": 2 * fit.equations, "unknowns": np.vstack([fit.unknowns] * 2)}
+    two = dataclasses.replace(fit, **twice, own=np.array([[2.0, 0.333], [2.1, 0.335]]))
+    lines = sensor_report.answered(sensor_report.Calibrated(DESIGN, own, two, told, PARAMETERS.settings)).lines
+    assert lines[-2:] == ["ramp: 2.050 deg on average, 0.050 deg apart",
+                          "other_leg_length, for each run: 0.334 m on average, 0.001 m apart"]
+
+
 def test_a_change_from_nothing_has_no_share(unlike):
     model, fit = unlike
     told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")

@@ -75,13 +75,14 @@ def test_what_is_not_run_is_still_documented():
 
 @pytest.fixture(scope="session")
 def bench(tmp_path_factory, repository) -> Path:
-    """A new study with the files that the documents speak of: sweeps, a recording in SQLite, and one in CSV."""
+    """A new study with the files that the documents speak of: sweeps, a recording in SQLite, one in CSV, a citation."""
     root = tmp_path_factory.mktemp("documented") / "study"
     assert commands.afresh("init", "study", cwd=root.parent).returncode == 0
     text = documented.blocks(repository / "docs/sweeps.md", "yaml")[0]
     assert "count: 2000 " in text
     for name in ("slopes", "designs"):
         (root / f"{name}.yaml").write_text(text.replace("count: 2000 ", "count: 3 "))
+    shutil.copy(repository / "CITATION.cff", root)
     for name in ("results/steeper", "results/better", "../theirs/results"):
         (root / name).mkdir(parents=True)
     (root / "expected").mkdir()

@@ -260,6 +260,17 @@ def test_mujoco_walks_over_every_set_of_blocks(in_mujoco, exported, three_steps)
     assert abs(data.qpos[3:5]).max() < 1e-2
 
 
+def test_blocks_are_level_with_the_ground_and_lie_on_the_deck(exported):
+    def ends(shape):
+        half = 0.5 * np.array(shape.sizes["size"])
+        return shape.place - half, shape.place + half
+
+    below, above = ends(exported.board())
+    for low, high in (ends(block) for _, block in exported.blocks()):
+        assert high[1] == pytest.approx(0.0, abs=1e-12) and low[1] == pytest.approx(above[1])
+        assert (low[[0, 2]] >= below[[0, 2]]).all() and (high[[0, 2]] <= above[[0, 2]]).all()
+
+
 def test_numbers_of_the_xml_are_read_as_the_same_bits(exported, machine):
     for form in (urdf, sdf, mjcf):
         root = ElementTree.fromstring(form.write(exported))
