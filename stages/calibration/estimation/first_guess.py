@@ -29,6 +29,8 @@ STEPS, COARSE = 5, 1e-6
 WIDEST, POINTS, FINER, ROUNDS = 0.24, 9, 3.0, 4
 #: Where a first guess leads nowhere, one parameter is tried these times as large.
 SHARES = (0.8, 1.25)
+#: What squares of durations may be off [s^2] for no reason.
+ROUND_OFF = 1e-14
 
 
 class Begun(NamedTuple):
@@ -98,14 +100,14 @@ def _scaled(design: DesignPoint, name: str, share: float) -> DesignPoint:
 def _better(walker: Walker, z: Vector, durations: Vector, best: Begun, width: float) -> Begun:
     """The best start about the shares of a `best` one, if it is better, of those that walk as far as durations go."""
     rate, (about_angle, about_speed) = 1 if walker.rigid else 3, best.shares
-    shifts = np.linspace(-width, width, POINTS)
-    for angle in about_angle + shifts:
-        for speed in about_speed + shifts:
+    shifts = sorted(np.linspace(-width, width, POINTS).tolist(), key=abs)  # one that fits soon spares others their walk
+    for angle in about_angle + np.array(shifts):
+        for speed in about_speed + np.array(shifts):
             start = z.copy()
             start[0] *= 1.0 + angle
             start[rate] *= 1.0 + speed
             try:
-                lasted = walker.time * _durations(walker, start, len(durations))
+                lasted = walker.time * _durations(walker, start, durations, best.misfit)
             except StepFailed:
                 continue
             slower = float(durations @ lasted / (lasted @ lasted))
@@ -115,10 +117,17 @@ def _better(walker: Walker, z: Vector, durations: Vector, best: Begun, width: fl
     return best
 
 
-def _durations(walker: Walker, z: Vector, count: int) -> Vector:
-    """How long so many steps from `z` last, dimensionless. Raises StepFailed."""
-    found = np.empty(count)
-    for number in range(count):
+def _durations(walker: Walker, z: Vector, wanted: Vector, misfit: float) -> Vector:
+    """How long the steps from `z` last, dimensionless.
+
+    Raises StepFailed, also where the first ones are farther off than a `misfit` of all `wanted` [s] allows.
+    """
+    found = np.empty(len(wanted))
+    for number in range(len(wanted)):
         step = poincare_map(walker, z, COARSE)
         found[number], z, walker = step.period, step.z, walker.exchanged
+        begun, measured = found[: number + 1], wanted[: number + 1]
+        left = float(measured @ measured - (measured @ begun) ** 2 / (begun @ begun))
+        if left > misfit * len(wanted) + ROUND_OFF:
+            raise StepFailed("steps last otherwise")
     return found
