@@ -127,13 +127,12 @@ def _unmoved(rate: np.ndarray, length: int) -> np.ndarray:
     """First row, and the row after the last (2,), of the longest part of a still stand whose mean rate stays: a slow
     robot begins to fall so gently that each window is still, but its mean is no zero of the gyroscope's."""
     length = min(length, len(rate))
-    total = np.cumsum(np.vstack((np.zeros((1, 3)), rate - rate[0])), axis=0)
-    means = (total[length:] - total[:-length]) / length
+    means = _window_means(rate - rate[0], length)
     off = np.linalg.norm(means - np.median(means, axis=0), axis=1)
     noise = np.sqrt(0.5 * (np.diff(rate, axis=0) ** 2).sum(axis=1).mean() / length)  # of a mean, where it is white
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], off <= DRIFT * max(noise, np.median(off)), [0]))))
-    longest = np.argmax(edges[1::2] - edges[::2])
-    return np.array([edges[::2][longest], edges[1::2][longest] - 1 + length])
+    starts, ends = _stretches(off <= DRIFT * max(noise, np.median(off)))
+    longest = np.argmax(ends - starts)
+    return np.array([starts[longest], ends[longest] - 1 + length])
 
 
 def stands(
@@ -150,8 +149,20 @@ def stands(
     quiet = (_window_rms(rate, length) < math.radians(settings.rest_rate_deg_s)) & (
         _window_rms(force, length) < settings.rest_acceleration
     )
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], quiet.astype(int), [0]))))
-    return edges[::2], edges[1::2] - 1 + length
+    starts, ends = _stretches(quiet)
+    return starts, ends - 1 + length
+
+
+def _stretches(holds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First places (s,) of all stretches where a condition (n,) holds, and the places after them (s,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], holds.astype(int), [0]))))
+    return edges[::2], edges[1::2]
+
+
+def _window_means(value: np.ndarray, length: int) -> np.ndarray:
+    """Mean of (n, 3) in every window of `length` rows."""
+    total = np.cumsum(np.vstack((np.zeros((1, 3)), value)), axis=0)
+    return np.asarray((total[length:] - total[:-length]) / length)
 
 
 def _window_rms(value: np.ndarray, length: int) -> np.ndarray:
@@ -160,8 +171,7 @@ def _window_rms(value: np.ndarray, length: int) -> np.ndarray:
     if not known.any():
         return np.full(len(value) - length + 1, np.inf)
     filled = np.where(known[:, None], value - np.median(value[known], axis=0), 0.0)
-    sums = [np.cumsum(np.vstack((np.zeros((1, 3)), filled**k)), axis=0) for k in (1, 2)]
-    first, second = ((total[length:] - total[:-length]) / length for total in sums)
+    first, second = (_window_means(filled**k, length) for k in (1, 2))
     missing = np.cumsum(np.append(0, ~known))
     variance = np.maximum(second - first**2, 0.0).sum(axis=1)
     return np.where(missing[length:] == missing[:-length], np.sqrt(variance), np.inf)
