@@ -55,12 +55,14 @@ NO_HIP, UNKNOWN = np.full((len(PHASES), 2), np.nan), np.full(2, np.nan)
 
 @dataclass(frozen=True)
 class Rung:
-    """A machine, its name, what it has that the one before has not, and whether it is the twin as it walks."""
+    """A machine, its name, what it has that the one before has not, whether it is the twin as it walks, and whether it
+    is that before but for the width of its feet, of which motion in the plane knows nothing."""
 
     name: str
     added: str
     machine: Machine
     is_twin: bool
+    widened: bool
 
 
 def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
@@ -92,7 +94,8 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
     soled = build(biped, dataclasses.replace(settings, outsole=rubber))
     found.append(("rubber outsoles", f"{1e3 * rubber:g} mm of rubber: longer legs, wider feet, and its mass", soled))
     twin = len(found) - (1 if settings.outsole > 0.0 else 2)
-    return [Rung(name, added, machine, number == twin) for number, (name, added, machine) in enumerate(found)]
+    return [Rung(name, added, machine, number == twin, machine is points)
+            for number, (name, added, machine) in enumerate(found)]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -261,13 +264,12 @@ def climb(
     side = np.ones((len(SIDE_UNITS), SIDEWAYS))
     length, before = parameters.biped.leg_length, constrained[0]
     rows: list[Climbed] = []
-    found: tuple[Machine, Gait, np.ndarray] | None = None
+    found: tuple[Gait, np.ndarray] | None = None
     for number, (rung, own) in enumerate(zip(machines, constrained[1:], strict=True), 1):
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
         named: dict[str, Any] = {"name": rung.name, "added": rung.added, "is_twin": rung.is_twin}
-        if not settings.sideways and found is not None and found[0].bodies is rung.machine.bodies:
-            # another width of the feet, of which motion in the plane knows nothing
-            rows.append((dataclasses.replace(found[1].row, **named), found[2]))
+        if not settings.sideways and found is not None and rung.widened:
+            rows.append((dataclasses.replace(found[0].row, **named), found[1]))
             continue
         longer = float(rung.machine.length.mean()) - length
         length += longer
@@ -284,8 +286,8 @@ def climb(
             rows.append((without_gait(reason=str(error), **named), NO_HIP))
             continue
         plane, side = gait.plane, gait.sideways
-        found = rung.machine, gait, gait.hip(PHASES)
-        rows.append((gait.row, found[2]))
+        found = gait, gait.hip(PHASES)
+        rows.append((gait.row, found[1]))
     return rows
 
 
