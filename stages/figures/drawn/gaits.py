@@ -27,14 +27,15 @@ MEASURES = (("period", style.MULTIBODY), ("step_length", style.SECOND), ("speed"
 
 def multipliers(given: Given) -> list[tuple[str, np.ndarray, str, str]]:
     """Model, its multipliers (k, 2) [1], and colour and marker."""
-    rungs = given.twin_ladder.rungs if given.twin_ladder else ()
-    twin = next((rung for rung in rungs if rung.is_twin and rung.found), None)
     found = [
         ("constraint model", given.analytic.gait.floquet_multipliers, style.ANALYTIC, "o"),
         ("penalty contact", given.multibody.cycle.floquet_multipliers, style.MULTIBODY, "s"),
-        *([("twin, in the plane", twin.plane_multipliers, style.TWIN, "^"),
-           ("twin, across it", twin.side_multipliers, style.MEASURED, "v")] if twin else []),
-    ]  # fmt: skip
+    ]
+    rungs = given.twin_ladder.rungs if given.twin_ladder else ()
+    twin = next((rung for rung in rungs if rung.is_twin and rung.found), None)
+    if twin is not None:
+        found.append(("twin, in the plane", twin.plane_multipliers, style.TWIN, "^"))
+        found.append(("twin, across it", twin.side_multipliers, style.MEASURED, "v"))
     return [(name, values[np.hypot(*values.T) > NONE], *look) for name, values, *look in found if len(values)]
 
 

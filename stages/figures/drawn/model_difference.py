@@ -51,13 +51,13 @@ def draw_error_budget(given: Given) -> Figure:
     budget = given.error_budget
     if not budget.known():
         raise NoEvidence(budget.outcome)
-    step, cycle = budget.step, budget.cycle
-    sides = [
-        *([(step.time, step.split, "one step, same start", "time from the common mid-stance state [s]")]
-          if step else []),
-        *([(cycle.phase, cycle.split, "settled cycles, equal phase", "phase of the stride from heel strike [1]")]
-          if cycle else []),
-    ]  # fmt: skip
+    sides: list[tuple[np.ndarray, Split, str, str]] = []
+    if budget.step is not None:
+        label = "time from the common mid-stance state [s]"
+        sides.append((budget.step.time, budget.step.split, "one step, same start", label))
+    if budget.cycle is not None:
+        label = "phase of the stride from heel strike [1]"
+        sides.append((budget.cycle.phase, budget.cycle.split, "settled cycles, equal phase", label))
     shape = style.TWO_COLUMNS, 6.6
     figure, axes = plt.subplots(4, len(sides), figsize=shape, sharex="col", squeeze=False)
     for side, (abscissa, split, title, label) in enumerate(sides):
@@ -112,14 +112,16 @@ def along(split: Split) -> np.ndarray:
 
 def measures(budget: Result) -> list[tuple[str, np.ndarray]]:
     """Label of each panel, and the contributions in both orders, (2, 6), in its unit."""
-    step, cycle = budget.step, budget.cycle
-    return [
-        *([("one step: hip x at its end [mm]", 1e3 * step.split.orders[:, :, -1, 0]),
-           ("one step: hip, rms [mm]", 1e3 * along(step.split))] if step else []),
-        *([("cycles: period of a step [ms]", 1e3 * cycle.scalar_orders[:, :, 0]),
-           ("cycles: length of a step [mm]", 1e3 * cycle.scalar_orders[:, :, 1]),
-           ("cycles: hip, rms over a stride [mm]", 1e3 * along(cycle.split))] if cycle else []),
-    ]  # fmt: skip
+    found = []
+    if budget.step is not None:
+        split = budget.step.split
+        found.append(("one step: hip x at its end [mm]", 1e3 * split.orders[:, :, -1, 0]))
+        found.append(("one step: hip, rms [mm]", 1e3 * along(split)))
+    if budget.cycle is not None:
+        found.append(("cycles: period of a step [ms]", 1e3 * budget.cycle.scalar_orders[:, :, 0]))
+        found.append(("cycles: length of a step [mm]", 1e3 * budget.cycle.scalar_orders[:, :, 1]))
+        found.append(("cycles: hip, rms over a stride [mm]", 1e3 * along(budget.cycle.split)))
+    return found
 
 
 def draw_error_bars(given: Given) -> Figure:
