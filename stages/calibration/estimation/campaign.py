@@ -87,7 +87,7 @@ def fit_campaign(
     usual = float(np.median([size for *_, size in fits]))
     left_out |= {run.name: f"its own fit leaves {np.sqrt(size / usual):.1f} times the usual residuals"
                  for run, _, size in fits if size > ODD * usual}  # fmt: skip
-    kept, chosen = zip(*((run, fit) for run, fit, size in fits if size <= ODD * usual), strict=True)
+    kept, chosen = zip(*((run, fit) for run, fit, size in fits if not size > ODD * usual), strict=True)
     return Joint(design, kept, model, known).fitted(chosen, left_out, sum(fit.evaluations for fit in chosen))
 
 
