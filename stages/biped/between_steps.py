@@ -171,7 +171,8 @@ def sampled_at(
     """Sampled signals (n, k) at wanted rising times [s], and twice at each event among them: on both of its sides.
 
     By cubic splines from event to event, where signals are smooth: the error falls with the spacing's fourth power.
-    Gives the times (m,), equal ones where values may jump, and the values (m, k).
+    Events nearer than two samples leave no more than a straight line between samples. Gives the times (m,), equal ones
+    where values may jump, and the values (m, k).
     """
     first, last = wanted[0], wanted[-1]
     cuts = np.unique(events)
@@ -179,11 +180,12 @@ def sampled_at(
     times, found = [], []
     for begin, finish in pairwise([-np.inf, *cuts, np.inf]):
         inside = (time >= begin) & (time < finish)
-        if finish <= first or begin >= last or inside.sum() < 2:
+        if finish <= first or begin >= last:
             continue
         sides = np.concatenate([[begin], wanted[(wanted > begin) & (wanted < finish)], [finish]])
-        times.append(sides[(sides >= first) & (sides <= last)])
-        found.append(through(time[inside], values[inside])(times[-1]))
+        times.append(at := sides[(sides >= first) & (sides <= last)])
+        found.append(through(time[inside], values[inside])(at) if inside.sum() >= 2 else
+                     np.column_stack([np.interp(at, time, column) for column in values.T]))
     return np.concatenate(times), np.concatenate(found)
 
 

@@ -24,8 +24,8 @@ from stages.biped.walk import Walk
 
 #: Whole strides at the end of a walk over which determinants are taken.
 STRIDES = 2
-#: Columns of hip height, forward speed, leg angles, leg lengths and clearances among the signals.
-COLUMNS = (slice(0, 1), slice(1, 2), slice(2, 4), slice(4, 6), slice(6, 8))
+#: Columns of hip advance, height, forward speed, leg angles, leg lengths and clearances among the signals.
+COLUMNS = (slice(0, 1), slice(1, 2), slice(2, 3), slice(3, 5), slice(5, 7), slice(7, 9))
 NAN = float("nan")
 
 
@@ -58,20 +58,19 @@ def of_walk(walk: Walk, radii: np.ndarray, lengths: np.ndarray, gravity: float) 
         return Determinants()
     start, end = strikes[-1 - count], strikes[-1]
     inside = (walk.time > start) & (walk.time < end)
-    hip_x = np.interp([start, end], walk.time, walk.hip_position[:, 0])
-    period, length = (end - start) / count, float(hip_x[1] - hip_x[0]) / count
     clearance = walk.hip_position[:, 1, None] - (walk.leg_length - radii) * np.cos(walk.leg_angle) - radii
-    signals = walk.hip_position[:, 1:], walk.hip_velocity[:, :1], walk.leg_angle, walk.leg_length, clearance
+    signals = walk.hip_position, walk.hip_velocity[:, :1], walk.leg_angle, walk.leg_length, clearance
     times, found = sampled_at(
         walk.time, np.concatenate(signals, axis=1), np.concatenate([strikes, walk.toe_off_time]),
         np.concatenate([[start], walk.time[inside], [end]]))  # fmt: skip
     most, least = largest_sampled(times, found), -largest_sampled(times, -found)
-    height, forward, angle, legs, lift = ((least[columns], most[columns]) for columns in COLUMNS)
+    _, height, forward, angle, legs, lift = ((least[columns], most[columns]) for columns in COLUMNS)
     ahead = [
-        abs(float(np.interp(time, walk.time, walk.leg_angle[:, int(leg)])))
+        abs(float(np.interp(time, times, found[:, COLUMNS[3]][:, int(leg)])))
         for time, leg in zip(strikes[-1 - count : -1], walk.heel_strike_leg[-1 - count : -1])
     ]
     double = walk.double_stance(strikes[-1 - count : -1])
+    period, length = (end - start) / count, float(found[-1, 0] - found[0, 0]) / count
     speed = length / period
     return Determinants(
         step_frequency=1 / period,

@@ -88,6 +88,17 @@ def test_both_sides_of_an_event_are_known_and_no_curve_leads_over_it():
     assert largest_sampled(times, found)[0] == pytest.approx(jumping(known, False).max(), abs=2e-10)
 
 
+def test_events_nearer_than_two_samples_are_led_over_by_no_curve():
+    """Two models land a fraction of a sample apart: their distance has a kink at each landing."""
+    fine, events = np.linspace(0.0, 1.0, 401), np.array([0.41384, 0.41472])  # samples at .4125 and .415
+    signal = np.interp(fine, [0.0, *events, 1.0], [0.0, 1.0, 0.9, 0.0])[:, None]
+    times, found = sampled_at(fine, signal, events, fine)
+    assert [(times == event).sum() for event in events] == [2, 2] and (np.diff(times) >= 0).all()
+    assert largest_sampled(times, found)[0] == pytest.approx(1.0, abs=1e-12)
+    times, _ = sampled_at(fine, signal, events, np.append(events[0], fine[fine > events[0]]))
+    assert times[0] == events[0], "the first of what is wanted is there"
+
+
 def test_an_end_between_two_samples_is_the_value_at_that_time():
     fine = np.arange(0.0, 1.2, 5e-4)
     times, found = sampled_at(fine, np.exp(fine)[:, None], np.zeros(0), np.append(fine[fine <= 1.00023], 1.00023))

@@ -76,6 +76,17 @@ def test_determinants_of_a_known_walk():
     assert of_walk(longer, *LEGS, 9.81).duty_factor == pytest.approx(0.55)
 
 
+def test_determinants_reach_a_last_heel_strike_after_the_last_sample():
+    """As in the constraint model's walk, which ends with a heel strike and is sampled at even times."""
+    walk = rolling(count=2_000)
+    known = walk.time < walk.heel_strike_time[-1]
+    assert walk.heel_strike_time[-1] - walk.time[known][-1] > 1e-3
+    rows = {name: getattr(walk, name)[known] for name in ("time", "hip_position", "hip_velocity", "leg_angle", "leg_length")}
+    found = of_walk(dataclasses.replace(walk, **rows), *LEGS, 9.81)
+    assert found.step_length == pytest.approx(0.16, rel=1e-9) and found.speed == pytest.approx(0.32, rel=1e-9)
+    assert found.strike_angle == pytest.approx(math.degrees(np.abs(walk.leg_angle).max()), rel=1e-3)
+
+
 def test_determinants_of_legs_that_differ_are_of_each_by_its_own_numbers():
     walk, (radii, lengths) = rolling(), LEGS
     foot = np.array([0.0, 0.02])
