@@ -124,7 +124,7 @@ def walks(inputs: Inputs) -> Answer:
 
 
 def fast(inputs: Inputs, found: dict[str, Measure]) -> Answer:
-    """Speed, step frequency and step length; of a limping gait, whose means these are, both steps as well.
+    """Speed, step frequency and step length; of a limping gait, whose means these are, both steps, corrected alike.
 
     Where it is not known what the model misses of the twin, what the twin did.
     """
@@ -136,7 +136,9 @@ def fast(inputs: Inputs, found: dict[str, Measure]) -> Answer:
         inputs.missing.get("twin") else f"The twin's last four steps: {inputs.twin.settling.last_four()}.")
     steps = f"{frequency.text()} steps a second, each {found['step_length'].text(1e3)} mm."
     if analytic.gait.steps > 1:
-        each = ", the other ".join(f"{time:.4g} s and {1e3 * length:.4g} mm" for time, length in zip(
+        longer = analytic.gait.step_frequency_hz / frequency.value
+        wider = found["step_length"].value / analytic.gait.step_length_m
+        each = ", the other ".join(f"{longer * time:.4g} s and {1e3 * wider * length:.4g} mm" for time, length in zip(
             analytic.limp.period_s, analytic.limp.step_length_m, strict=True))  # fmt: skip
         means += f" These are means: it limps, and its step on the first leg takes {each}."
     return Answer("How fast?", f"{speed.text()} m/s: {steps}", f"Errors of the speed: {speed.parts()}.", means)

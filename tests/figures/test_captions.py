@@ -329,8 +329,11 @@ def test_of_a_limping_gait_both_steps_are_told_beside_their_means():
     found.gait.steps = 2
     found.limp = Limp(np.array([0.48, 0.52]), np.array([0.158, 0.162]), np.array([0.12, 0.121]), 0.08)
     told = answers(inputs(analytic=found))[1].means
-    assert told.endswith("These are means: it limps, and its step on the first leg takes 0.48 s and 158 mm, "
-                         "the other 0.52 s and 162 mm.")  # fmt: skip
+    assert told.endswith("These are means: it limps, and its step on the first leg takes 0.4848 s and 156.4 mm, "
+                         "the other 0.5253 s and 160.4 mm.")  # fmt: skip
+    mean = 0.5 * (0.4848 + 0.5253), 0.5 * (156.4 + 160.4)
+    shown = measure(found, misses(), "step_frequency").value, measure(found, misses(), "step_length").value
+    assert mean == pytest.approx((1.0 / shown[0], 1e3 * shown[1]), rel=1e-3), "what the twin has is in both steps too"
 
 
 def test_what_was_learnt_of_stable_gaits_corrects_no_other():
