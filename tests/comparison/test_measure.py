@@ -81,7 +81,8 @@ def test_determinants_reach_a_last_heel_strike_after_the_last_sample():
     walk = rolling(count=2_000)
     known = walk.time < walk.heel_strike_time[-1]
     assert walk.heel_strike_time[-1] - walk.time[known][-1] > 1e-3
-    rows = {name: getattr(walk, name)[known] for name in ("time", "hip_position", "hip_velocity", "leg_angle", "leg_length")}
+    names = "time", "hip_position", "hip_velocity", "leg_angle", "leg_length"
+    rows = {name: getattr(walk, name)[known] for name in names}
     found = of_walk(dataclasses.replace(walk, **rows), *LEGS, 9.81)
     assert found.step_length == pytest.approx(0.16, rel=1e-9) and found.speed == pytest.approx(0.32, rel=1e-9)
     assert found.strike_angle == pytest.approx(math.degrees(np.abs(walk.leg_angle).max()), rel=1e-3)
