@@ -364,6 +364,21 @@ def test_a_state_near_a_heel_strike_has_the_moments_of_walks_of_drawn_unknowns(l
     assert np.all((white**2).mean(axis=1) < 1.4) and 0.7 < (white**2).mean() < 1.2
 
 
+@pytest.mark.parametrize("sd", [0.3, 3.0])
+def test_a_state_whose_time_is_hardly_known_is_like_those_of_the_walk(sd):
+    """Powers that describe a stretch are not taken far beyond its ends, where they have no meaning."""
+    run, design, unknowns = made(1, 4)
+    fitted = model()[1]
+    names, layout = fitted.of_design, fitted.layout
+    walked = walk(design, names, unknowns, layout, run.sampling, 0.6, 1e-10)
+    sizes = np.zeros(len(names) + len(layout.names))
+    sizes[len(names) + layout.place("mid_stance")] = sd
+    time = float(walked.strikes()[0, 0]) + 0.02
+    told = Present(walked, 1e-8, clock(names)).at(time, np.zeros(len(sizes)), np.diag(sizes**2), 0.0)
+    angles = [0, 2]  # theta and psi; by the clock they lie between those of steps
+    assert np.abs(told.state[angles]).max() < 1.0
+
+
 @pytest.mark.parametrize(("legs", "scale"), [("compliant", (1, 1, 1)), ("rigid", (1, 1, 1)), ("rigid", (8, 3, 4))])
 def test_a_step_is_told_as_long_as_the_gaits_and_as_well_as_walks_of_drawn_starts_differ(legs, scale):
     """Rigid legs too, and another size and gravity."""

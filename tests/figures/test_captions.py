@@ -28,7 +28,16 @@ from stages.multibody.result import in_newtons
 from stages.rough_ground.result import written_out
 from stages.twin.result import Settling
 from tests.comparison.made_up import DEFAULTS, make_agreement, make_study, make_walk
-from tests.figures.made_up_results import analytic, comparison, given, misses, parameters, results, stability
+from tests.figures.made_up_results import (
+    analytic,
+    calibration,
+    comparison,
+    given,
+    misses,
+    parameters,
+    results,
+    stability,
+)
 from tests.figures.made_up_results import drawn as made_up_figure
 
 
@@ -130,6 +139,16 @@ def test_without_a_fit_there_is_the_reason_and_no_picture():
     for name in ("calibration_fit", "calibration_held_out", "calibration_followed", "calibrated_robot"):
         with pytest.raises(NoEvidence, match=r"^no run .*; run 01: it fell$"):
             made_up_figure(name, calibration=SimpleNamespace(**nothing), calibrated_twin=SimpleNamespace(**empty))
+
+
+@pytest.mark.parametrize(("until", "said"), [(1.4, ""), (0.4, " After 0.4 s it is lost; the run goes on to 1.5 s.")])
+def test_a_run_that_is_lost_while_it_is_followed_is_called_so(until, said):
+    whole = calibration().followed[0]
+    some = whole.time <= until + 1e-9
+    fields = ("time", "angle", "angle_sd", "next_strike", "next_strike_sd", "step_length")
+    part = dataclasses.replace(whole, **{name: getattr(whole, name)[some] for name in fields})
+    caption = text("calibration_followed", calibration=SimpleNamespace(followed=(part,)))
+    assert caption.partition("by the heel strikes.")[2] == said
 
 
 def test_where_no_model_walked_there_is_the_reason_and_no_picture():

@@ -142,9 +142,9 @@ class Stretch:
 
     def at(self, since: float | Vector, orders: int = 3) -> np.ndarray:
         """State, rate and further derivatives, (..., orders, size, 1 + c), derived at fixed times (...) since the
-        stretch began.
+        stretch began. More than a panel before or after it they stay as they are there, as powers have no end.
         """
-        since = np.asarray(since)
+        since = np.clip(since, 2 * self.edges[0] - self.edges[1], 2 * self.edges[-1] - self.edges[-2])
         panel = np.clip(np.searchsorted(self.edges, since, "right") - 1, 0, len(self.edges) - 2)
         begin, half = self.edges[panel], 0.5 * (self.edges[panel + 1] - self.edges[panel])
         powers = ((since - begin) / half - 1.0)[..., None, None] ** EXPONENTS[:orders] * FACTORS[:orders]

@@ -264,6 +264,8 @@ def caption_followed(given: Given) -> str:
     if np.isfinite(off).any():
         words += (f" The inner leg's angle is off by {1e3 * math.sqrt(np.nanmean(off**2)):.1f} mrad (rms), with clocks "
                   "put together by the heel strikes.")  # fmt: skip
+    if one.strikes[-1] - one.time[-1] > np.diff(one.strikes).max():
+        words += f" After {one.time[-1]:.1f} s it is lost; the run goes on to {one.strikes[-1]:.1f} s."
     return words
 
 
