@@ -155,7 +155,7 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     means += f"; of the starts tried, {100 * basin.share:.0f} % end in this gait." if basin else "."
     rung = inputs.twin_ladder and inputs.twin_ladder.twin
     twins = largest_of_a_step(rung.plane_multipliers, 1) if rung else math.nan
-    if (twins < 1.0) != (value < 1.0) and math.isfinite(twins):
+    if math.isfinite(twins) and (likely <= SURE or (twins < 1.0) != (value < 1.0)):
         means += f" The twin's gait is {'stable' if twins < 1.0 else 'unstable'}: it leaves {twins:.3g} in the plane."
     sure = f"with a probability {in_digits(likely, 2)}" + ("" if multiplier.known else " by the errors that are known")
     how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, {sure}."
