@@ -171,6 +171,9 @@ def test_a_walk_of_rigid_legs_keeps_their_lengths_and_stands_on_the_ground():
     assert walk.leg_length == pytest.approx(np.tile(lengths, (len(walk.time), 1)))
     height = walk.hip_position[:, 1, None] - (lengths - radii) * np.cos(walk.leg_angle) - radii
     assert np.abs(height).min(axis=1) == pytest.approx(np.zeros(len(walk.time)), abs=1e-12)
+    for leg in (0, 1):
+        state = walker.on(leg).stance_state(section_state(point.z, walker.p))
+        assert (state.stance_length, state.swing_length) == pytest.approx(np.roll(lengths, leg), rel=1e-15)
 
 
 def test_a_stride_can_be_iterated_from_either_leg(lame):

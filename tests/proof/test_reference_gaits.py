@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from stages.analytic.errors import NoGait
@@ -43,6 +44,17 @@ def test_there_are_ten_legal_designs_of_any_robot():
         found = list(question.designs(biped, SLOPE))
         assert len({each.name for each in found}) == 10 and found[0].biped == biped
         assert [broken for each in found for broken in (*faults(each.biped), *faults(each.slope))] == []
+
+
+@pytest.mark.parametrize("name", ["large", "small"])
+def test_both_legs_and_all_details_of_a_robot_grow_with_it(name):
+    """Else a robot with numbers of the other leg would get one leg three times as long as the other."""
+    biped = changed(TABLE_1, other_leg_length=0.3332, other_foot_mass=0.337, frame_mass=0.01, frame_com=0.02,
+                    hip_stiffness=0.05)  # fmt: skip
+    found, by = the_design(name, biped).biped, {"large": 3.0, "small": 0.25}[name]
+    assert found.leg_lengths == pytest.approx(np.multiply(by, biped.leg_lengths), rel=1e-15)
+    assert found.total_mass == pytest.approx(by**3 * biped.total_mass) and found.frame_com == by * biped.frame_com
+    assert found.hip_stiffness == pytest.approx(by**4 * biped.hip_stiffness)
 
 
 @pytest.mark.parametrize("name", ["detailed", "hip_spring", "large", "weak_gravity"])

@@ -21,6 +21,7 @@ from stages.analytic.model.kinds import (
     PlainRigid,
     Rigid,
     Stiff,
+    natural_lengths,
     with_legs_exchanged,
 )
 from stages.analytic.model.stiffness import judged
@@ -121,10 +122,11 @@ class Walker:
         return np.array([1.0, self.length, 1.0, self.length, rate, speed, rate, speed])
 
     def stance_state(self, y: Vector) -> StanceState:
-        """The state in SI units under its names; rigid legs have their natural length."""
+        """The state in SI units under its names, of a step of this walker; rigid legs have their natural lengths."""
         si = y[: self.size] * self.scales()
         if self.rigid:
-            si = np.array([si[0], self.length, si[1], self.length, si[2], 0.0, si[3], 0.0])
+            stance, swing = np.array(natural_lengths(self.p)) * self.length
+            si = np.array([si[0], stance, si[1], swing, si[2], 0.0, si[3], 0.0])
         return StanceState(*si.tolist())
 
     def from_stance(self, state: StanceState) -> Vector:

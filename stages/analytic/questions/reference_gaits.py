@@ -61,21 +61,24 @@ def designs(biped: Biped, slope: Slope) -> Iterator[Design]:
         biped, legs="rigid"), replace(slope, slope_deg=1.75 * slope.slope_deg), cycle=True)  # fmt: skip
     yield Design("hip_spring", "a spring and a damper between the legs", replace(
         biped, hip_stiffness=0.02 * torque, hip_damping=0.001 * torque / rate), slope)  # fmt: skip
-    yield Design("large", "lengths by 3, masses by 27, springs by 9", replace(
-        biped, **scaled(biped, 3.0)), slope)  # fmt: skip
-    yield Design("small", "lengths by 1/4, masses by 1/64, springs by 1/16", replace(
-        biped, **scaled(biped, 0.25)), slope)  # fmt: skip
+    yield Design("large", "lengths by 3, masses by 27, springs by 9", scaled(biped, 3.0), slope)
+    yield Design("small", "lengths by 1/4, masses by 1/64, springs by 1/16", scaled(biped, 0.25), slope)
     yield Design("weak_gravity", "a sixth of gravity, as on the Moon", biped, replace(
         slope, gravity=slope.gravity / 6))  # fmt: skip
     yield Design("flat_feet", "larger feet on a steeper slope", replace(
         biped, foot_radius=1.2 * biped.foot_radius), replace(slope, slope_deg=1.25 * slope.slope_deg))  # fmt: skip
 
 
-def scaled(biped: Biped, by: float) -> dict[str, Any]:
-    """Numbers of a plain biped whose lengths are `by` times as long."""
-    powers = {"hip_mass": 3, "foot_mass": 3, "leg_length": 1, "foot_radius": 1, "foot_com": 1, "stiffness": 2,
-              "damping": 2, "leg_inertia": 5}  # fmt: skip
-    return {name: getattr(biped, name) * by**power for name, power in powers.items()}
+#: Powers of the length by which numbers of each unit grow: masses as volumes, springs and dampers as areas, torques of
+#: the hip as weights times lengths.
+GROWTH = {"m": 1, "kg": 3, "N/m": 2, "N s/m": 2, "kg m^2": 5, "N m": 4, "N m/rad": 4, "N m s/rad": 4.5, "rad": 0}
+
+
+def scaled(biped: Biped, by: float) -> Biped:
+    """A biped whose lengths are `by` times as long."""
+    powers = {field.name: GROWTH.get(field.metadata["unit"]) for field in dataclasses.fields(biped)}
+    return replace(biped, **{name: value * by**power for name, power in powers.items()
+                             if power is not None and (value := getattr(biped, name)) is not None})
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
@@ -116,22 +119,19 @@ def described(design: Design, asking: Asking) -> dict[str, Any]:
     gait, start = describe(walker, point), walker.stance_state(section_state(point.z, walker.p))
     units = {field.name: field.metadata["unit"] for field in dataclasses.fields(start)}
 
-    def state(of: StanceState, leg: int) -> dict[str, Any]:
-        """A state as JSON while `leg` stands; rigid legs have their own lengths."""
-        if walker.rigid:
-            lengths = (design.biped.leg(each).leg_length for each in (leg, 1 - leg))
-            of = replace(of, **dict(zip(("stance_length", "swing_length"), lengths)))
+    def state(of: StanceState) -> dict[str, Any]:
+        """A state as JSON."""
         return {name: quantity_of(value, units[name]) for name, value in vars(of).items()}
 
     events = [{
         "event": "heel strike" if segment.last else "toe-off", "stance_leg": segment.stance_leg,
         "time": quantity_of((segment.start + segment.duration) * walker.time, "s"),
-        "state": state(walker.stance_state(segment.end), segment.stance_leg),
+        "state": state(walker.on(segment.stance_leg).stance_state(segment.end)),
     } for segment in record_steps(walker, point, TOLERANCE)]  # fmt: skip
     start = replace(start, **{name: float(text) for name, text in found["centre"].items()})
     return {
         "name": design.name, "words": design.words, "steps": len(point.steps), "stable": found["stable"],
-        "parameters": parameters_of(design), "start": state(start, 0), "events": events,
+        "parameters": parameters_of(design), "start": state(start), "events": events,
         "period": quantity_of(gait.period_s, "s"), "step_length": quantity_of(gait.step_length_m, "m"),
         "multipliers": {"value": gait.floquet_multipliers.tolist(), "unit": "1"},
         "enclosures": {name.removesuffix(f"_{unit}"): {"between": ends, "unit": unit}
