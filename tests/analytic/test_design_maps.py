@@ -33,13 +33,14 @@ from stages.analytic.maps.answers import (
     block,
     corrected,
     followed,
+    friction_needed,
     in_parts,
     numbers_of,
 )
 from stages.analytic.parameters import Settings
 from stages.biped.question import WrongOption
 from stages.model_error.questions import map as design_map
-from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait, gait_beside
+from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait, gait_beside
 from tests.asking import Asking
 
 TOLERANCE = 1e-8
@@ -87,6 +88,15 @@ def test_every_design_has_the_gait_that_the_search_finds(grid):
         outcomes.add(columns["outcome"][row])
         assert (columns["outcome"][row] == STABLE) == (by_stability(point) < 1)
     assert outcomes == {STABLE, UNSTABLE, NONE}
+
+
+def test_a_hip_that_turns_round_in_single_stance_needs_friction_in_every_part_of_it():
+    """A twelfth more is needed before the hip turns round here than after it."""
+    biped = changed(TABLE_1_RIGID, hip_mass=0.1, foot_com=0.06, foot_radius=0.04, hip_friction=2.5e-3)
+    walker, point = find_gait(biped, SLOPE, TOLERANCE)
+    found = report_gait(walker, point, TOLERANCE, 1.0)
+    assert len(found.segments) == 2
+    assert friction_needed(walker, point, TOLERANCE) == pytest.approx(found.validity.friction_single_stance, rel=2e-3)
 
 
 def test_the_answer_counts_what_the_file_holds(grid):

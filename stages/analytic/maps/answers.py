@@ -28,7 +28,7 @@ from stages.analytic.maps.box import Box
 from stages.analytic.model.kinds import Plain, present
 from stages.analytic.model.stiffness import attainable_tolerance, judged
 from stages.analytic.model.walker import Vector, Walker
-from stages.analytic.walk.recording import Segment, states_at
+from stages.analytic.walk.recording import Segment, in_single_stance, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import friction_used
 from stages.biped.question import Column
@@ -122,11 +122,11 @@ def friction_needed(walker: Walker, point: FixedPoint, tolerance: float) -> floa
         segments = record_steps(walker, point, tolerance)
     except StepFailed:
         return float("nan")
-    return max(needed_in(walker.on(each.stance_leg), each) for each in segments if each.last)
+    return max(needed_in(walker.on(each.stance_leg), each) for each in segments if in_single_stance(each))
 
 
 def needed_in(walker: Walker, single: Segment) -> float:
-    """The same in one single stance; `walker` is the one in its step."""
+    """The same in one phase of single stance; `walker` is the one in its step."""
     edges = np.append(single.times, single.duration)
     amid = states_at(single.phase, single.times, single.states, (edges[1:] + edges[:-1]) / 2, walker.p)
     states = np.concatenate([single.states, amid, single.end[None]])
