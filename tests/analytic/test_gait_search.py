@@ -170,6 +170,15 @@ def test_a_neighbour_leads_to_the_design(table_1_gait):
     assert point.z == pytest.approx(table_1_gait[1].z, abs=1e-9)
 
 
+def test_a_family_ends_on_its_limit_to_the_last_bit():
+    """Else a search takes the gait for one beside the design's; limit over span times span is another number here."""
+    start, limit = DesignPoint(TABLE_1_RIGID, Slope(4 * 0.8522346640120361, 9.81)), 0.8522346640120361
+    point = find_gait(start.biped, start.slope, 1e-8)[1]
+    family = continue_gait(start, "ground.slope_deg", (limit, start.slope.slope_deg), point.z, 1e-8, upward=False,
+                           largest_step=0.15)  # fmt: skip
+    assert family.ended == "the limit of the parameter" and family.points[-1].value == limit
+
+
 @pytest.fixture(scope="module")
 def gait():
     return found_gait(TABLE_1)

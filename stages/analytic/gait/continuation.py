@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -220,7 +220,7 @@ def on_limit(curve: Curve, last: BranchPoint, beyond: BranchPoint, limit: float)
     guess = inside + share * (outside - inside)
     guess[-1] = limit / curve.span
     corrected = curve.correct(guess, along)
-    return [] if corrected is None else [curve.point(*corrected, outside - inside)]
+    return [] if corrected is None else [replace(curve.point(*corrected, outside - inside), value=limit)]
 
 
 def continue_gait(
