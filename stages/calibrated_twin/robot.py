@@ -86,10 +86,10 @@ class TwinRobot:
             [0.0 if rigid else value[name + ending] for name in STRETCHES] for ending in ("", "_rate"))
         begin = StanceState(
             stance_angle=0.0, stance_length=first.leg_length + stretches[0],
-            swing_angle=value["start_psi"], swing_length=first.leg_length + stretches[1],
+            swing_angle=value["start_psi"], swing_length=biped.leg_lengths[1] + stretches[1],
             stance_rate=value["start_theta_rate"], stance_length_rate=rates[0],
             swing_rate=value["start_psi_rate"], swing_length_rate=rates[1])  # fmt: skip
-        machine = dataclasses.replace(with_numbers_of(self.machine, biped), drawn_length=first.leg_length)
+        machine = dataclasses.replace(with_numbers_of(self.machine, biped), drawn_lengths=biped.leg_lengths)
         pressed = (biped.total_mass * design.slope.gravity if rigid else
                    -first.stiffness * stretches[0] - first.damping * rates[0])  # fmt: skip
         start = rolling_start(machine, self.contact, begin, pressed)

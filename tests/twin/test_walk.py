@@ -20,6 +20,7 @@ from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import SIGNALS
 from stages.twin.walking.measures import energy_balance
 from stages.twin.walking.record import find_events, peak_force, sample
+from stages.twin.walking.simulate import rolling_start
 from stages.twin_ladder.cycle import SectionState, step_map
 from tests.twin.conftest import ROUGH, STANDING_FORCE
 
@@ -94,6 +95,17 @@ def test_energy_balances(parameters, walk_from, legs, changes, there):
     balance = energy_balance(record, *find_events(record).heel_strike_time[-2:])
     assert balance.gravity_work > 0.03 and balance.relative_residual < 1e-4
     assert [getattr(balance, loss) > 1e-5 for loss in LOSSES] == [number < there for number in range(3)]
+
+
+def test_legs_that_differ_begin_as_long_as_the_simple_model_has_them(parameters):
+    """On an outsole too, which lengthens both; and each spring as loaded as its own leg's."""
+    design = dataclasses.replace(parameters.biped, other_leg_length=parameters.biped.leg_length + 4e-4)
+    stance = dataclasses.replace(ROUGH[False], swing_length=ROUGH[False].swing_length + 4e-4)
+    for outsole in (0.0, 2e-3):
+        machine = machine_of(design, dataclasses.replace(parameters.settings, outsole=outsole))
+        start = rolling_start(machine, parameters.contact, stance, STANDING_FORCE)
+        lengths = machine.length - start.position[list(SLIDE)] - outsole
+        assert lengths == pytest.approx(np.repeat([stance.stance_length, stance.swing_length], 2), abs=1e-12)
 
 
 def test_energy_balances_with_all_that_a_hip_may_have(parameters, walk_from):

@@ -185,7 +185,7 @@ class Exported:
     def _moving(self, body: Body) -> Body:
         """A body with the least mass and moments that programs take: a point mass has none, an empty frame neither."""
         machine = self.machine
-        moment = max(LEAST * machine.mass * machine.drawn_length**2, LEAST_MOMENT)
+        moment = max(LEAST * machine.mass * machine.drawn_lengths[0] ** 2, LEAST_MOMENT)
         low, middle, high = map(float, np.linalg.eigvalsh(body.inertia))
         missing = max(0.0, moment - low, (1.0 + LEAST) * high - low - middle)
         mass = max(body.mass, LEAST * machine.mass)
@@ -194,7 +194,7 @@ class Exported:
     def foot(self, leg: int) -> Shape:
         """A foot's cylinder in its link; its axis is z."""
         machine = self.machine
-        radius = max(float(machine.radius[leg]), POINT * machine.drawn_length)
+        radius = max(float(machine.radius[leg]), POINT * machine.drawn_lengths[0])
         place = (0.0, radius - float(machine.length[leg]), float(machine.lane[leg]))
         return Shape(f"{LEGS[leg]} foot", "cylinder", {"radius": radius, "length": 2.0 * machine.half_width}, place)
 

@@ -99,7 +99,8 @@ class Machine:
 
     Per leg: `lane` z of the foot's middle [m], `radius` [m], `length` hip to foot bottom unloaded [m], `stiffness`
     [N/m], `damping` [N s/m]. `half_width` [m] of a foot's cylinder, `bearing_friction` [N m s].
-    Of the design, without outsole [m]: `drawn_length` of a leg, `drawn_foot_com` from the hip axis up to a foot's mass.
+    Of the design, without outsole [m]: `drawn_lengths` of each pair, `drawn_foot_com` from the hip axis up to a foot's
+    mass.
     Feet do not slide on `rigid` legs, whatever their stiffness and damping.
     Between the frames: `hip_stiffness` [N m/rad], relaxed where the inner pair is `hip_rest_angle` [rad] ahead of the
     outer one, `hip_friction` [N m]. `hip_weight` [kg] is what gravity pulls at on the axis beside the masses.
@@ -113,7 +114,7 @@ class Machine:
     damping: np.ndarray
     half_width: float
     bearing_friction: float
-    drawn_length: float
+    drawn_lengths: tuple[float, float]
     drawn_foot_com: float
     rigid: bool
     hip_stiffness: float = 0.0
@@ -166,7 +167,7 @@ def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Mach
         damping=0.5 * biped.damping * np.array(departure.damping) + settings.slider_friction,
         half_width=0.5 * settings.foot_width,
         bearing_friction=settings.bearing_friction,
-        drawn_length=biped.leg_length,
+        drawn_lengths=(biped.leg_length, biped.leg_length),
         drawn_foot_com=biped.foot_com - biped.leg_length,
         rigid=biped.legs == "rigid",
     )

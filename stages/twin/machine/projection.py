@@ -129,7 +129,8 @@ def machine_of(biped: Biped, settings: Settings) -> Machine:
         **{f"other_{name}": value for name, value in other.items()})  # fmt: skip
     return dataclasses.replace(
         with_numbers_of(machine, wanted), hip_stiffness=biped.hip_stiffness, hip_rest_angle=biped.hip_rest_angle,
-        hip_friction=biped.hip_friction, hip_weight=biped.weighed_hip - biped.hip_mass)  # fmt: skip
+        hip_friction=biped.hip_friction, hip_weight=biped.weighed_hip - biped.hip_mass,
+        drawn_lengths=biped.leg_lengths)  # fmt: skip
 
 
 def added(drawn: Leg, wanted: Leg, plain: Leg) -> Leg:

@@ -137,9 +137,9 @@ def rolling_start(
     those of the simple model; a longer machine keeps its springs as loaded. Yaw [rad], its rate and that of roll
     [rad/s] and a speed to the side [m/s] are pushes that the simple model does not know.
     """
-    drawn = machine.drawn_length
     r = float(np.mean(machine.radius[:2]))
-    theta, length = stance.stance_angle, stance.stance_length + float(np.mean(machine.length[:2])) - drawn
+    longer = float(np.mean(machine.length[:2])) - machine.drawn_lengths[0]
+    theta, length = stance.stance_angle, stance.stance_length + longer
     rate, length_rate = stance.stance_rate, stance.stance_length_rate
     sine, cosine = math.sin(theta), math.cos(theta)
     q, v = np.zeros(COUNT), np.zeros(COUNT)
@@ -153,7 +153,7 @@ def rolling_start(
     q[HINGE], v[HINGE] = stance.swing_angle + theta, stance.swing_rate + rate
     for leg, slide in enumerate(SLIDE):
         standing = leg < 2
-        q[slide] = drawn - (stance.stance_length if standing else stance.swing_length)
+        q[slide] = machine.drawn_lengths[leg // 2] - (stance.stance_length if standing else stance.swing_length)
         v[slide] = -(stance.stance_length_rate if standing else stance.swing_length_rate)
     return Start(q, v)
 
@@ -187,7 +187,7 @@ def simulate_twin(
     watch = made(
         walker=machine_tree,
         fallen=FALLEN * float(machine.length[0]),
-        longest_step=patience(settings.longest_step, machine.drawn_length, slope),
+        longest_step=patience(settings.longest_step, machine.drawn_lengths[0], slope),
         steps_wanted=wanted_steps,
         in_play=standing,
         landed=standing.copy(),
