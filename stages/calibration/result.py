@@ -148,7 +148,7 @@ class Result:
 
     def summary(self) -> str:
         """What was found, in one line."""
-        shares = [100 * row.sd / row.value for row in self.told if row.value]
+        shares = [100 * row.sd / abs(row.value) for row in self.told if row.value]
         unseen = f"; {len(self.not_seen)} combination is not determined" if self.not_seen else ""
         blind = f"; {len(self.fits)} fitted" if self.fits else ""
         best, worst = min(shares), max(shares)

@@ -56,6 +56,18 @@ def test_the_scale_of_mass_alone_is_not_seen(planned):
     assert {name for name, sd in zip(found.names, found.sd, strict=True) if np.isfinite(sd)} == massless
 
 
+def test_a_number_below_zero_has_a_standard_deviation_above(planned):
+    """A mass behind the leg's line is as well known as one as far ahead of it."""
+    of_each = []
+    for offset in (2e-4, -2e-4):
+        there = planned_equations(dataclasses.replace(
+            KNOWN, biped=dataclasses.replace(KNOWN.biped, foot_offset=offset)))
+        found = of(there, (weighed(KNOWN.biped),))
+        of_each.append((found.sd, found.sd_without, np.abs(found.unseen)))
+    assert (of_each[1][0] > 0.0).all() and (of_each[1][1] > 0.0).all()
+    assert of_each[1][0] == pytest.approx(of_each[0][0], rel=0.1)
+
+
 def test_once_the_hip_is_weighed_the_shares_are_those_of_the_trial(planned):
     hip = Known("biped.hip_mass", PARAMETERS.biped.hip_mass, 1e-7)
     found = of(planned, (hip,))

@@ -212,7 +212,7 @@ class RunFit:
 def design_sizes(design: DesignPoint, names: Sequence[str]) -> Vector:
     """Changes of parameters that are neither large nor small, (n,)."""
     shares = [SHARE_OF_INERTIA if design.unit(name) == "kg m^2" else SHARE for name in names]
-    return np.asarray(shares * changes_of(design, names).scales)
+    return np.asarray(shares * np.abs(changes_of(design, names).scales))
 
 
 def lowest(design: DesignPoint, names: Sequence[str]) -> Vector:

@@ -121,7 +121,7 @@ def identifiability(
     values, vectors = np.linalg.eigh(0.5 * (design_only + design_only.T))
     is_unseen = values < 1.0 / UNSEEN**2
     unseen, seen = vectors[:, is_unseen].T, vectors[:, ~is_unseen]
-    shown = np.sqrt(np.diag((seen / values[~is_unseen]) @ seen.T)) * scales
+    shown = np.sqrt(np.diag((seen / values[~is_unseen]) @ seen.T)) * np.abs(scales)
     sd = np.where((np.abs(unseen) > BELONGS).any(axis=0), np.inf, shown)
     return Identifiability(names, np.array([design.value(name) for name in names]), scales, runs, sd, unseen,
                            *_partners(scaled, unseen, (*names, *model.layout.names), scales))
@@ -144,7 +144,7 @@ def _partners(
     chosen = others.argmax(axis=1)
     r = correlation[range(n), chosen]
     return (tuple(names[other] for other in chosen), r,
-            sd[:n] * scales * np.sqrt(np.maximum(0.0, 1.0 - r * r)))  # fmt: skip
+            sd[:n] * np.abs(scales) * np.sqrt(np.maximum(0.0, 1.0 - r * r)))  # fmt: skip
 
 
 def short(name: str) -> str:

@@ -107,7 +107,7 @@ def _helped(gained: Iterable[tuple[str, np.ndarray, str]], names: Sequence[str])
 
 
 def _share(found: Identifiability, row: int, sd: np.ndarray) -> str:
-    value = sd[row] / found.scales[row]
+    value = sd[row] / abs(found.scales[row])
     return "not determined" if math.isinf(value) else f"{100 * value:.2g} %"
 
 
@@ -124,10 +124,10 @@ def _draw(
         places = np.arange(len(found.names))
         for rows, colour, label, marker in ((single, style.MEASURED, "one run", "o"),
                                             (found, style.ANALYTIC, f"{found.runs} runs, robot weighed", "s")):
-            axis.plot(100 * rows.sd / rows.scales, places, marker, color=colour, label=label)
+            axis.plot(100 * rows.sd / np.abs(rows.scales), places, marker, color=colour, label=label)
         for colour, (what, sd, _) in zip(("#009E73", "#CC79A7", "#D55E00", "#E69F00", "#8C6D46", "#440154", "#000000"),
                                          [one for one in tried if one[1].size], strict=False):
-            axis.plot(100 * sd / found.scales, places, "|", color=colour, label=what, markersize=9)
+            axis.plot(100 * sd / np.abs(found.scales), places, "|", color=colour, label=what, markersize=9)
         axis.set_xscale("log")
         style.few_ticks(axis.xaxis, sorted(axis.dataLim.intervalx))
         axis.set_yticks(places, [short(name).replace("_", " ") for name in found.names])
