@@ -143,7 +143,7 @@ class Rule:
     counted: str = "evaluations"
 
 
-#: The same part of intervals, which are wider by as much, where residuals are larger than noise would have them.
+#: A fall of the cost this small moves no estimate by a twentieth of its standard error.
 ENOUGH = 1e-3
 WHOLE_RUN = Rule(enough=ENOUGH)
 

@@ -35,9 +35,8 @@ NEAR = 6.0
 #: Derivatives by time that describe a state so near to another that no event lies between, and their factorials.
 ORDERS = np.arange(6)
 FACTORIALS = np.array([math.factorial(order) for order in ORDERS], dtype=float)
-#: A sample near a heel strike may be so many standard errors of its time nearer than it is thought to be; no strike is
-#: known worse than to this [s].
-WIDE, SOON = 2.0, 0.05
+#: A sample near a heel strike may be so many standard errors of its time nearer than it is thought to be.
+WIDE = 2.0
 #: Step of the differences of energy and step length by the state: stiff legs bend them.
 SMALL = 1e-8
 #: Points in standard deviations, and weights: far from all events, and near one.
@@ -167,7 +166,7 @@ class Present:
         """
         for row in self._strikes:
             late = time - row[0] - row[1:] @ moved
-            if -SOON - before < late < SOON + after:
+            if -2.0 * before < late < before + after:
                 wide = min(WIDE * math.sqrt(row[1:] @ covariance @ row[1:]), before)
                 if -wide - before < late < wide + after:
                     return True
