@@ -29,6 +29,7 @@ from stages.analytic.gait.poincare import (
     fixed_point,
     step_failure,
 )
+from stages.analytic.integration import radau
 from stages.analytic.integration.integrator import STAGES, take_step
 from stages.analytic.integration.phase import CHATTER, FIRST_LENGTH, LEAST_LENGTH, MOST_PHASES
 from stages.analytic.model.kinds import Kind
@@ -53,7 +54,7 @@ from stages.biped.quantity import quantity
 #: A phase of so many steps has no estimate.
 MOST_NODES = STEP_LIMIT_OF_A_PHASE // 10
 #: Order of the integrator that walks: DOP853; and of Radau IIA, which walks on stiff legs.
-ORDER, STIFF_ORDER = 8, 5
+ORDER, STIFF_ORDER = 8, 2 * radau.STAGES - 1
 
 
 @compiled
