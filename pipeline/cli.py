@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import importlib
 import os
+import re
+import shlex
 import signal
 import sys
 from typing import Any, NoReturn
@@ -13,7 +15,7 @@ import click
 
 from pipeline import trust
 from pipeline.cache import processor
-from pipeline.errors import BAD_INPUT, FAILED, Stopped, StudyError, nearest
+from pipeline.errors import BAD_INPUT, FAILED, STOPPING, Stopped, StudyError, nearest
 from pipeline.home import DISTRIBUTION, engine, program
 from pipeline.study import locate
 
@@ -36,6 +38,8 @@ _GROUPS = {
 _COMMANDS = {name: module for group in _GROUPS.values() for name, module in group.items()}
 #: Most columns of a command's first sentence, which goes over as many lines as it takes.
 _SENTENCE = 400
+#: A word that is empty, or an option whose value is.
+_EMPTY = re.compile(r"(--[\w-]+=)?")
 
 
 class _Commands(click.Group):
@@ -55,8 +59,15 @@ class _Commands(click.Group):
         return known[cmd_name][1] if cmd_name in known else None
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """As click does, with the nearest name for a misspelt one. Raises `StudyError` in a checkout of its own."""
+        """As click does, with the nearest name for a misspelt one.
+
+        Raises `StudyError` in a checkout of its own, and for an empty word: often a variable of the shell that is not
+        set, which would be the default of one option and the working folder of another.
+        """
         locate()
+        empty = next((place for place, word in enumerate(args, 1) if _EMPTY.fullmatch(word)), None)
+        if empty:
+            raise StudyError(f"{shlex.join(args[:empty])}: ends with an empty value; give one, or leave it out")
         if args and not args[0].startswith("-") and args[0] not in _COMMANDS:
             known, broken = _questions()
             if args[0] not in known:
@@ -116,11 +127,12 @@ def cli() -> None:
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line; ends the process with 0, 1 (a stage failed), 2 (bad input) or 3 (the answer is no).
 
-    Stopped by a signal it ends with 128 and the signal's number: 130 by Ctrl-C, 143 by SIGTERM, 141 where
-    nobody reads on what it prints.
+    Stopped by a signal it ends with 128 and the signal's number: 130 by Ctrl-C, 143 by SIGTERM, 129 where
+    its terminal closes, 141 where nobody reads on what it prints.
     """
+    _have_streams()
     _arrived.clear()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in STOPPING:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)
     sys.unraisablehook = _unraisable
@@ -141,6 +153,13 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         for sentence in sentences:
             print(f"error: {sentence}", file=sys.stderr)
     sys.exit(code)
+
+
+def _have_streams() -> None:
+    """Open those that whoever started this has closed: the next file that is opened would take their numbers."""
+    for name, mode in {"stdin": "r", "stdout": "w", "stderr": "w"}.items():
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115 - until the process ends
 
 
 def _ending(error: BaseException) -> tuple[int, tuple[str, ...]]:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterable
 from typing import Any
 
 FAILED = 1
 BAD_INPUT = 2
 ANSWER = 3  # what was asked cannot be, for a reason the stage gives: no solution, for example
+
+
+#: Signals by which somebody stops a command: Ctrl-C, `kill`, and a terminal that closes, which Windows does not tell.
+STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
 class StudyError(Exception):

@@ -190,8 +190,10 @@ def locate(
     """The study around the folder `start` (default: the working folder), else the one this program comes with.
 
     That one is *borrowed*: unless a results folder is given, nothing may be written for it. Raises `StudyError` if the
-    study is a checkout of this program other than the one that runs, or somebody else's.
+    study is a checkout of this program other than the one that runs, or somebody else's, or `params` is no folder.
     """
+    if params and not Path(params).is_dir():
+        raise StudyError(f"--params {params}: there is no such folder")
     here = (start or Path.cwd()).resolve()
     around = next((folder for folder in (here, *here.parents) if (folder / graph.FILE_NAME).is_file()), None)
     root = around or home()

@@ -113,7 +113,7 @@ class Store:
         return folder
 
     def keep(self, folder: Path, entry: Entry) -> bool:
-        """Make a filled folder the entry of its key. Whether an earlier entry held other bytes (it is replaced)."""
+        """Make a filled folder the entry of its key. Whether an earlier one (it is replaced) said something else."""
         body = asdict(entry)
         disk.write(folder / MANIFEST, json.dumps({"seal": _seal(body), "entry": body}, indent=1).encode())
         target = self.folder / entry.key
@@ -126,7 +126,7 @@ class Store:
         else:
             folder.rename(target)
         disk.sync_folder(self.folder)
-        return earlier is not None and earlier.outs != entry.outs
+        return earlier is not None and _said(earlier) != _said(entry)
 
     def drop(self, key: str) -> None:
         """Forget an entry whose files turned out damaged."""
@@ -290,6 +290,11 @@ def _checked_entry(body: dict[str, Any], key: str) -> Entry | None:
     parts = entry.ingredients
     fits = all(isinstance(parts[name], kind) for name, kind in _SHAPE.items()) and parts["stage"] == entry.stage
     return entry if fits and entry.key == key and all(_beneath(path, parts["outs"]) for path in outs) else None
+
+
+def _said(entry: Entry) -> dict[str, str]:
+    """What each file says, by path; which program made it, and so its bytes, may differ."""
+    return {path: out.content for path, out in entry.outs.items()}
 
 
 def _beneath(path: str, outs: Iterable[str]) -> bool:

@@ -264,7 +264,7 @@ class _Run:
         store = self.study.store
         if store.keep(folder, entry):
             self.display.note(
-                f"{name}: computing it again gave other bytes than before; the stage is not deterministic"
+                f"{name}: computing it again gave another result than before; the stage is not deterministic"
             )
         if not store.put_in_place(entry):
             store.drop(entry.key)

@@ -230,7 +230,7 @@ def _unwrapped(entry: Node, field: dataclasses.Field[Any], kind: Any) -> Node:
                           f"{nearest(key, _ENTRY_KEYS)}", node.line)  # fmt: skip
     unit = parts.get("unit")
     if unit is not None and str(unit.value) != field.metadata["unit"]:
-        raise Refused(f'has the unit "{unit.value}"; it must be given in "{field.metadata["unit"]}"', unit.line)
+        raise Refused(f'has the unit {shown(unit.plain())}; it must be given in "{field.metadata["unit"]}"', unit.line)
     try:
         half_width(entry.plain())
     except ValueError as reason:

@@ -86,7 +86,7 @@ held: dict[str, str] = {}
 
 def beside(source: Path) -> list[Path]:
     """What may lie beside a file, should it be a database."""
-    return [each.with_name(each.name + ending) for each in (source, source.resolve()) for ending in _OF_SQLITE]
+    return [each.parent / f"{each.name}{ending}" for each in (source, source.resolve()) for ending in _OF_SQLITE]
 
 
 def landlock() -> int:

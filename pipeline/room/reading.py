@@ -30,7 +30,7 @@ import h5py
 import numpy as np
 
 from pipeline.cache import disk
-from pipeline.errors import StudyError, is_answer
+from pipeline.errors import STOPPING, StudyError, is_answer
 from pipeline.execution.process import FORKED
 from pipeline.home import engine, named
 from pipeline.room.confine import beside, confine, when_parent_ends
@@ -82,6 +82,7 @@ def read(reader: Reader, source: Path, *given: Any, writes: Path | None = None) 
     file with what a database has beside it; `writes` is a file that the reader fills. Raises `StudyError`, in one
     sentence that names the source.
     """
+    source = source.absolute()  # . has no name
     name = ascii(source.name)
     size = _size(source, name)
     limits = Limits(size)
@@ -205,7 +206,7 @@ class _Process:
 def _begin(send: int, *requested: Any) -> NoReturn:
     """Be the forked process of a reading: without what its parent has open, and without its ways to end."""
     with contextlib.suppress(BaseException):
-        for ending in (signal.SIGINT, signal.SIGTERM):
+        for ending in STOPPING:
             signal.signal(ending, signal.SIG_DFL)
         nothing = os.open(os.devnull, os.O_RDWR)
         for number in (0, 1, 2):

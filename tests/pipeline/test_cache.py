@@ -37,8 +37,8 @@ def test_what_a_stage_needs_is_computed_in_order_and_then_the_rest(toy):
     ]  # fmt: skip
 
 
-def test_every_file_says_which_code_made_it(done):
-    """The commit of the checkout, and a digest of engine and stages; both are part of no key."""
+def test_every_file_says_which_code_made_it(done, capsys):
+    """The commit of the checkout, and a digest of engine and stages; both are part of no key and of no comparison."""
     place = done.root / "results/fall.h5"
     before = place.read_bytes()
     about = artefact.provenance(before, "fall.h5")
@@ -53,6 +53,7 @@ def test_every_file_says_which_code_made_it(done):
     assert how(done.run(force=True)) == ALL
     after = artefact.provenance(place.read_bytes(), "fall.h5")
     assert after["program"] != about["program"] and after["key"] == about["key"]
+    assert "deterministic" not in capsys.readouterr().err
 
 
 def test_computed_again_in_another_folder_all_has_the_same_bytes(done, finished):

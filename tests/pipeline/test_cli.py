@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +10,7 @@ import h5py
 import pytest
 
 from pipeline.commands import show
+from pipeline.errors import STOPPING
 from pipeline.study import locate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -142,7 +142,11 @@ WRONG = {
     "run": "Missing argument 'STAGE...' (see bipedstudy run --help)",
     "run-all --jobs 0": "Invalid value for '--jobs' / '-j': 0 is not in the range x>=1",
     "run-all --job 2": "No such option",
-    "run-all --params nowhere": "nowhere/fall.yaml: there is no such file",
+    "run-all --params nowhere": "--params nowhere: there is no such folder\n",
+    "status --params dvc.yaml": "--params dvc.yaml: there is no such folder\n",
+    "run-all --results ''": "run-all --results '': ends with an empty value",
+    "run-all --results= --force": "run-all --results=: ends with an empty value",
+    "figures ''": "figures '': ends with an empty value",
     "show fal": '"fal" is neither a stage (fall, bounce, side, picture) nor a file; did you mean "fall"?',
     "show dvc.yaml": "dvc.yaml: is truncated or not an HDF5 file; it cannot be read as an artefact",
     "show params": "params: is a folder, not a file",
@@ -207,6 +211,14 @@ def test_where_nobody_reads_on_it_ends_as_by_that_signal(ran, arguments, code):
     assert process.wait() == code and bool(errors) == (code == 2) and "Traceback" not in errors
 
 
+@pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1, 2)])
+def test_with_closed_streams_it_does_its_work(ran, closed):
+    """As some start programs at night; no file takes the place of standard output."""
+    before, again = ran.results(), f"os.execv(sys.executable, [sys.executable, '-c', {ran.code()!r}, *sys.argv[1:]])"
+    code, _, errors = ran.command("run-all", "--force", before=f"import os, sys; [*map(os.close, {closed})]; {again}; ")
+    assert (code, errors, ran.results()) == (0, "", before)
+
+
 MAIN = "from pipeline.cli import main\ntry: main([{}])\nexcept SystemExit: pass\n"
 HEAVY = {"numpy", "scipy", "matplotlib", "exudyn", "h5py", "rich", "sympy", "numba", "stages.fall.run"}
 
@@ -249,7 +261,7 @@ program.cli.main = compiled
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", STOPPING)
 def test_a_signal_that_a_library_passes_over_in_its_own_callback_stops_it_all_the_same(toy_with_commands, number):
     ended, _, errors = toy_with_commands.command("status", before=BACK.replace("NUMBER", str(int(number))))
     assert (ended, errors) == (128 + number, "error: stopped; everything computed before is kept\n")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.cache import disk
-from pipeline.errors import StudyError
+from pipeline.errors import STOPPING, StudyError
 from pipeline.execution import process
 from pipeline.execution.executor import RESTORABLE
 from tests.pipeline.processes import started, workers
@@ -165,7 +165,7 @@ def test_a_stopped_worker_ends_with_the_run_that_started_it(toy_with_commands):
 
 @unix
 @proc
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", [*STOPPING, signal.SIGKILL])
 def test_a_run_that_is_ended_keeps_what_it_has_and_its_workers_end_with_it(ran, number):
     toy, before = ran, ran.results()
     process = toy.start("run-all", "--set", "fall.behaviour=sleep")

@@ -116,6 +116,7 @@ WRONG_LINES = {
     "height: -1": ":1: height = -1 m is not allowed; allowed: >= 0 m",
     "\n\nheight: {value: -1, unit: m}": ":3: height = -1 m is not allowed; allowed: >= 0 m",
     "height: {value: 1, unit: mm}": ':1: height has the unit "mm"; it must be given in "m"',
+    "height: {value: 1, unit: [m]}": ':1: height has the unit ["m"]; it must be given in "m"',
     "height: {valu: 1}": ':1: height has a part "valu" that means nothing here (only value, rows, unit, '
     'source, levels, uncertainty, printed); did you mean "value"?',
     "height: {unit: m}": ":1: height has no value; write it as {value: ..., unit: ..., source: ...}",

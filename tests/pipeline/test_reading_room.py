@@ -53,6 +53,12 @@ def test_what_a_reader_yields_comes_back_as_it_was(source, begun):
     assert deep["deep"][0].dtype == "i2" and deep["deep"][1].shape == () and bool(deep["deep"][2][0])
 
 
+def test_a_source_without_a_name_is_read_by_its_own(source, begun, monkeypatch):
+    monkeypatch.chdir(source.parent)
+    with pytest.raises(StudyError, match=f"^'{source.parent.name}' cannot be read .IsADirectoryError"):
+        [*read(kinds, Path())]
+
+
 def attempts(source, place, port):
     """A reader that tries what it must not: the name of each that succeeds."""
     tries = {

@@ -165,7 +165,7 @@ def test_a_stage_that_does_not_repeat_is_named(toy, monkeypatch, capsys):
     differ = ended.value.code.partition(": ")[2].split(", ")
     assert {"side.h5", "side.bin"} <= {*differ} and "fall.h5" not in differ
     said = capsys.readouterr()
-    assert "computing it again gave other bytes than before" in said.err
+    assert "computing it again gave another result than before" in said.err
     listed = (toy.root / "hashes.txt").read_text().splitlines()
     assert listed == said.out.splitlines()
     assert len(listed) == 8 and all(len(line.split()[0]) == 64 for line in listed)

@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from pipeline import trust
-from pipeline.errors import StudyError
+from pipeline.errors import STOPPING, StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.executor import Assessment, Outcome, bring_up_to_date, survey
 from pipeline.study import Study
@@ -104,7 +104,7 @@ class Toy:
     def start(self, *arguments: str, environment: Mapping[str, str] | None = None) -> subprocess.Popen[str]:
         """Start `bipedstudy` in the study's folder as a process of its own."""
         return subprocess.Popen(
-            [sys.executable, "-c", self._code(), *arguments],
+            [sys.executable, "-c", self.code(), *arguments],
             cwd=self.root,
             env={**self._environment(), **(environment or {})},
             text=True,
@@ -112,9 +112,10 @@ class Toy:
             stderr=subprocess.PIPE,
         )
 
-    def _code(self) -> str:
-        # a shell that runs the tests in the background has interrupts ignored, and its children inherit that
-        heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    def code(self) -> str:
+        """What such a process runs."""
+        # in the background of a shell, or by nohup, tests have signals ignored, and their children inherit that
+        heed = f"import signal; [signal.signal(each, signal.SIG_DFL) for each in {[*map(int, STOPPING)]}]"
         return f"{heed}; import sys; sys.path.insert(0, {str(self.root)!r}); from pipeline.cli import main; main()"
 
     def _environment(self) -> dict[str, str]:
@@ -125,7 +126,7 @@ class Toy:
     ) -> tuple[int, str, str]:
         """Run `bipedstudy` to its end, after some code: exit code, standard output, standard error."""
         asked = {**self._environment(), **(environment or {})}
-        done = commands.python(before + self._code(), *arguments, cwd=self.root, env=asked, timeout=timeout)
+        done = commands.python(before + self.code(), *arguments, cwd=self.root, env=asked, timeout=timeout)
         return done.returncode, done.stdout, done.stderr
 
     def says(self, words: str, *parts: str, code: int = 0, before: str = "",

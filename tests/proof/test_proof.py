@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.errors import StudyError
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.model.walker import build_walker
 from stages.analytic.parameters import Parameters, Settings
@@ -34,6 +35,15 @@ DETAILS = {
     "other_leg_length": 0.32}  # fmt: skip
 #: Slope at which the largest multiplier of Table 1's rigid biped is -1.0001, and one at which it is -1.038.
 BARELY_UNSTABLE, UNSTABLE = 3.3631770623988606, 3.5
+
+
+def test_a_file_that_is_there_is_refused_before_anything_is_proven(tmp_path):
+    asking, place = Asking(), tmp_path / "proof.json"
+    given = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))
+    place.touch()
+    with pytest.raises(StudyError, match="is there already, and is not replaced"):
+        question.ask(given, question.Options(file=place), asking)
+    assert not asking.fractions
 
 
 def proven(biped, slope, cycle=False):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,14 +38,14 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Prove the study's gait, or confirm a proof file. Raises NotProven and NoGait."""
     require_flint()
     biped, slope = of = parameters.biped, parameters.slope
-    if options.check is not None:
-        of, content, found = confirmed(options.check, asking)
-    else:
-        refuse_rough(biped, parameters.limited_friction is not None)
-        found = proven(biped, slope, *study_gait(biped, slope, options.cycle), asking)
-        content = (json.dumps(found, indent=1) + "\n").encode()
-    if options.file is not None:
-        with asking.new_file(options.file) as path:
+    with asking.new_file(options.file) if options.file else nullcontext() as path:
+        if options.check is not None:
+            of, content, found = confirmed(options.check, asking)
+        else:
+            refuse_rough(biped, parameters.limited_friction is not None)
+            found = proven(biped, slope, *study_gait(biped, slope, options.cycle), asking)
+            content = (json.dumps(found, indent=1) + "\n").encode()
+        if path is not None:
             path.write_bytes(content)
     if of == (biped, slope) and found["says"]:
         asking.keep(content)
