@@ -359,8 +359,18 @@ def test_a_folder_is_proposed_as_runs_with_the_sensors_of_each(table: Table, log
 
 def test_a_folder_without_a_sensor_is_refused(tmp_path: Path) -> None:
     (tmp_path / "steps.csv").write_text("a,b,c,d\n1,2,3,4\n2,3,4,5\n")
-    with pytest.raises(SourceRefused, match="has no file with an inertial sensor"):
+    with pytest.raises(SourceRefused, match="has no file with an inertial sensor: 'steps.csv' has no axis .* propose"):
         proposal(tmp_path)
+
+
+@pytest.mark.parametrize("packet", [1, 20])
+def test_a_gap_makes_a_sensor_no_slower(packet: int, tmp_path: Path) -> None:
+    """Stamps of single samples, or of packets; a second is missing in twelve."""
+    times = 0.01 * packet * (np.arange(1200) // packet)
+    times[700:] += 1.0
+    lines = [f"{time:.3f},0,0,9.8,0,0,0.1" for time in times]
+    (tmp_path / SINGLE).write_text("\n".join(["time,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z", *lines]))
+    assert proposed(tmp_path / SINGLE)[0]["device"]["rate_hz"] == 100
 
 
 def test_every_maker_has_an_export_here() -> None:

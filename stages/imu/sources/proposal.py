@@ -87,7 +87,8 @@ def _of_folder(path: Path, gravity: float) -> tuple[dict[str, list[str]], list[s
             continue
         try:
             entries, said = _of_file(file, gravity)
-            refuse((NO_AXES in said, f"{printable(file.name)} has no axis of an inertial sensor, by its names"))
+            refuse((NO_AXES in said, f"{printable(file.name)} has no axis of an inertial sensor, by its names: propose "
+                                     "it alone to fill its columns in"))  # fmt: skip
         except SourceRefused as refused:
             left_out.append(f"left out: {refused}")
             continue
@@ -96,7 +97,8 @@ def _of_folder(path: Path, gravity: float) -> tuple[dict[str, list[str]], list[s
             beside.add(other)
         runs.setdefault(_run_of(file), []).extend(entries)
         remarks += [f"{file.name}: {line}" for line in said]
-    refuse((not runs, f"{printable(path.name)} has no file with an inertial sensor"))
+    refuse((not runs, f"{printable(path.name)} has no file with an inertial sensor"
+                      + "".join(line.replace("left out", "", 1) for line in left_out[:1])))  # fmt: skip
     return runs, remarks + left_out
 
 
@@ -293,9 +295,15 @@ def _rate(head: Head, columns: dict[str, int]) -> tuple[float, str]:
 
 
 def _rate_of(stamps: np.ndarray, units: Sequence[str], name: str) -> tuple[float, str]:
-    """The rate [Hz] at which a column of stamps (n,) advances in the first of the units in which it is a usual one."""
+    """The rate [Hz] at which a column of stamps (n,) advances in the first of the units in which it is a usual one.
+
+    It is the median's over eighths of it, from packet to packet, so that a gap does not make the sensor slower.
+    """
     values = counted_on(stamps)[np.isfinite(stamps)]
-    step = float((values[-1] - values[0]) / max(len(values) - 1, 1)) if len(values) else 0.0
+    begins = np.flatnonzero(np.diff(values, prepend=-np.inf))  # of packets, whose samples share a stamp
+    far = max(len(begins) // 8, 1)
+    last, first = begins[far:], begins[:-far]
+    step = float(np.median((values[last] - values[first]) / (last - first))) if len(last) else 0.0
     for unit in units:
         rate = 1 / (step * UNITS[unit]) if step > 0 else 0.0
         if USUAL_RATES[0] <= rate <= USUAL_RATES[1]:
