@@ -190,6 +190,15 @@ def test_a_packet_that_arrives_at_once_bears_the_time_of_its_last_sample(missing
     np.testing.assert_allclose(repaired(indexed).time, expected, rtol=0, atol=1e-9)
 
 
+def test_a_packet_that_left_before_it_was_full_moves_no_clock() -> None:
+    """A sensor that is stopped sends what it has: that packet is early by what it lacks."""
+    early = np.where(np.arange(200) == 199, 2 * PERIOD, 0.0)
+    late = np.random.default_rng(3).exponential(0.002, 200)
+    found = repaired(index_samples(packets_sent_at(LEAVING + late - early).take(np.arange(598))))
+    assert found.clock_error_s < 0.002
+    assert found.rate_hz == pytest.approx(1.0 / PERIOD, rel=1e-4)
+
+
 def test_the_robust_rate_is_told_relative_to_the_envelopes() -> None:
     """Two stamps far too early hold the envelope, and tilt it; the robust line does not follow them."""
     early = np.where(np.arange(200) == 20, 0.3, 0.0) + np.where(np.arange(200) == 180, 0.2, 0.0)

@@ -98,15 +98,19 @@ def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> np.ndarray:
     """Rows (segment, index of the packet's last sample, arrival stamp), one a packet.
 
     A packet leaves when its last sample is taken, so it is that sample the stamp belongs to, also when the row
-    itself is missing. Without a counter, rows of one stamp are a packet.
+    itself is missing. The last packet of a life may leave before it is full, when the sensor is stopped: where its last
+    row is missing it says nothing. Without a counter, rows of one stamp are a packet.
     """
     packet = indexed.index // indexed.batch_size
     apart = np.diff(packet) != 0
     if indexed.batch_size == 1:
         apart &= np.diff(stamp) != 0
     last = np.append(apart | (np.diff(indexed.segment) != 0), True) if len(packet) else np.zeros(0, dtype=bool)
-    end_of_batch = packet[last] * indexed.batch_size + indexed.batch_size - 1
-    return np.column_stack((indexed.segment[last], end_of_batch, stamp[last]))
+    segment, index = indexed.segment[last], indexed.index[last]
+    full = packet[last] * indexed.batch_size + indexed.batch_size - 1
+    apart = np.diff(segment) != 0
+    first, final = np.append(True, apart)[: len(index)], np.append(apart, True)[: len(index)]
+    return np.column_stack((segment, full, stamp[last]))[(index == full) | first | ~final]
 
 
 def counted(indexed: IndexedRecording) -> np.ndarray:
