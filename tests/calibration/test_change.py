@@ -46,22 +46,23 @@ SETTING = as_mounted(dataclasses.replace(SHORT, settings=dataclasses.replace(SHO
 
 
 @cache
-def comparison():
+def comparison(setting=SETTING):
     """With a robot that is known to a tenth of a percent."""
-    _, model = model_of(SETTING)
-    values = np.array([DESIGN.value(name) for name in model.shared])
+    design, model = model_of(setting)
+    values = np.array([design.value(name) for name in model.shared])
     covariance = np.diag((1e-3 * values) ** 2)
     mounting = np.array([[0.0, 1e-5], [0.0, 0.05]])
-    robot = FittedRobot(DESIGN, model.shared, covariance, model.own, np.array([0.06]), mounting, 1.0, 1.0, 0.0, 1e-3,
-                        np.linalg.inv(covariance), values, (), 9, 0.01, False, {}, DESIGN)  # fmt: skip
+    robot = FittedRobot(design, model.shared, covariance, model.own, np.array([0.06]), mounting, 1.0, 1.0, 0.0, 1e-3,
+                        np.linalg.inv(covariance), values, (), 9, 0.01, False, {}, design)  # fmt: skip
     return Comparison(robot, model)
 
 
-def run_of(seed, **changed):
+def run_of(seed, setting=SETTING, **changed):
     """A run of that robot with some of its numbers times a share."""
-    there = DESIGN.with_values({f"biped.{key}": share * DESIGN.value(f"biped.{key}") for key, share in changed.items()})
-    drawing, model = model_of(SETTING)
-    return _run(there, drawing, model, SETTING, seed, np.random.default_rng([5, seed]))[0]
+    drawing, model = model_of(setting)
+    there = drawing.with_values(
+        {f"biped.{key}": share * drawing.value(f"biped.{key}") for key, share in changed.items()})
+    return _run(there, drawing, model, setting, seed, np.random.default_rng([5, seed]))[0]
 
 
 @cache
@@ -87,6 +88,16 @@ def test_a_part_that_has_changed_is_named_with_its_change():
         right = share * DESIGN.value(f"biped.{next(iter(changed))}")
         assert abs(best.change - right) < 4.0 * best.sd + 0.05 * right
         assert name in sentence(verdict)
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_a_hip_that_rubs_less_or_more_than_it_did_is_named(share):
+    """Only a hip that did not rub cannot rub less."""
+    rubbing = dataclasses.replace(SETTING, biped=dataclasses.replace(SETTING.biped, hip_friction=0.003))
+    verdict = comparison(rubbing).verdict(comparison(rubbing).held(run_of(3, rubbing, hip_friction=share)))
+    best = verdict.changes[0]
+    assert not verdict.same and best.part.name == "hip_friction" and verdict.explained
+    assert best.change == pytest.approx(0.003 * (share - 1.0), rel=0.1)
 
 
 def test_a_run_that_is_taken_for_the_robots_looks_changed_by_what_has_changed():

@@ -212,7 +212,8 @@ class Comparison:
         for part, (shift, sd) in zip(self.parts, self.shifts(evidence), strict=True):
             mean, apart, freedom = robot.usual.get(part.name, (0.0, 0.0, math.inf))
             apart = abs(mean) if robot.compared == 1 else apart  # one run does not say how others are
-            change = float(max(shift - mean, 0.0) if part.moves == (FRICTION,) else shift - mean)
+            least = -np.nan_to_num(part.value) if part.moves == (FRICTION,) else -np.inf  # no hip rubs less than not
+            change = float(max(shift - mean, least))
             between = more * apart**2
             known = part.moves in self._fitted or not robot.usual  # else chance is in what is usual
             variance = float(sd**2) * (1.0 if known else 1.0 + evidence.runs / robot.compared) + between
