@@ -82,6 +82,13 @@ def held(study: Study, folder: Path, recordings: Path, share: float, seed: int, 
         raise StudyError(f"{shown(folder)}: holds no result of a stage of {shown(study.root)}")
     about, values, other = stated(study, contents)
     needed = [name for name in study.graph.needed_for(chosen([*contents], share, seed)) if name in contents]
+    for name in needed:
+        had = json.loads(about[name][fingerprint.INGREDIENTS])["inputs"]
+        for path in study.graph.stages[name].inputs:
+            if not any(each == path or each.startswith(f"{path}/") for each in had):
+                raise StudyError(f"{shown(folder)}/{name}.h5: was made without {path}, which that stage reads in "
+                                 f"{shown(study.root)}: recompute it in a study that leaves it out too, as one that "
+                                 "bipedstudy init lays out")
     every = study.graph.needed_for((*needed,))
     lacking = [name for name in every if name not in values]
     if lacking:

@@ -127,6 +127,19 @@ def test_a_stage_that_said_no_says_no_again(done, tmp_path):
         held(toy.study(), theirs, None, 1.0, 1)
 
 
+def test_results_of_a_study_that_leaves_an_input_out_are_refused_before_anything_is_computed(done, tmp_path):
+    toy = can_do_without(done)
+    whole = (toy.root / "dvc.yaml").read_text()
+    toy.edit("dvc.yaml", "      - results/bounce.h5\n", "")
+    toy.run()
+    theirs = shutil.copytree(toy.root / "results", tmp_path / "theirs")
+    assert not held(toy.study(), theirs, None, 1.0, 1)["differs"]
+    (toy.root / "dvc.yaml").write_text(whole)
+    (theirs / "bounce.h5").unlink()
+    with pytest.raises(StudyError, match="picture.h5: was made without results/bounce.h5, which that stage reads"):
+        held(toy.study(), theirs, None, 1.0, 1)
+
+
 def test_a_share_finds_as_often_as_it_promises():
     drawn = [chosen(STAGES, 0.5, seed) for seed in range(400)]
     assert {len(names) for names in drawn} == {2}
