@@ -82,13 +82,7 @@ def held(study: Study, folder: Path, recordings: Path, share: float, seed: int, 
         raise StudyError(f"{shown(folder)}: holds no result of a stage of {shown(study.root)}")
     about, values, other = stated(study, contents)
     needed = [name for name in study.graph.needed_for(chosen([*contents], share, seed)) if name in contents]
-    for name in needed:
-        had = json.loads(about[name][fingerprint.INGREDIENTS])["inputs"]
-        for path in study.graph.stages[name].inputs:
-            if not any(each == path or each.startswith(f"{path}/") for each in had):
-                raise StudyError(f"{shown(folder)}/{name}.h5: was made without {path}, which that stage reads in "
-                                 f"{shown(study.root)}: recompute it in a study that leaves it out too, as one that "
-                                 "bipedstudy init lays out")
+    _check_inputs(study, folder, needed, about)
     every = study.graph.needed_for((*needed,))
     lacking = [name for name in every if name not in values]
     if lacking:
@@ -105,6 +99,17 @@ def held(study: Study, folder: Path, recordings: Path, share: float, seed: int, 
             *other.get(name, []), *_held(mine, folder, name, contents[name], about[name], failed)]} for name in needed]
     return {"results": shown(folder), "seed": seed, "stages": stages, "of": len(contents),
             "differs": any(each["differences"] for each in stages)}  # fmt: skip
+
+
+def _check_inputs(study: Study, folder: Path, names: Sequence[str], about: Mapping[str, Mapping[str, str]]) -> None:
+    """Raise `StudyError` where an artefact was made without an input that its stage has in this study."""
+    for name in names:
+        had = json.loads(about[name][fingerprint.INGREDIENTS])["inputs"]
+        for path in study.graph.stages[name].inputs:
+            if not any(each == path or each.startswith(f"{path}/") for each in had):
+                raise StudyError(f"{shown(folder)}/{name}.h5: was made without {path}, which that stage reads in "
+                                 f"{shown(study.root)}: recompute it in a study that leaves it out too, as one that "
+                                 "bipedstudy init lays out")
 
 
 def chosen(names: Sequence[str], share: float, seed: int) -> tuple[str, ...]:

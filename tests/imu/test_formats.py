@@ -359,7 +359,7 @@ def test_a_folder_is_proposed_as_runs_with_the_sensors_of_each(table: Table, log
 
 def test_a_folder_without_a_sensor_is_refused(tmp_path: Path) -> None:
     (tmp_path / "steps.csv").write_text("a,b,c,d\n1,2,3,4\n2,3,4,5\n")
-    with pytest.raises(SourceRefused, match="has no file with an inertial sensor: 'steps.csv' has no axis .* propose"):
+    with pytest.raises(SourceRefused, match=r"has no file with an inertial sensor: 'steps.csv' has no axis .* propose"):
         proposal(tmp_path)
 
 

@@ -136,7 +136,7 @@ def test_results_of_a_study_that_leaves_an_input_out_are_refused_before_anything
     assert not held(toy.study(), theirs, None, 1.0, 1)["differs"]
     (toy.root / "dvc.yaml").write_text(whole)
     (theirs / "bounce.h5").unlink()
-    with pytest.raises(StudyError, match="picture.h5: was made without results/bounce.h5, which that stage reads"):
+    with pytest.raises(StudyError, match=r"picture\.h5: was made without results/bounce.h5, which that stage reads"):
         held(toy.study(), theirs, None, 1.0, 1)
 
 

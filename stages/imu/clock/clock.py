@@ -110,7 +110,7 @@ def packet_arrivals(indexed: IndexedRecording, stamp: np.ndarray) -> np.ndarray:
     full = packet[last] * indexed.batch_size + indexed.batch_size - 1
     apart = np.diff(segment) != 0
     first, final = np.append(True, apart)[: len(index)], np.append(apart, True)[: len(index)]
-    return np.column_stack((segment, full, stamp[last]))[(index == full) | first | ~final]
+    return np.column_stack((segment, full, stamp[last])).compress((index == full) | first | ~final, axis=0)
 
 
 def counted(indexed: IndexedRecording) -> np.ndarray:
