@@ -20,7 +20,7 @@ from stages.calibration.estimation.least_squares import ENOUGH, WHOLE_RUN, Point
 from stages.calibration.estimation.request import request_of
 from stages.calibration.estimation.run_fit import fit_from, fit_near, horizons, run_equations
 from stages.calibration.following.robot_file import plain_of, restored
-from stages.calibration.information.identifiability import free_names
+from stages.calibration.information.identifiability import first_model, free_names
 from stages.calibration.observation.measured_run import MeasuredRun
 from tests.calibration.runs import DESIGN, SHORT, drawn, fitted
 
@@ -188,6 +188,9 @@ def test_a_run_is_the_same_in_plain_values(campaign):
      "known.yaml:1: known.total_mass.value: 0, must be > 0"),
     ("known: {leg_length: {value: 33.3, uncertainty: 0.1, unit: m}}",
      "known.leg_length: 33.3, where the design that the fit begins with has 0.333"),
+    ("known: {slope_deg: {value: 2, uncertainty: 0.01, unit: deg}}", "known.slope_deg: each run has its own: give"),
+    ("known: {damping: {value: 58, uncertainty: 1, unit: N s/m}}\nfixed: [damping]",
+     "known.damping: is not looked for, so that nothing follows from it: give it as the value in biped.yaml"),
     ("free: [hip_stiffness]", "free: hip_stiffness is not looked for"),
     ("free: [leg_length]\nfixed: [leg_length]", "free, fixed: nothing is left"),
     ("design: drawing", "known.yaml:1: design: drawing, must be biped (biped.yaml as it is) or parts"),
@@ -197,6 +200,23 @@ def test_what_cannot_be_fitted_is_refused_before_anything_is_with_line_and_key(t
         request = request_of(Described(yaml_text.parse(text, "known.yaml"), "known.yaml"))
         request.check(request.looked_for(free_names(DESIGN)), DESIGN)
     assert str(refused.value).startswith(message)
+
+
+def test_a_lab_s_gravity_is_looked_for_where_it_is_known_with_an_error():
+    """Lengths go as gravity: .3 % less than the file has made a leg ten of its standard errors too long."""
+    here = dataclasses.replace(SHORT, slope=dataclasses.replace(SHORT.slope, gravity=9.78))
+    made = draw(7, 1, here)
+    drawing, _ = fitted()
+    request = request_of(Described(yaml_text.parse(
+        "known: {gravity: {value: 9.78, uncertainty: 0.001, unit: m/s^2}}", "known.yaml"), "known.yaml"))
+    names = (*request.looked_for(free_names(drawing)), *request.measured)
+    request.check(names, drawing)
+    off = []
+    for known, looked_for in ((made.known, names[:-1]), ((*made.known, *request.known), names)):
+        fit = fit_campaign(drawing, made.runs, first_model(drawing, looked_for, SHORT), known)
+        place = fit.names.index("biped.leg_length")
+        off.append((fit.design[place] - made.design.value("biped.leg_length")) / np.sqrt(fit.covariance[place, place]))
+    assert abs(off[1]) < 3.0 < 6.0 < abs(off[0])
 
 
 # --- A run's start from the times of its heel strikes.

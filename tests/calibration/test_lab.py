@@ -20,7 +20,7 @@ from stages.calibration import run as stage
 from stages.calibration.blind_score import draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified
-from stages.calibration.estimation.request import PARTS, Request
+from stages.calibration.estimation.request import BIPED, PARTS, Request
 from stages.calibration.estimation.run_fit import RunFit, begun, fit_near, run_equations
 from stages.calibration.following import robot_file
 from stages.calibration.following.fitted import earlier_fits, earlier_runs, fitted_robot
@@ -190,18 +190,31 @@ def test_a_labs_foot_sensor_is_where_the_lab_put_it(monkeypatch):
     assert abs(fit.design[row] - campaign.design.value("biped.leg_length")) < 4.0 * np.sqrt(fit.covariance[row, row])
 
 
-def test_a_bill_of_parts_does_not_say_where_a_lab_put_its_foot_sensor(monkeypatch):
-    """It was believed to 10 um, whatever `lever_arm_sd` said."""
+def given(monkeypatch, request):
+    """What a lab's fit is given at this request: names that are looked for, and parameters."""
     class Seen(Exception):
         """What the fit was given."""
 
-    def seen(_design, _names, parameters):
-        raise Seen(parameters.settings.lever_arm_sd)
+    def seen(_design, names, parameters):
+        raise Seen(names, parameters)
 
     monkeypatch.setattr(sensor_report, "first_model", seen)
     with pytest.raises(Seen) as found:
-        sensor_report.calibrated(PARAMETERS, Request(design=PARTS), Path("lab.sqlite"), None)
-    assert found.value.args == (pytest.approx(0.01 * PARAMETERS.biped.leg_length),)
+        sensor_report.calibrated(PARAMETERS, request, Path("lab.sqlite"), None)
+    return found.value.args
+
+
+def test_a_bill_of_parts_does_not_say_where_a_lab_put_its_foot_sensor(monkeypatch):
+    """It was believed to 10 um, whatever `lever_arm_sd` said."""
+    _, parameters = given(monkeypatch, Request(design=PARTS))
+    assert parameters.settings.lever_arm_sd == pytest.approx(0.01 * PARAMETERS.biped.leg_length)
+
+
+@pytest.mark.parametrize("design", [PARTS, BIPED])
+def test_gravity_is_looked_for_where_a_lab_knows_its_error(design, monkeypatch):
+    gravity = Known("ground.gravity", 9.78, 1e-3)
+    assert gravity.name in given(monkeypatch, Request((gravity,), free=("biped.leg_length",), design=design))[0]
+    assert gravity.name not in given(monkeypatch, Request(design=design))[0]
 
 
 def test_a_lab_without_a_run_that_can_be_used_is_said_so_with_the_reasons(monkeypatch):

@@ -14,7 +14,7 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound
 from stages.biped.question import refuse
 from stages.calibration.estimation.least_squares import SUMS, TOTAL_MASS, Known
-from stages.calibration.information.identifiability import short
+from stages.calibration.information.identifiability import EACH_RUNS, KNOWN_EVERYWHERE, SLOPE, short
 from stages.ground.slope import Slope
 
 Given = TypeVar("Given", bound=Collection[str])
@@ -48,15 +48,22 @@ class Request:
     design: str = BIPED
     also: tuple[str, ...] = ()
 
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Names of known values that no fit looks for unless their errors are given: gravity."""
+        return tuple(one.name for one in self.known if one.name in KNOWN_EVERYWHERE)
+
     def check(self, names: tuple[str, ...], design: DesignPoint) -> None:
         """Raise WrongOption where nothing, or what the `design` does not have, is looked for (`names` is what is), and
-        for a known value that no fit which begins with the design gets to."""
+        for a known value that says nothing of that, or that no fit which begins with the design gets to."""
         absent = [name for name in self.free if name not in (*names, *self.fixed)]
+        idle = [one.name for one in self.known if one.name in EACH_RUNS or one.name not in (*SUMS, *names)]
         drawn = {one: one.of(design) for one in self.known}
         refuse(
             *((True, f"free: {short(name)} is not looked for, as the design has none: give it a value in "
                      f"{name.partition('.')[0]}.yaml, or name it under also") for name in absent),
             (not names, "free, fixed: nothing is left that is looked for"),
+            *((True, f"known.{short(name)}: {_why_idle(name)}") for name in idle),
             *((value != 0.0 and not 1.0 / FAR <= one.value / value <= FAR,
                f"known.{short(one.name)}: {one.value:g}, where the design that the fit begins with has {value:g}: "
                f"allowed is up to {FAR:g} times as much or as little; correct either") for one, value in drawn.items()))
@@ -64,6 +71,15 @@ class Request:
     def looked_for(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Those of `names` that are looked for."""
         return tuple(name for name in names if (not self.free or name in self.free) and name not in self.fixed)
+
+
+def _why_idle(name: str) -> str:
+    """Why what is known of a parameter says nothing of those that all runs share, and where to give it."""
+    if name == SLOPE:
+        return "each run has its own: give slope_deg of its experiment, and calibration.slope_reading_sd_deg"
+    if name in EACH_RUNS:
+        return "each run has its own: leave it out"
+    return f"is not looked for, so that nothing follows from it: give it as the value in {name.partition('.')[0]}.yaml"
 
 
 def request_of(about: Mapping[str, Any] | None) -> Request:

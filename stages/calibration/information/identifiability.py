@@ -30,7 +30,7 @@ SLOPE = "ground.slope_deg"
 #: Looked for in each run by itself: the ramp is set again, and legs that are put on again differ by another tenth of a
 #: millimetre, which a walk shows.
 EACH_RUNS = (SLOPE, "biped.other_leg_length")
-#: Known well enough everywhere.
+#: Taken as the file has it, unless a lab says how well it knows it.
 KNOWN_EVERYWHERE = ("ground.gravity",)
 #: Tolerance of the gait that a run is planned on.
 FINE = 1e-9

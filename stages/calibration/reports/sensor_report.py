@@ -26,6 +26,7 @@ from stages.calibration.following.fitted import earlier_fits, earlier_runs, fit_
 from stages.calibration.following.robot_file import NAME, FittedRobot, plain_of
 from stages.calibration.following.track import with_forecasts
 from stages.calibration.information.identifiability import (
+    KNOWN_EVERYWHERE,
     SLOPE,
     described,
     finite,
@@ -90,7 +91,8 @@ def calibrated(
         design = _with_more(drawn_design(parameters) if of_parts else guess(parameters), request)
         there = looked_for(design) if of_parts else (
             *free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else []))
-        names, all_known = tuple(dict.fromkeys([*request.looked_for(there), *request.also])), request.known
+        names = tuple(dict.fromkeys([*request.looked_for(there), *request.also, *request.measured]))
+        all_known = request.known
         request.check(names, design)
     else:
         design, names, all_known = before.began, (*before.names, *before.own), before.known
@@ -231,6 +233,9 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
         lines.append(f"the model has no frames above the springs: where the robot has, {listed(springs)} come out "
                      "wrong by several percent though the fit is good, and their intervals do not hold that. Give "
                      "frame_mass, frame_com and frame_inertia in biped.yaml")
+    if not {*KNOWN_EVERYWHERE} & {*fit.names}:
+        lines.append(f"gravity is taken to be {design.slope.gravity:g} m/s^2: fitted lengths are off by the share that "
+                     "it is, which no interval holds. Give yours as known, with its uncertainty")
     known = [one.sigmas for one in result.held_out.values() if one is not None]
     if result.held_out and not known:
         lines.append("no run held out could be walked")
