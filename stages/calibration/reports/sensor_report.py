@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -227,15 +227,7 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
         lines.append(f"residuals are not noise alone (size {result.sigmas:.2f}, and neighbours hang together): "
                      f"intervals are {result.wider:.1f} times as wide as noise would have them")
     lines += [*structure_in_words(fit.runs, fit.equations), *_of_sensors(fit, model), *in_words(result.causes, design),
-              estimate.words]  # fmt: skip
-    springs = [short(name) for name in fit.names if short(name) in OF_SPRINGS and not design.biped.frame_mass]
-    if springs:
-        lines.append(f"the model has no frames above the springs: where the robot has, {listed(springs)} come out "
-                     "wrong by several percent though the fit is good, and their intervals do not hold that. Give "
-                     "frame_mass, frame_com and frame_inertia in biped.yaml")
-    if not {*KNOWN_EVERYWHERE} & {*fit.names}:
-        lines.append(f"gravity is taken to be {design.slope.gravity:g} m/s^2: fitted lengths are off by the share that "
-                     "it is, which no interval holds. Give yours as known, with its uncertainty")
+              estimate.words, *_beyond_intervals(fit, design)]  # fmt: skip
     known = [one.sigmas for one in result.held_out.values() if one is not None]
     if result.held_out and not known:
         lines.append("no run held out could be walked")
@@ -250,6 +242,18 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
         f"{short(name)}, for each run: {fit.own[:, place].mean():.6g} {design.unit(name)}"
         + f" on average, {fit.own[:, place].std():.2g} {design.unit(name)} apart" * several
         for place, name in enumerate(model.own[1:], 1)]
+
+
+def _beyond_intervals(fit: CampaignFit, design: DesignPoint) -> Iterator[str]:
+    """What no interval holds: frames that the model has not, and gravity."""
+    springs = [short(name) for name in fit.names if short(name) in OF_SPRINGS and not design.biped.frame_mass]
+    if springs:
+        yield (f"the model has no frames above the springs: where the robot has, {listed(springs)} come out "
+               "wrong by several percent though the fit is good, and their intervals do not hold that. Give "
+               "frame_mass, frame_com and frame_inertia in biped.yaml")
+    if not {*KNOWN_EVERYWHERE} & {*fit.names}:
+        yield (f"gravity is taken to be {design.slope.gravity:g} m/s^2: fitted lengths are off by the share that "
+               "it is, which no interval holds. Give yours as known, with its uncertainty")
 
 
 def _at_both(hip: float, foot: float) -> str:
