@@ -6,7 +6,7 @@ import pytest
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import multiplier_derivatives
 from stages.analytic.derivatives.numbers import sensitive_names
-from stages.analytic.gait.continuation import TURNING_POINT, continue_gait
+from stages.analytic.gait.continuation import CLOSED, TURNING_POINT, continue_gait, follow_family
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import limp_of, report_gait
 from stages.analytic.gait.gait_search import step_length, step_lengths
@@ -248,11 +248,13 @@ def test_gaits_by_the_difference_of_the_legs_are_a_closed_family():
     walker, point = gait_of(TABLE_1)
     design = DesignPoint(TABLE_1, SLOPE).with_value("biped.other_leg_length", 0.333)
     branch = continue_gait(design, "biped.other_leg_length", (0.328, 0.338), point.z, 1e-8)
-    assert branch.ended == "closes on itself" and branch.points[0].period == pytest.approx(
+    assert branch.ended == CLOSED and branch.points[0].period == pytest.approx(
         2 * point.period * walker.time, abs=1e-9)  # fmt: skip
     folds = [point.value for kind, point in branch.special if kind == TURNING_POINT]
     shorter, longer = 0.333 - min(folds), max(folds) - 0.333
     assert len(folds) == 2 and shorter == pytest.approx(longer, rel=5e-3) and 6e-4 < longer < 7e-4
+    (family,) = follow_family(design, "biped.other_leg_length", (0.328, 0.338), point.z, 1e-8, doublings=0)
+    assert family.ended == CLOSED and len(family.special) == 2, "once round, not once each way"
 
 
 # --- Derivatives of gaits of detailed designs by all their numbers, against extrapolated differences and

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from stages.analytic.result import RecordedFamily, Turn
 from stages.biped.processes import Progress, ignore
 
 KINDS = TURNING_POINT, PERIOD_DOUBLING, TORUS = "turning point", "period doubling", "torus"
+CLOSED = "closes on itself"
 LARGEST_CORRECTIONS = 12
 SMALLEST_STEP = 1e-7
 #: A value of the parameter beside the design's, as a share of the limits' span.
@@ -298,7 +300,7 @@ class Follower:
             return "the limit of the parameter"
         self.points.append(point)
         if self.closes():
-            return "closes on itself"
+            return CLOSED
         if self.until_fold and crossed:
             return TURNING_POINT
         self.move = new
@@ -367,14 +369,15 @@ def follow_family(
 ) -> list[Branch]:  # fmt: skip
     """The gait's family on both sides of the design, and the first `doublings` families of twice the cycle from it.
 
-    Raises ValueError if `z` leads to no gait.
+    A family that closes on itself is followed once round. Raises ValueError if `z` leads to no gait.
     """
-    down, up = (
-        continue_gait(design, name, limits, z, tolerance, upward=upward, largest_step=largest_step, progress=progress)
-        for upward in (False, True)
-    )
-    points, special = (*reversed(down.points), *up.points[1:]), (*reversed(down.special), *up.special)
-    branches = [Branch(name, 1, points, special, f"{down.ended}; {up.ended}")]
+    follow = partial(continue_gait, design, name, limits, z, tolerance, largest_step=largest_step, progress=progress)
+    whole = follow(upward=False)
+    if whole.ended != CLOSED:
+        down, up = whole, follow(upward=True)
+        points, special = (*reversed(down.points), *up.points[1:]), (*reversed(down.special), *up.special)
+        whole = Branch(name, 1, points, special, f"{down.ended}; {up.ended}")
+    branches = [whole]
     for _ in range(doublings):
         newest = [known for known in branches if known.cycle == branches[-1].cycle]
         doublings_of = ((known, one) for known in newest for kind, one in known.special if kind == PERIOD_DOUBLING)
