@@ -92,9 +92,10 @@ def place_of(engine: str, biped: Any, slope: Any, ground: Any, settings: Any) ->
     times in sqrt(leg length / gravity).
     """
     mass, length = biped.total_mass, biped.leg_length
+    above = biped.hip_mass + biped.frame_mass + biped.leg(1).frame_mass  # the springs
     time = math.sqrt(length / slope.gravity)
     choices, numbers = {"biped.legs": biped.legs}, {
-        "hip to foot mass": (biped.hip_mass / biped.foot_mass, 1e-5),
+        "hip to foot mass": (above / biped.foot_mass, 1e-5),
         "foot radius": (biped.foot_radius / length, 1e-2),
         "foot's mass centre": (biped.foot_com / length, 1e-2),
         "leg inertia": (biped.leg_inertia / (mass * length**2), 1e-2),

@@ -65,6 +65,14 @@ def test_similar_bipeds_have_one_place(repository):
     assert warned.distance(here, there) == pytest.approx(0.0, abs=1e-12) and other != own.biped
 
 
+def test_a_hip_whose_mass_is_in_its_frames_has_the_place_of_its_mass(repository):
+    framed = "biped.hip_mass=0", "biped.frame_mass=0.158", "biped.frame_com=0.03", "biped.frame_inertia=1e-4"
+    sentences, values = said(repository, *framed)
+    places = [warned.place_of(GAIT, own.biped, own.slope, own.friction, own.settings)
+              for own in (values["analytic"], said(repository)[1]["analytic"])]  # fmt: skip
+    assert sentences == [] and warned.distance(*places) == pytest.approx(0.0, abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("settings", "stage", "words"),
     [
