@@ -29,6 +29,7 @@ from stages.imu.run import trials
 from stages.imu.sources.reading import run_of as as_read
 from stages.imu.sources.reading import runs
 from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor
+from stages.imu.trial.sensor import SensorTrace
 from stages.imu.trial.trial import Trial
 from stages.twin.machine.machine import Build, build
 from stages.twin.machine.projection import project
@@ -203,6 +204,14 @@ def run_of(
                     settings, below_hip)  # fmt: skip
 
 
+def rate_sd(trace: SensorTrace, settings: Settings) -> float:
+    """Relative standard error of a sensor's rate: as usual, or by its own stamps if these show more, or if none does as
+    oscillators scatter."""
+    if math.isnan(trace.clock.clock_error_s):
+        return max(settings.clock_sd, settings.own_clock_sd)
+    return max(settings.clock_sd, trace.rate_error)
+
+
 def measured(
     name: str, sensors: Mapping[str, BodySensor], strikes: Vector, legs: np.ndarray, slope: float | None,
     design: DesignPoint, layout: Layout, settings: Settings, below_hip: float | None,
@@ -228,6 +237,6 @@ def measured(
     sampling = Sampling(
         times["hip"], times["foot"], {side: filter_delay(one) for side, one in declared.items()},
         {side: one or USUAL_BANDWIDTH * sensors[side].trace.rate_hz for side, one in declared.items()}, first_leg,
-        below_hip=below_hip)  # fmt: skip
+        below_hip=below_hip, rate_sd={side: rate_sd(sensors[side].trace, settings) for side in SIDES})  # fmt: skip
     own = {} if slope is None or math.isnan(slope) else {SLOPE: (slope, settings.slope_reading_sd_deg)}
     return MeasuredRun(name, sampling, samples, used, strikes - begin, own)

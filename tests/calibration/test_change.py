@@ -22,6 +22,7 @@ from stages.calibration.following.change import Comparison, Evidence
 from stages.calibration.following.fitted import _moderated
 from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.information.identifiability import first_model
+from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.recordings import as_mounted
 from stages.calibration.reports.angle_report import calibrated
 from stages.calibration.reports.change_report import answered, by_chance, sentence
@@ -98,6 +99,14 @@ def test_a_hip_that_rubs_less_or_more_than_it_did_is_named(share):
     best = verdict.changes[0]
     assert not verdict.same and best.part.name == "hip_friction" and verdict.explained
     assert best.change == pytest.approx(0.003 * (share - 1.0), rel=0.1)
+
+
+def test_a_length_that_looks_changed_is_no_surer_than_the_clocks():
+    found, run = comparison(), run_of(1)
+    sampling = dataclasses.replace(run.sampling, rate_sd=dict.fromkeys(SIDES, 2e-3))
+    place = [part.name for part in found.parts].index("leg_length of both legs")
+    sd = [found.shifts(found.alike(one))[place, 1] for one in (run, dataclasses.replace(run, sampling=sampling))]
+    assert sd[1] > 1.1 * sd[0]
 
 
 def test_a_run_that_is_taken_for_the_robots_looks_changed_by_what_has_changed():

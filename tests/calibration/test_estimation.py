@@ -21,7 +21,7 @@ from stages.calibration.estimation.request import request_of
 from stages.calibration.estimation.run_fit import fit_from, fit_near, horizons, run_equations
 from stages.calibration.following.robot_file import plain_of, restored
 from stages.calibration.information.identifiability import first_model, free_names
-from stages.calibration.observation.measured_run import MeasuredRun
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from tests.calibration.runs import DESIGN, SHORT, drawn, fitted
 
 #: As many fits are made of them.
@@ -217,6 +217,19 @@ def test_a_lab_s_gravity_is_looked_for_where_it_is_known_with_an_error():
         place = fit.names.index("biped.leg_length")
         off.append((fit.design[place] - made.design.value("biped.leg_length")) / np.sqrt(fit.covariance[place, place]))
     assert abs(off[1]) < 3.0 < 6.0 < abs(off[0])
+
+
+def test_clocks_that_are_known_worse_than_usual_leave_a_leg_s_length_as_open():
+    """Off by .2 %, as a sensor's own clock may be, they made a leg many of its standard errors too long."""
+    worse = dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, clock_sd=2e-3))
+    made, (drawing, model) = draw(18, 1, worse), fitted()
+    sampling = dataclasses.replace(made.runs[0].sampling, rate_sd=dict.fromkeys(SIDES, 2e-3))
+    off = []
+    for run in (made.runs[0], dataclasses.replace(made.runs[0], sampling=sampling)):
+        fit = fit_campaign(drawing, (run,), model, made.known)
+        place = fit.names.index("biped.leg_length")
+        off.append((fit.design[place] - made.design.value("biped.leg_length")) / np.sqrt(fit.covariance[place, place]))
+    assert abs(off[1]) < 2.5 < 4.0 < abs(off[0])
 
 
 # --- A run's start from the times of its heel strikes.

@@ -26,7 +26,15 @@ from stages.calibration.following import robot_file
 from stages.calibration.following.fitted import earlier_fits, earlier_runs, fitted_robot
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import ALONE, Discrepancy, Judged, judged, widening
-from stages.calibration.recordings import WITH_OUTSOLE, drawn_design, first_steps, looked_for, sources, table_value
+from stages.calibration.recordings import (
+    WITH_OUTSOLE,
+    drawn_design,
+    first_steps,
+    looked_for,
+    rate_sd,
+    sources,
+    table_value,
+)
 from stages.calibration.reports import sensor_report
 from stages.calibration.result import HALF_WIDTH, Misses, Result
 from stages.campaign.run import MOUNTING, database_bytes, device, sensed_run
@@ -188,6 +196,14 @@ def test_a_labs_foot_sensor_is_where_the_lab_put_it(monkeypatch):
     assert abs(truth) > 1e-3 and abs(place - truth) < 0.5 * abs(truth)
     row = NAMES.index("biped.leg_length")
     assert abs(fit.design[row] - campaign.design.value("biped.leg_length")) < 4.0 * np.sqrt(fit.covariance[row, row])
+
+
+def test_a_clock_is_known_as_its_stamps_show_and_an_own_one_as_oscillators_scatter():
+    settings = PARAMETERS.settings
+    for error, right in ((0.0, settings.clock_sd), (0.01, 1e-3), (np.nan, settings.own_clock_sd)):
+        clock = SimpleNamespace(clock_error_s=error)
+        trace = SimpleNamespace(clock=clock, rate_error=np.nan_to_num(error) / 10.0)
+        assert rate_sd(trace, settings) == pytest.approx(right)
 
 
 def given(monkeypatch, request):

@@ -151,7 +151,7 @@ def run_equations(
         (len(model.shared) + k, float(own_values[k]), *run.own[name])
         for k, name in enumerate(model.own) if name in run.own]
     priors = [(n - len(layout.names) + k, float(unknowns[k]), float(layout.middle[k]), float(sd))
-              for k, sd in enumerate(layout.prior) if np.isfinite(sd)]  # fmt: skip
+              for k, sd in enumerate(layout.prior_at(run.sampling)) if np.isfinite(sd)]  # fmt: skip
     for place, value, middle, sd in [*readings, *priors]:
         matrix[place, place] += 1.0 / sd**2
         right[place] -= (value - middle) / sd**2

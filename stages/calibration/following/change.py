@@ -184,7 +184,7 @@ class Comparison:
         values, own = (np.array([there.value(name) for name in names]) for names in (self._wide.shared, robot.own))
         found = run_equations(there, own, unknowns, run, self._wide)
         read = np.array([run.own[name] for name in robot.own]).reshape(-1, 2)
-        precision = np.concatenate([read[:, 1] ** -2.0, layout.prior**-2.0])
+        precision = np.concatenate([read[:, 1] ** -2.0, layout.prior_at(run.sampling) ** -2.0])
         pull = precision * np.concatenate([own - read[:, 0], unknowns - layout.middle])
         right = found.right + found.matrix[:, :shared] @ (values - self._null[:shared] @ self._values)
         kept = np.hstack([self._null, self._moves])

@@ -113,7 +113,8 @@ class Follower:
         """
         model, layout = self.model, self.anywhere.layout
         fit = begun(self.design, run, model)
-        prior = np.where(np.isfinite(layout.prior), layout.prior, OPEN * layout.sizes)
+        prior = layout.prior_at(run.sampling)
+        prior = np.where(np.isfinite(prior), prior, OPEN * layout.sizes)
         unknowns = np.append(0.0, fit.unknowns)
         middle = np.where(np.isfinite(layout.prior), layout.middle, unknowns)
         mean = np.array([self.design.value(name) for name in model.of_design])

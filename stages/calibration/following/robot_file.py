@@ -24,7 +24,7 @@ from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.observation.measured_run import Layout, MeasuredRun
 
-NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 6", "bipedstudy fitted robot of angles 2"
+NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 7", "bipedstudy fitted robot of angles 2"
 #: What belongs to sensors that stay on the robot, and is known better after a fit: unknowns of a run.
 OF_MOUNTING = ("foot_place", "bandwidth")
 

@@ -36,7 +36,8 @@ class Sampling:
     ingest took out; 0 where its bandwidth is not declared, and then a usual one), and `bandwidth_hz` cuts the low pass
     off. Leg `first_leg` (0 carries the sensors) lands at the first heel strike, and no sample is earlier than the
     mid-stance after it. The foot sensor sits `below_hip` [m] on unloaded springs; where that is not known, `place` [m]
-    above the foot's mass. Clocks are right `since` a time [s], which is on the hip's, and run apart from there.
+    above the foot's mass. Clocks are right `since` a time [s], which is on the hip's, and run apart from there, at
+    rates whose relative standard errors are `rate_sd` where they are not as the settings have it.
     """
 
     hip: Vector
@@ -47,6 +48,7 @@ class Sampling:
     place: float = 0.0
     below_hip: float | None = None
     since: float = 0.0
+    rate_sd: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     def of(self, side: str) -> Vector:
         """The times of one side."""
@@ -122,6 +124,13 @@ class Layout:
     sizes: Vector
     free: int
     strike: Vector
+
+    def prior_at(self, sampling: Sampling) -> Vector:
+        """The priors' standard deviations (k,) of a run whose clocks are known as its sampling says."""
+        prior = self.prior.copy()
+        for side, sd in sampling.rate_sd.items():
+            prior[self.place(f"{side}_clock")] = sd
+        return prior
 
     def place(self, name: str) -> int:
         """Where an unknown stands. Raises ValueError."""
