@@ -52,7 +52,8 @@ def test_a_run_counts_from_its_first_heel_strike_wherever_its_clock_stands(plann
 
     def sensor(time, cut_off):
         device = SimpleNamespace(bandwidth_hz=cut_off)
-        trace = SimpleNamespace(rate_hz=128.0, indexed=SimpleNamespace(recording=SimpleNamespace(device=device)))
+        trace = SimpleNamespace(rate_hz=128.0, indexed=SimpleNamespace(recording=SimpleNamespace(device=device)),
+                                clock=SimpleNamespace(clock_error_s=np.nan))  # fmt: skip
         return SimpleNamespace(time=time, force=values[0], rate=values[1], trace=trace)
 
     def run(later):
@@ -66,6 +67,7 @@ def test_a_run_counts_from_its_first_heel_strike_wherever_its_clock_stands(plann
     np.testing.assert_array_equal(here.strikes, there.strikes)
     cut_off = PARAMETERS.sensor.bandwidth_hz
     assert here.sampling.bandwidth_hz == {"hip": cut_off, "foot": 0.4 * 128.0} and not here.sampling.declared
+    assert here.sampling.rate_sd == dict.fromkeys(SIDES, SETTINGS.own_clock_sd)
     assert here.sampling.late == {"hip": filter_delay(cut_off), "foot": 0.0}
     for side in SIDES:
         np.testing.assert_array_equal(here.sampling.of(side), there.sampling.of(side))

@@ -186,6 +186,7 @@ def in_words(found: Sequence[Cause], design: DesignPoint) -> list[str]:
             f"{one.sigmas:.1f} standard errors)" for one in found]
     what = "one of: " + "; ".join(each) + " (the runs cannot part them)" if len(each) > 1 else each[0]
     if not any(one.explains for one in found):
-        return [f"no parameter that was tried explains the residuals; nearest comes {what}"]
+        return [f"no parameter that was tried explains the residuals, and no interval holds what the model lacks; "
+                f"nearest comes {what}"]
     return [f"the residuals are explained by {what}; intervals are wider by what that would change. To look for "
             f"it, give {short(found[0].name)} in biped.yaml"]
