@@ -53,24 +53,25 @@ def one_step(usual: Parameters, here: Parameters, point: Point) -> Finding:
     if "gets nowhere" in answer.outcome:
         return Finding(FAILED, reason=answer.outcome)
     file, tolerance = ("twin", here.twin.tolerance) if engine == TWIN else ("multibody", here.multibody.tolerance)
+    # in leg lengths: Exudyn's is in metres
+    requested = np.nan if engine == JOINTS else tolerance / (1.0 if engine == COMPILED else here.biped.leg_length)
     if engine in (COMPILED, JOINTS):
         tree = here.changed((("multibody.assembly", "tree"), ("multibody.tolerance", 1e-9)))
         checked = answer_of(tree, TREE, *start)
         if engine == JOINTS or "gets nowhere" not in checked.outcome:
-            requested = np.nan if engine == JOINTS else tolerance
             return compared(answer, checked, here.biped, requested, limit, "tree, tolerance 1e-9")
     tighter = max(TIGHTEST, tolerance * TIGHTER)
     checked = answer_of(
         here.changed(((f"{file}.tolerance", tighter), (f"{file}.largest_step", 5e-4))), engine, *start)
-    return compared(answer, checked, here.biped, tolerance, limit, f"tolerance {tighter:.0e}, energy")
+    return compared(answer, checked, here.biped, requested, limit, f"tolerance {tighter:.0e}, energy")
 
 
 def compared(
-    answer: Answer, other: Answer, biped: Biped, tolerance: float, limit: float, reference: str
+    answer: Answer, other: Answer, biped: Biped, requested: float, limit: float, reference: str
 ) -> Finding:
-    """Verdict on an answer beside its reference; without tolerance (NaN) nothing is requested."""
+    """Verdict on an answer beside its reference; `requested` is the tolerance in leg lengths, or NaN without one."""
     if not answer.completed:
-        if other.completed and not (tolerance > limit or np.isnan(tolerance)):
+        if other.completed and not (requested > limit or np.isnan(requested)):
             return Finding(WRONG, reference=reference, reason=f"{answer.outcome}, but not in the reference")
         said = "; the reference walks" if other.completed else ""
         return Finding(FAILED, reference=reference, reason=answer.outcome + said)
@@ -80,7 +81,6 @@ def compared(
     times = np.linspace(0.0, end, GRID)
     gap = [np.interp(times, one.time, one.hip[:, i]) for one in (answer, other) for i in (0, 1)]
     error = max(np.abs(gap[0] - gap[2]).max(), np.abs(gap[1] - gap[3]).max()) / biped.leg_length
-    requested = 0.0 if np.isnan(tolerance) else tolerance / biped.leg_length
     return judged(float(error), answer.audit, requested, limit, reference)
 
 

@@ -333,6 +333,27 @@ def asked(rms, **changes):
     return question.ask(asking.parameters, question.Options(effort=40_000), asking)
 
 
+def test_what_was_walked_to_learn_of_falls_leaves_steps_to_weigh_them_by(monkeypatch):
+    """The lower the blocks, the more steps lead to them: those of the least effort were gone before a walk was drawn."""
+    design = SimpleNamespace(blocks=Blocks(2.4e-4, 0))
+    rough = SimpleNamespace(middles=(1.0, 1.0), walker=SimpleNamespace(length=0.3))
+    drawn = []
+
+    def parts(function, arguments, *shared):
+        if function is question.walked:
+            return iter([[[question.PART, REACHES, *[0.0] * KEPT]] for _ in arguments])
+        if function is question.learnt:
+            return iter([([[1.0], [[0.0] * PATTERN]], 50_000)])
+        drawn.append(shared[-1])
+        return iter([(0, []) for _ in arguments])
+
+    monkeypatch.setattr(question, "rough_of", lambda *_: rough)
+    asking = SimpleNamespace(each=parts, progress=lambda *_: None)
+    question.passage(design, question.Options(effort=40_000), asking, [0.0])
+    question.passage(design, question.Options(effort=200_000), asking, [0.0])
+    assert drawn == [40_000 // 4 // (15 * 8), (200_000 - 60_000) // (15 * 8)]
+
+
 @pytest.mark.slow
 def test_the_question_counts_where_falls_are_frequent_and_weighs_where_they_are_rare():
     often, seldom = asked(6e-4).plain, asked(2.4e-4).plain

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from stages.stability.parameters import Parameters
     from stages.stability.result import Passage
 
-#: Steps that are walked at once; of these parts so many are counted at first, and weighed walks come in so many.
-PART, FIRST, WEIGHED = 2500, 4, 8
+#: Steps that are walked at once; of these parts so many are counted at first, and weighed walks come in so many. Of all
+#: steps a share that weighed walks have at least, however many it took to learn what leads to a fall.
+PART, FIRST, WEIGHED, LEAST = 2500, 4, 8, 0.25
 #: Seeds, beside that of the blocks: of the patterns before falls, and of weighed walks.
 OF_PATTERNS, OF_WEIGHED = 1_000_000, 2_000_000
 EVEN = "ground.block_height_rms = 0 m: the ground is even, and nobody falls; allowed here: > 0 m"
@@ -78,7 +79,7 @@ def passage(
         return counted.passage(), ways_of(counted.fallen)
     [(known, steps)] = asking.each(learnt, [0], z)
     counted.steps += steps
-    walks = (options.effort - counted.steps) // ((APART + KEPT) * WEIGHED)
+    walks = int(max(options.effort - counted.steps, LEAST * options.effort)) // ((APART + KEPT) * WEIGHED)
     parts_of = asking.each(weighed_part, list(range(WEIGHED)), z, known, walks)
     found_in = [Weighed(walks, steps, [(ending, weight, np.array(heights)) for ending, weight, heights in falls])
                 for steps, falls in parts_of]  # fmt: skip
