@@ -124,7 +124,7 @@ class OnBlocks:
 
 @dataclass(frozen=True)
 class Validity:
-    """Forces the gait asks of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull.
+    """Forces the gait needs of the ground, and its scuffing. Friction is |tangential| / normal; infinite for a pull.
 
     Least and largest values are the solution's own, between its steps and at the ends of phases, not of its samples.
     In double stance friction has no largest value: towards toe-off the trailing foot's normal force vanishes before the
@@ -185,7 +185,7 @@ class Result:
         "-", "how far the gait's numbers may be off for the last digits of the parameters; none if all are exact")
     without_impact: WithoutImpact = quantity("-", "the landing foot in double stance if no impact stopped it")
     outsole: OutsoleEffect = quantity("-", "the gait with rubber under the feet")
-    validity: Validity = quantity("-", "what the gait asks of the ground")
+    validity: Validity = quantity("-", "what the gait needs of the ground")
     walk: Walk = quantity("-", "walk from mid-stance, leg 0 standing")
     numerical_error: NumericalError = quantity("-", "estimated errors of gait and walk")
     errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of gait and walk, where an accuracy was requested")

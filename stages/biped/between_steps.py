@@ -102,7 +102,7 @@ def running_integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-#: Times close around the first guess at which a solution is asked once more.
+#: Times close around the first guess at which a solution is evaluated once more.
 AROUND = 9
 #: A spline is drawn through no fewer samples.
 FEWEST = 4
@@ -131,8 +131,8 @@ def turning(spline: CubicSpline) -> tuple[np.ndarray, np.ndarray]:
 def largest(time: np.ndarray, values: np.ndarray, at: Solution) -> tuple[float, float]:
     """When [s], and how large: the largest of a quantity known at rising times (n,), both ends included.
 
-    `at` gives it at rising times of one's own, from the solution itself. It is asked at the largest turning point of
-    the spline through the values, and once more at those of a spline through times close around that one.
+    `at` gives it at rising times of one's own, from the solution itself: at the largest turning point of the
+    spline through the values, and once more at those of a spline through times close around that one.
     """
     for width in (1.0, 0.25):
         top = int(np.argmax(values))

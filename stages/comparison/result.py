@@ -94,7 +94,7 @@ class Claim:
     words: str = quantity("-", "the paper's words")
     implies: str = quantity("-", "the quantity and limit that they imply")
     measured: str = quantity("-", "what this study computes")
-    verdict: str = quantity("-", "what follows, one of `claims.verdict.VERDICTS`")
+    verdict: str = quantity("-", "what follows, one of `VERDICTS`")
     condition: str = quantity("-", "what completes holds if; else empty")
     beside: str = quantity("-", "errors unknown here, where closer solvers do not give its numbers; else empty")
     causes: tuple[str, ...] = quantity("-", "the causes that are true of what was measured")

@@ -2,8 +2,8 @@
 
 Tried is a grid of round values of k_c, c_max, d and v_s. The exponent and v_d stay at their defaults: k_c does what the
 exponent would do, and a standing foot never slips as fast as v_d. A set keeps the limit of cost
-if its step takes no more solver steps than so many of the starting set's. The less a foot creeps the more it costs, so
-of sets that differ in v_s alone none below the first that is too dear is walked.
+if its step takes no more evaluations of the rates than `cost_limit` times the starting set's; of one that is dearer the
+parts are not measured.
 
 Of the sets that keep the limit, the few nearest to the rigid limit over one step are compared between their cycles too.
 Chosen is the least sum of both distances. In that measure errors of opposite sign do not cancel. Creep holds the hip

@@ -1,6 +1,6 @@
 """Settings of the extremes.
 
-Here stand the words of the map too: which engines it asks, and what their answers are worth. Quick to import.
+Here stand the words of the map too: which engines it tries, and what their answers are worth. Quick to import.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE, JOI
     "penalty, compiled", "tree", "joints", "rigid limit", "twin")  # fmt: skip
 #: Those that know a design with details.
 KNOWING_DETAILS = (GAIT, COULOMB, DETAILED, STEP, MARCH, DERIVATIVES, ESTIMATE, COMPILED, TREE)
-#: What is asked of a gait besides itself, wherever the full map requests one.
+#: What is computed of a gait besides itself, wherever the full map requests one.
 OF_A_GAIT = (DERIVATIVES, ESTIMATE)
 #: What lies on no axis: draws of all parameters, and the study's own parameters.
 TOGETHER, USUAL = "all together", "the study's own"

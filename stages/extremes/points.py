@@ -50,7 +50,7 @@ ALONE = (LEG_LENGTH, SIZE, RIGID_LEGS, RESTITUTION, "ground.contact_exponent")
 
 @dataclass(frozen=True)
 class Point:
-    """What an engine is asked: the axis it lies on, its value there, and the parameters changed, by name."""
+    """What an engine is tried at: the axis it lies on, its value there, and the parameters changed, by name."""
 
     engine: str
     axis: str

@@ -1,4 +1,4 @@
-"""What the extremes stage hands on: of every point what was asked there and what is said of the answer.
+"""What the extremes stage hands on: of every point what was tried there and what is said of the answer.
 
 An answer is right, inaccurate, refused, failed, unconfirmed, or wrong without a sign.
 """
@@ -54,7 +54,7 @@ class Result:
     """The map: a row a point, n rows, sorted by engine and axis."""
 
     resolution: str = quantity("-", "few, coarse or full")
-    engine: tuple[str, ...] = quantity("-", "what was asked")
+    engine: tuple[str, ...] = quantity("-", "which model was tried")
     axis: tuple[str, ...] = quantity("-", "what was varied")
     value: np.ndarray = quantity("1", "value on the axis, shape (n,); of draws their number")
     changes: tuple[str, ...] = quantity("-", "parameters changed, by name, as name=value; ...")

@@ -76,7 +76,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Tried:
-    """A point of the map: what was asked there, and what came of it."""
+    """A point of the map: what was tried there, and what came of it."""
 
     place: Place
     what: str

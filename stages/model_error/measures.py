@@ -1,4 +1,4 @@
-"""What is asked of a gait, and within which error; read without what computes."""
+"""Which measures of a gait are computed, and within which error; read without what computes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stages.biped.question import Asking, WrongOption, refuse
 if TYPE_CHECKING:
     from stages.model_error.result import Result
 
-#: What is asked of a gait: name, unit, and whether an error of it is stated as a share of it. The peak force is the
+#: Measures of a gait: name, unit, and whether an error of it is stated as a share of it. The peak force is the
 #: largest normal force on a foot. The last is the largest multiplier's magnitude.
 MEASURES = (
     ("period", "s", True), ("step_frequency", "Hz", True), ("step_length", "m", True), ("speed", "m/s", True),

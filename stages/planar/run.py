@@ -195,7 +195,7 @@ class Run:
 
     @property
     def completed(self) -> bool:
-        """Whether the walker walked as long as it was asked to."""
+        """Whether the walker walked as long as requested."""
         return self.outcome == COMPLETED
 
 
@@ -217,10 +217,10 @@ class LimitCycle:
         dimensions=("multiplier", "part"), unordered="eigenvalues")
     residual: float = quantity(
         "1", "how far the fixed point moves in one step, in the scales of the section", without_error=LEFT)
+    solver_steps: int = quantity("1", "solver steps of one step")
+    steps_walked: int = quantity("1", "steps walked to find the gait and its derivative")
 
     @property
     def stable(self) -> bool:
         """Whether every multiplier lies inside the unit circle."""
         return bool(np.hypot(*self.floquet_multipliers[0]) < 1.0)
-    solver_steps: int = quantity("1", "solver steps of one step")
-    steps_walked: int = quantity("1", "steps walked to find the gait and its derivative")

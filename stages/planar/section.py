@@ -84,7 +84,7 @@ def upright_at(run: Recorded, angles: Sequence[int]) -> tuple[int, float]:
     behind = np.flatnonzero(run.position[:, angles].sum(axis=1) > 0.0)
     if not len(behind) or behind[-1] + 1 == len(run.time):
         raise NoLimitCycle("the step does not end in mid-stance")
-    before = int(behind[-1])  # the solver may take a step more than asked
+    before = int(behind[-1])  # the solver may take a step beyond the end
     at, (early, late) = run.after(before), run.time[before : before + 2].tolist()
 
     def leaning(time: float) -> float:

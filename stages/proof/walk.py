@@ -96,7 +96,7 @@ class Walk:
         return slope, rates, (slope * rates)[0, 0]
 
     def require(self, shown: bool, what: str, time: Ball = 0) -> None:
-        """Raise  with the place, unless a condition is shown; `what` says how it fails."""
+        """Raise NotProven with the place, unless a condition is shown; `what` says how it fails."""
         if not shown:
             seconds = float(self.time + time) * self.scales.time
             raise NotProven(f"{what}, in {self.phases[-1]}, {seconds:.6g} s after the start")

@@ -12,7 +12,7 @@ from stages.biped.accuracy.tolerances import CUSTOM, LEVEL_ERRORS, LEVELS, REFER
 FILES = ("analytic", "multibody", "twin")
 #: What may be requested.
 KEYS = tuple(Accuracy.__annotations__)
-#: The key's value with which nothing is asked.
+#: The key's value with which no accuracy is requested.
 FREE = CUSTOM
 
 
@@ -25,7 +25,7 @@ def level(requested: str | Mapping[str, float]) -> str:
 
 
 def verified(requested: Accuracy, result: Any) -> dict[str, Any]:
-    """The estimates in a stage's result as plain values, beside what was asked."""
+    """The estimates in a stage's result as plain values, beside those requested."""
     return {
         "asked": requested.errors,
         "estimated": {row.name: float(f"{row.estimated:.1e}") for row in result.errors},  # it has no more digits

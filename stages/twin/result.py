@@ -36,11 +36,11 @@ class PartRow:
 
 @dataclass(frozen=True)
 class SumRow:
-    """A sum of the bill beside Table 1."""
+    """A sum of the bill beside the design."""
 
     what: str = quantity("-", "what is summed, with its unit")
     found: float = quantity("1", "sum of the bill")
-    table_1: float = quantity("1", "value of Table 1")
+    table_1: float = quantity("1", "value of the design")
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class Result:
     energy: EnergyBalance = quantity("-", "energy balance over the last whole step")
     snapshots: Snapshots = quantity("-", "poses of the last two strides")
     parts: tuple[PartRow, ...] = quantity("-", "bill of parts as they are in this machine; none of point masses")
-    sums: tuple[SumRow, ...] = quantity("-", "sums of the bill beside Table 1")
+    sums: tuple[SumRow, ...] = quantity("-", "sums of the bill beside the design")
     bill: str = quantity("-", "how the parts of twin.yaml were made to fit the design; empty: they are as written")
     errors: tuple[ErrorEstimate, ...] = quantity("-", "errors of the walk, where an accuracy was requested")
     solver_steps: int = quantity("1", "number of solver steps")
@@ -204,7 +204,7 @@ class Result:
         )
 
     def tables(self) -> list[Table]:
-        """Bill of parts, its sums beside Table 1, and the steps, as (title, columns, rows of text)."""
+        """Bill of parts, its sums beside the design, and the steps, as (title, columns, rows of text)."""
         bill = [
             [
                 part.name, part.group.replace("_", " "), part.material, part.shape, str(part.pieces),
@@ -227,6 +227,6 @@ class Result:
                    "Ix [kg mm2]", "Iy [kg mm2]", "Iz [kg mm2]"]  # fmt: skip
         return [
             ("Bill of parts (masses and sizes assumed; mass centre from the middle of the hip axis)", columns, bill),
-            ("Sums of the bill beside Table 1", ["sum", "bill", "Table 1", "difference"], sums),
+            ("Sums of the bill beside the design", ["sum", "bill", "design", "difference"], sums),
             ("Steps", ["step", "period [s]", "length [mm]"], steps),
         ]

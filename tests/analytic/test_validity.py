@@ -1,4 +1,4 @@
-"""The report on what a gait asks of the ground, and the sampled walk: its signals belong together."""
+"""The report on what a gait needs of the ground, and the sampled walk: its signals belong together."""
 
 import dataclasses
 from math import inf

@@ -334,7 +334,7 @@ def asked(rms, **changes):
 
 
 def test_what_was_walked_to_learn_of_falls_leaves_steps_to_weigh_them_by(monkeypatch):
-    """The lower the blocks, the more steps lead to them: those of the least effort were gone before a walk was drawn."""
+    """The lower the blocks, the more steps lead to them: the least effort was gone before a walk was drawn."""
     design = SimpleNamespace(blocks=Blocks(2.4e-4, 0))
     rough = SimpleNamespace(middles=(1.0, 1.0), walker=SimpleNamespace(length=0.3))
     drawn = []

@@ -32,7 +32,7 @@ TARGETS = {"multiplier": "multiplier", "friction": "friction", "scuff": "scuff",
 #: Price of missing a target, per unit of relative error: above any slope of the goals seen.
 PENALTY = 10.0
 #: Longest way in one go, so that the gait stays the same one; half widths of the first and of the widest box, and of
-#: the one in which it is asked what is left to gain, all in shares of the parameters.
+#: the one in which what is left to gain is estimated, all in shares of the parameters.
 STRIDE, FIRST, LONGEST, NEAR = 0.05, 0.05, 0.3, 1e-3
 #: SLSQP ends where it expects no more than this share of the start's value.
 ACCURACY = 1e-12
@@ -95,7 +95,7 @@ class DesignSearch:
     `history` (k + 1,) and `path` (k + 1, n) are the goal and the parameters' values by step. `ending` is one of
     `ENDINGS`; `bounds` names the parameters that are at their "lower" or "upper" bound; `gain` is what is left to gain,
     in shares of the start's value for a share of the parameters. `gaits` and `gradients` count how often a gait was
-    found and differentiated. `own` says whether it began with the design that was asked about.
+    found and differentiated. `own` says whether it began with the design given.
     """
 
     start: Candidate
@@ -280,7 +280,7 @@ def linear_steps(problem: Problem, path: Path, radius: float, least: float) -> b
 
 
 def curved_steps(problem: Problem, path: Path) -> None:
-    """Go on by SLSQP, which learns the curvature, near by; it asks at v = (x, t), t in units of the start's value."""
+    """Go on by SLSQP, which learns the curvature, near by; it evaluates v = (x, t), t in units of the start's value."""
     here, count, unit = path.taken[-1], len(problem.names), problem.unit
     x = problem.position(here)
     requested: dict[bytes, Candidate] = {}

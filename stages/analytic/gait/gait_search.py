@@ -73,7 +73,7 @@ MOST_GAITS, APART = 80, 0.15
 @lru_cache(maxsize=64)
 def from_neighbours(design: DesignPoint, tolerance: float) -> FixedPoint | list[str]:
     """The design's gait that a neighbour's leads to, or else in words how far each family followed gets, up to a first
-    fold. It is kept: who asks again, as of a robot that no model walks with, waits no second time."""
+    fold. It is kept, as several models may search for the same gait in vain."""
     followed: list[str] = []
     for name, neighbour, point in neighbours(design):
         start, wanted = neighbour.value(name), design.value(name)

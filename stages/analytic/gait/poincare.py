@@ -85,7 +85,7 @@ def start_state(walker: Walker, z: Vector) -> Vector:
 
 
 def poincare_map(walker: Walker, z: Vector, tolerance: float) -> Step:
-    """Image of section coordinates `z`, shape (3,) or (5,), after one step.
+    """Image of section coordinates `z` (j,) after one step.
 
     Raises StepFailed if the walker falls or stands still.
     """

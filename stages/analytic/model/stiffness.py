@@ -1,4 +1,4 @@
-"""How stiff a walker is: the rate of its fastest axial motion, and what that asks of the integrator and of accuracy."""
+"""How stiff a walker is: the rate of its fastest axial motion, and what that costs the integrator and accuracy."""
 
 from __future__ import annotations
 

@@ -140,7 +140,7 @@ def build_walker(
 ) -> Walker:  # fmt: skip
     """Scale a design to its own mass, leg length and pendulum time.
 
-    A design with details is of a detailed kind, and so is one that is asked to be `detailed`.
+    A design with details is of a detailed kind, and so is one that is built as `detailed`.
 
     With `friction` the trailing foot of compliant legs may slip and rise; without, it rolls until toe-off. Rigid legs
     have no double stance: their trailing foot leaves without an impulse, which no friction changes. Raises BeyondModel.

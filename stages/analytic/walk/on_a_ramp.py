@@ -1,4 +1,4 @@
-"""Whether a gait walks so on a plain ramp, by what it asks of the ground; read without what computes."""
+"""Whether a gait walks so on a plain ramp, by what it needs of the ground; read without what computes."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class OnARamp:
 
 
 def on_a_ramp(validity: Validity, stable: bool, cycle: int = 0) -> OnARamp:
-    """Judge a gait by what it asks of the ground; beside an unstable one there may be a stable cycle of so many steps.
+    """Judge a gait by what it needs of the ground; beside an unstable one there may be a stable cycle of so many steps.
 
-    The model holds the foot that bears the robot whatever that takes: ground that cannot ends the gait. What it asks
+    The model holds the foot that bears the robot whatever that takes: ground that cannot ends the gait. What it needs
     under the trailing foot, which is about to leave, and below ground in mid-swing can be had in other ways.
     """
     there_is, pull = validity.friction_there_is * (1.0 + ROUND_OFF), min(0.0, validity.least_normal_force_stance)

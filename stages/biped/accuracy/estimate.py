@@ -1,8 +1,8 @@
 """An accuracy that was requested, checked by the run itself on the design at hand.
 
 The loosest settings are where it begins. A second walk with finer ones shows the error: how far both differ. That is
-too much as soon as refining halves the error, and solvers of any order do better. If it is more than asked, the next
-pair is at the settings that should have half of what is asked, by what was found.
+too much as soon as refining halves the error, and solvers of any order do better. If it exceeds the request, the next
+pair is at the settings that should have half of what is requested, by what was found.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PLACES = 9
 FINEST_EXPLICIT, LOOSEST_EXPLICIT = 1e-11, 1e-4
 #: Of a pair, the finer settings have this share of the coarser ones' tolerance; the largest step goes with its root.
 REFINED, ROOT = 0.3, 0.3
-#: What the coarser ones of the next pair aim at, as a share of what is asked, and how far they go at most. An error is
+#: What the coarser ones of the next pair aim at, as a share of the request, and how far they go at most. An error is
 #: taken to follow the tolerance.
 AIM, FARTHEST = 0.5, 1e-3
 #: So many times settings are refined at most.
@@ -56,7 +56,7 @@ def to_accuracy(
     finer: Callable[[S, float], S | None],
     differences: Callable[[W, W], Mapping[str, float]],
 ) -> tuple[S, W, tuple[ErrorEstimate, ...]]:
-    """The walk that meets the accuracy, its settings and estimated errors; as `settings` are where nothing is asked.
+    """The walk that meets the accuracy, its settings and estimated errors; as `settings` are without a request.
 
     `finer` gives settings at so many times the tolerance, within what there is; None at its end. Raises NotMet.
     """

@@ -85,12 +85,12 @@ def judge_rolling_without_slip(
             (within, f"every phase stays inside the cone, at most at {max(single, trailing, landing):.2f}"),
             (
                 0 < friction < trailing < math.inf,
-                f"rolling on through the impact asks the trailing foot for {trailing * of_there_is:.3g} times "
+                f"rolling on through the impact needs at the trailing foot {trailing * of_there_is:.3g} times "
                 "the friction there is: hardly any normal impulse comes with the tangential one",
             ),
             (slid > 0, f"in double stance the trailing foot slides: friction takes {slid:.2g} J of a step"),
             (friction == 0, "the ground has no friction"),
-            (trailing == math.inf, "rolling on through the impact asks the ground to pull the trailing foot"),
+            (trailing == math.inf, "rolling on through the impact needs the ground to pull the trailing foot"),
             (landing > friction, "the impulse on the landing foot needs more than the friction there is"),
             (
                 time_outside > 0,

@@ -34,7 +34,7 @@ STATEMENTS = {
 }  # fmt: skip
 #: Errors are so many times what closer solvers change, as those of artefacts are.
 SAFE = 3.0
-#: What a claim on the method asks of a biped: legs that take double stance.
+#: What a claim on the method needs of a biped: legs that take double stance.
 OF_THE_METHOD = ("biped.legs",)
 
 

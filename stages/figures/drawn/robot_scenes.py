@@ -185,7 +185,7 @@ def caption_twin(given: Given) -> str:
 
 #: Where the robot stands, as a part of the ramp's steps.
 ALONG = 0.55
-#: Of a sensor: its name, and where its words stand from it on the page [m], for a leg of `following.LEG_LENGTH`.
+#: Of a sensor: its name, and where its words stand from it on the page [m], for a leg of `scales.LEG_LENGTH`.
 WORDS = {"hip sensor": (0.16, 0.10), "foot sensor": (0.30, 0.10)}
 #: How high such words are on the page [m], for the same leg.
 HIGH = 0.06

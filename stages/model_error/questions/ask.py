@@ -22,7 +22,7 @@ class Options:
     """Options of `ask`."""
 
     what: tuple[str, ...] = option(
-        "-", "What is asked", positional=True, choices=(*NAMES, STABLE), metavar="MEASURE")
+        "-", "Measure, or stable", positional=True, choices=(*NAMES, STABLE), metavar="MEASURE")
     within: tuple[str, ...] = option(
         "-", "Largest error: a share (1%), a number in the measure's unit, or one for each (speed=1%)", default=(),
         metavar="ERROR")
@@ -42,7 +42,7 @@ class Options:
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
-    """The measures that are asked. Raises WrongOption."""
+    """The measures requested. Raises WrongOption."""
     allowed = {name: options.allowed(name) for name in dict.fromkeys(options.what) if name != STABLE}
     result = learnt_by(asking)
     from stages.model_error.choice import Ladder

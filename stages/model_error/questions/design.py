@@ -1,4 +1,4 @@
-"""`design`: change design parameters until the gait is most stable, fastest, or asks least of the ground."""
+"""`design`: change design parameters until the gait is most stable, fastest, or needs the least friction."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def senseless(
 
 @dataclass(frozen=True)
 class Here:
-    """Answers in this process for a design that is not the one asked about."""
+    """Answers in this process for a design that is not the study's own."""
 
     parameters: Any
 
@@ -280,7 +280,7 @@ def as_plain(
 
 
 def own_start(searches: Sequence[DesignSearch]) -> Candidate:
-    """The design that was asked about, with its gait, whichever start led to the best."""
+    """The study's own design, with its gait, whichever start led to the best."""
     return next(search.start for search in searches if search.own)
 
 
@@ -337,7 +337,7 @@ def elsewhere(searches: Sequence[DesignSearch], starts: int) -> Iterator[str]:
 
 
 def ground_needed(validity: Validity) -> str:
-    """What a gait asks of the ground beside friction in single stance, in words."""
+    """What a gait needs of the ground beside friction in single stance, in words."""
     from stages.analytic.result import of_friction
 
     time, impulse = 100 * validity.time_outside_cone, 100 * validity.impulse_outside_cone

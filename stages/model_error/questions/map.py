@@ -148,7 +148,7 @@ def answers_within(
 
 
 def task(parameters: Parameters, file: Mapping[str, Any], search: str, known: Sequence[Any] = ()) -> Task:
-    """What is asked of each block of the map that `file` describes. Raises WrongOption."""
+    """What is computed of each block of the map that `file` describes. Raises WrongOption."""
     from stages.analytic.gait.design_point import DesignPoint
     from stages.analytic.maps import box
     from stages.analytic.maps.answers import Task

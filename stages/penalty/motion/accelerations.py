@@ -2,7 +2,7 @@
 
 The legs meet in the hip's x and y only, so the legs are eliminated first and two equations are left. Of a leg's angle
 and length the mass matrix is inverted. A rigid leg has none for the length in its inverse: the length takes no
-acceleration and its equation is not asked. At the hip act its weight, and spring, damper and friction between the legs.
+acceleration and its equation is left out. At the hip act its weight, and spring, damper and friction between the legs.
 """
 
 from __future__ import annotations

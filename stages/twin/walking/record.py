@@ -116,7 +116,7 @@ class Record(Recorded):
 
     @property
     def completed(self) -> bool:
-        """Whether it walked as many steps as it was asked to."""
+        """Whether it walked as many steps as were requested."""
         return self.outcome == COMPLETED
 
     @property
