@@ -132,7 +132,7 @@ class IngestScore:
     clock_error: np.ndarray = quantity("s", "rms error of the sample times less their mean, the worse sensor")
     clock_delay: np.ndarray = quantity("s", "mean error of the hip's sample times: radio's delay less the low pass's")
     frame_angle: np.ndarray = quantity("deg", "angle of the frame to the true one, the worse sensor")
-    recall: np.ndarray = quantity("1", "share of the true heel strikes found within 10 ms in the time of Table 1's robot")
+    recall: np.ndarray = quantity("1", "share of the true heel strikes found within 10 ms, as of Table 1's robot")
     precision: np.ndarray = quantity("1", "share of the heel strikes found that are true ones")
     strike_error: np.ndarray = quantity("s", "rms error of the heel strikes found, less the clock's delay")
     legs_right: np.ndarray = quantity("1", "whether the leg of every strike found is the true one")
