@@ -13,6 +13,7 @@ import os
 import random
 import sys
 import tempfile
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -153,15 +154,16 @@ def stated(
 def unstated(study: Study, lacking: Sequence[str], about: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
     """Parameters of stages without an artefact, as those that said no: what the artefacts of others name of them, and
     the rest as the study at hand has it. Raises `StudyError`."""
-    known: dict[str, dict[str, Any]] = {}
+    known = defaultdict[str, dict[str, Any]](dict)
     for each in about.values():
         for file, keys in json.loads(each[fingerprint.INGREDIENTS])["parameters"].items():
-            known.setdefault(file, {}).update({key: value for key, value in keys.items()
-                                               if value is not None or key not in known.get(file, {})})
+            known[file].update({key: value for key, value in keys.items()
+                                if value is not None or key not in known[file]})
     found = {}
     for name, own in study.parameters(lacking).items():
-        plain = {file: {key: known.get(file, {}).get(key, value) for key, value in keys.items()
-                        if key.removesuffix(SUFFIX) == key or key.removesuffix(SUFFIX) not in known.get(file, {})}
+        # the half width at hand belongs to the value at hand, not to one that an artefact names
+        plain = {file: {key: known[file].get(key, value) for key, value in keys.items()
+                        if key in known[file] or key.removesuffix(SUFFIX) not in known[file]}
                  for file, keys in loading.as_plain(own).items()}  # fmt: skip
         found[name] = loading.filled(type(own), plain)
     return found

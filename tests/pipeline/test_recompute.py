@@ -5,15 +5,17 @@ import random
 import shutil
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 
 from benchmarks import twice
-from pipeline.cache import artefact
-from pipeline.changes.recompute import apart, chosen, held
+from pipeline.cache import artefact, fingerprint
+from pipeline.changes.recompute import apart, chosen, held, unstated
 from pipeline.errors import StudyError
+from pipeline.parameters import loading
 from pipeline.report import page
 from pipeline.report.page import entries
 from tests.pipeline.test_stages_that_say_no import can_do_without
@@ -125,6 +127,19 @@ def test_a_stage_that_said_no_says_no_again(done, tmp_path):
     toy.edit("params/fall.yaml", "value: answer", "value: well")
     with pytest.raises(StudyError, match="where that stage does not say no"):
         held(toy.study(), theirs, None, 1.0, 1)
+
+
+def test_a_stage_without_an_artefact_has_values_and_half_widths_from_the_same_place(monkeypatch):
+    """A half width that an artefact names was dropped; one at hand goes with the value at hand alone."""
+    about = {"other": {fingerprint.INGREDIENTS: json.dumps({"parameters": {"robot": {
+        "mass": 2.0, "mass half-width": 0.05, "length": 3.0, "width": None}}})}}  # fmt: skip
+    here = {"robot": {"mass": 1.0, "mass half-width": 0.5, "length": 1.0, "length half-width": 0.5, "width": 4.0,
+                      "depth": 5.0, "depth half-width": 0.5}}  # fmt: skip
+    monkeypatch.setattr(loading, "as_plain", lambda own: here)
+    monkeypatch.setattr(loading, "filled", lambda kind, plain: plain)
+    found = unstated(SimpleNamespace(parameters=lambda names: dict.fromkeys(names)), ["other"], about)
+    assert found == {"other": {"robot": {
+        "mass": 2.0, "mass half-width": 0.05, "length": 3.0, "width": None, "depth": 5.0, "depth half-width": 0.5}}}
 
 
 def test_results_of_a_study_that_leaves_an_input_out_are_refused_before_anything_is_computed(done, tmp_path):
