@@ -35,7 +35,7 @@ def judge_twin_settles(
     where no gait is known, its largest multiplier (NaN if unknown), and the frequency of these four, in words."""
     settled = steps >= 0
     return Judgement(
-        f"period and length within 1 % of the same leg's last steps' after step {steps}; the last four: {frequency}"
+        f"period and length within 1 % of its leg's last two after step {steps}; last four: {frequency}"
         if settled
         else "period and length of a step do not settle in the steps walked",
         yes_or_no(settled),
