@@ -137,6 +137,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
             signal.signal(number, _interrupt)
     sys.unraisablehook = _unraisable
     processor.take()
+    os.environ["MPLBACKEND"] = "Agg"  # that of a notebook, which its commands inherit, may not be installed here
     out = sys.stdout
     code, sentences = 0, tuple[str, ...]()
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import os
 import sys
@@ -275,6 +276,28 @@ def answered(row: Row) -> Row:
     raise StageFailed(f"{how}; what is done is kept: asked again, it goes on from there")
 
 
+class _Kept(io.FileIO):
+    """A file whose first error is kept: HDF5 would meet it again in all that it closes, and may end the process."""
+
+    failed: OSError | None = None
+
+    def write(self, content: Any) -> int:
+        left = memoryview(content)
+        try:
+            while left:
+                left = left[super().write(left):]
+        except OSError as error:
+            self.failed = self.failed or error
+        return len(content)
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.failed = self.failed or error
+            return size or 0
+
+
 class BlockTable:
     """A table in HDF5 that is filled block by block, so that it may be larger than memory.
 
@@ -286,7 +309,8 @@ class BlockTable:
     def __init__(
         self, path: Path, columns: Sequence[Any], size: int, heads: Mapping[str, Mapping[str, str]]
     ) -> None:
-        self._file = h5py.File(path, "w", libver=("v110", "v110"), track_order=True)
+        self._path, self._kept = path, _Kept(path, "w+")
+        self._file = h5py.File(self._kept, "w", libver=("v110", "v110"), track_order=True)
         self._file.attrs["format"] = artefact.FORMAT
         self._table = self._file.create_group("table", track_order=True)
         for group, said in heads.items():
@@ -307,15 +331,23 @@ class BlockTable:
             self._columns[column.name] = stored
 
     def write(self, first: int, values: Mapping[str, np.ndarray]) -> None:
-        """Values of columns, in the rows from `first` on."""
+        """Values of columns, in the rows from `first` on. Raises OSError where there is no room for them."""
         for name, part in values.items():
             column = self._columns[name]
             column[first : first + len(part)] = np.asarray(part).astype(column.dtype)
+        self._check()
 
     def read(self, name: str, every: int = 1) -> np.ndarray:
         """A column, or each so manyth row of it."""
         return np.asarray(self._columns[name][::every])
 
     def close(self) -> None:
-        """Write what is left, and close the file."""
+        """Write what is left, and close the file. Raises OSError as `write` does."""
         self._file.close()
+        self._kept.close()
+        self._check()
+
+    def _check(self) -> None:
+        if error := self._kept.failed:
+            error.filename = str(self._path)
+            raise error

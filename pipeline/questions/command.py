@@ -6,6 +6,7 @@ A question declares name, help, options and the function that answers; it is kno
 from __future__ import annotations
 
 import functools
+import io
 import sys
 import typing
 from collections.abc import Callable, Mapping
@@ -147,7 +148,9 @@ def _draw(answer: Any, figure: Path) -> None:
     if answer.draw is None:
         _note("note: this answer has no picture; nothing was drawn")
         return
-    answer.draw(lambda drawn: drawn.savefig(figure, dpi=150))
+    content = io.BytesIO()
+    answer.draw(lambda drawn: drawn.savefig(content, dpi=150, format=figure.suffix[1:]))
+    disk.write(figure, content.getvalue())
     _note(f"drawn: {shown(figure)}")
 
 
@@ -258,6 +261,6 @@ def _check_ending(path: Path) -> None:
     """Raise `StudyError` for an ending that is no picture format, before anything is computed."""
     from matplotlib.backend_bases import FigureCanvasBase
 
-    known = sorted(FigureCanvasBase.get_supported_filetypes())
+    known = sorted({*FigureCanvasBase.get_supported_filetypes()} - {"pgf"})  # which LaTeX draws
     if path.suffix.lstrip(".").lower() not in known:
         raise StudyError(f"{shown(path)}: the ending names the format, one of {', '.join(known)}")

@@ -1,6 +1,7 @@
 """What a stage can be asked: options, answers as text, JSON and picture, files it leaves, and going on after a stop."""
 
 import json
+import os
 import random
 import signal
 import time
@@ -97,7 +98,8 @@ def test_a_stage_that_refuses_gives_its_reason(toy):
 
 
 def test_it_draws_and_leaves_files_and_parameters(toy):
-    toy.says("tally --figure numbers.png --into best --set ground.gravity=9.8", "drawn: numbers.png")
+    words, notebook = "tally --figure numbers.png --into best --set ground.gravity=9.8", {"MPLBACKEND": "nowhere"}
+    toy.says(words, "drawn: numbers.png", environment=notebook)
     assert (toy.root / "numbers.png").read_bytes().startswith(b"\x89PNG")
     assert (toy.root / "best/numbers.csv").read_text().split() == [str(number) for number in NUMBERS]
     assert json.loads(toy.says("tally --params best --count 1 --json"))["numbers"] == [max(NUMBERS)]
@@ -105,6 +107,15 @@ def test_it_draws_and_leaves_files_and_parameters(toy):
     changed = [new for new, old in zip(ground.read_text().splitlines(), before.read_text().splitlines()) if new != old]
     assert changed == ['gravity: {value: 9.8, unit: "m/s^2", source: "bipedstudy tally --figure numbers.png --into best'
                        ' --set ground.gravity=9.8"}']  # fmt: skip
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sizes of files are bounded by POSIX")
+@pytest.mark.parametrize(("room", "name"), [(4096, "table.h5"), (16384, "numbers.png")])
+def test_where_the_disk_has_no_room_the_file_is_named_and_the_old_one_stays(toy, room, name):
+    (toy.root / "numbers.png").write_text("old")
+    full = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({room}, {room})); "
+    toy.says("tally --figure numbers.png", f"{name}: File too large", code=1, before=full)
+    assert (toy.root / "numbers.png").read_text() == "old"
 
 
 def stopped(toy, how, count):
