@@ -33,6 +33,8 @@ WORTH_A_WORD = 2_000_000_000
 GOOD, WARNING, BAD = "good", "warning", "bad"
 _LEAST_FREE_MB, _WISHED_FREE_MB = 100, 1000
 _SHOWN_DIFFERENCES = 5
+#: What the lock has to install a checkout with; later Pythons bring it no more, and no command needs it.
+_INSTALLER = "setuptools"
 #: Where a host of git repositories looks for what it is to run, and the file of the face that stands there.
 _WORKFLOWS = {".github/workflows/figures.yml": "workflow_github.yml", ".gitlab-ci.yml": "workflow_gitlab.yml"}
 #: How dvc.yaml marks a stage that measures the program.
@@ -181,7 +183,7 @@ def versions(lock: Path) -> Finding:
     wanted = [Requirement(line.rstrip("\\ ")) for line in lock.read_text(encoding="utf-8").splitlines()
               if line[:1].isalnum()]  # fmt: skip
     pinned = {each.name: str(each.specifier).removeprefix("==") for each in wanted
-              if each.marker is None or each.marker.evaluate()}  # fmt: skip
+              if each.name != _INSTALLER and (each.marker is None or each.marker.evaluate())}  # fmt: skip
     found = {name: "".join(installed([name])) for name in pinned}
     missing = [name for name, version in found.items() if not version]
     other = [f"{name} {version} instead of {pinned[name]}" for name, version in found.items()

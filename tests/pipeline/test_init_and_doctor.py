@@ -127,6 +127,7 @@ def test_a_library_that_does_not_load_is_bad_and_says_what_to_install(monkeypatc
     [
         ("click==0.0.1 \\", "warning", "click {} instead of 0.0.1"),
         ("no-such-package==1.0 \\", "bad", "not installed: no-such-package; make install"),
+        ("setuptools==1 \\", "good", "all as in lock.txt"),
         ("no-such-package==1.0 ; python_version < '3' \\", "good", "all as in lock.txt"),
     ],
 )
