@@ -41,7 +41,7 @@ from stages.calibration.estimation.run_fit import (
 from stages.calibration.observation.measured_run import MeasuredRun
 
 #: Joint steps: whole ones or halves of them; they rest by what the cost of a run falls.
-JOINT = Rule(25, rests=1e-3, at_rest=1.0, halved=True, caution=(1.0, 1.0, 2.0**11), factors=(0.0, 2.0), blind=1e-2,
+JOINT = Rule(25, rests=1e-3, at_rest=1.0, halved=True, caution=(1.0, 1.0, 2.0**11), blind=1e-2,
              step="joint step", counted="joint steps")  # fmt: skip
 #: A run is left out of the joint fit if its own fit leaves so many times the square residual of the usual run.
 ODD = 3.0

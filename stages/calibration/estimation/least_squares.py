@@ -124,9 +124,10 @@ class Rule:
     in the point's own unit; and where no step helps but less than `at_rest` is foreseen. A step helps that makes the
     cost larger by no more than a share `larger`. No step is longer than `longest` usual changes. Steps are damped, or
     `halved`: `caution` is the damping, or one over the share of a step, at first, at least, and from where a step is
-    hopeless; with its factors after steps that help and that do not. `most` counts evaluations; of halved steps those
-    that help, each of which begins as a whole one. A combination of unknowns of which no more is known than `blind`, in
-    one over the square of usual changes, stays where it is: nearly singular steps lead far along what nothing shows.
+    hopeless. Damping follows how well a gain was foreseen (H. B. Nielsen, Damping parameter in Marquardt's method,
+    IMM-REP-1999-05). `most` counts evaluations; of halved steps those that help, each of which begins as a whole one.
+    A combination of unknowns of which no more is known than `blind`, in one over the square of usual changes, stays
+    where it is: nearly singular steps lead far along what nothing shows.
     """
 
     most: int = 60
@@ -137,7 +138,6 @@ class Rule:
     longest: float = np.inf
     halved: bool = False
     caution: tuple[float, float, float] = (1e-3, 1e-9, 1e8)
-    factors: tuple[float, float] = (0.1, 10.0)
     blind: float = 0.0
     step: str = "step"
     counted: str = "evaluations"
@@ -165,8 +165,7 @@ def least_squares(
     if at is None:
         raise ValueError("no value at the start")
     first, least, hopeless = rule.caution
-    eased, hardened = rule.factors
-    caution, evaluations, helped = first, 1, 0
+    caution, growth, evaluations, helped = first, 2.0, 1, 0
     while (helped if rule.halved else evaluations) < rule.most:
         newton, unit = _step(at, sizes, low, 0.0, rule.blind), max(at.spread, 1.0)
         if newton[1] < rule.enough * unit:
@@ -180,10 +179,12 @@ def least_squares(
             gain, at, helped = at.cost - tried.cost, tried, helped + 1
             if max(gain, 0.0 if caution <= first else newton[1]) < rule.rests * unit:
                 return at, evaluations, ""
-            if rule.halved or gain / max(foreseen, 1e-300) > 0.25:
-                caution = max(caution * eased, least)
+            as_foreseen = float(np.clip(gain / max(foreseen, 1e-300), 0.0, 1.0))
+            kept = 0.0 if rule.halved else max(1.0 - (2.0 * as_foreseen - 1.0) ** 3, 0.1)
+            caution, growth = max(caution * kept, least), 2.0
             continue
-        caution *= hardened
+        caution *= growth
+        growth *= 1.0 if rule.halved else 2.0
         if caution > hopeless:
             return at, evaluations, "" if newton[1] < rule.at_rest else f"no {rule.step} brings the residuals down"
     return at, evaluations, f"{rule.most} {rule.counted} were not enough"
