@@ -150,7 +150,9 @@ class Result:
         """What was found, in one line."""
         shares = [100 * row.sd / abs(row.value) for row in self.told if row.value]
         unseen = f"; {len(self.not_seen)} combination is not determined" if self.not_seen else ""
+        moving = sum(not fit.converged for fit in self.fits)
         blind = f"; {len(self.fits)} fitted" if self.fits else ""
+        blind += f", {moving} of them not to rest" if moving else ""
         best, worst = min(shares), max(shares)
         return f"{self.runs} runs determine parameters to {best:.2g} to {worst:.2g} %, given the mass{unseen}{blind}"
 
@@ -164,7 +166,8 @@ class Result:
                f"{row.correlation:+.3f}") for row in self.told]),
             ("Fitted by the constraint model without the truth, each run alone; the model's error is not in the sd",
              ("run", "parameter", "nominal", "fitted", "sd", "truth"),
-             [(fit.name, name, f"{drawn:.6g} {unit}", f"{value:.6g}", f"{np.sqrt(variance):.2g}",
+             [(fit.name, name, f"{drawn:.6g} {unit}", f"{value:.6g}",
+               f"{np.sqrt(variance):.2g}" if fit.converged else "not at rest",
                f"{true:.6g}" if np.isfinite(true) else "not known")
               for fit in self.fits for name, unit, drawn, value, variance, true in zip(
                   self.names, self.units, self.drawn, fit.design, np.diag(fit.covariance), fit.truth, strict=True)])]

@@ -13,6 +13,7 @@ import yaml
 from stages.analytic.result import Uncertainty, Validity
 from stages.biped import processes
 from stages.biped.walk import Limp
+from stages.calibration.result import Result as Calibration
 from stages.comparison.claims.judge import STATEMENTS
 from stages.comparison.stride import NoEvidence
 from stages.comparison.tables import as_yaml
@@ -149,6 +150,17 @@ def test_a_run_that_is_lost_while_it_is_followed_is_called_so(until, said):
     part = dataclasses.replace(whole, **{name: getattr(whole, name)[some] for name in fields})
     caption = text("calibration_followed", calibration=SimpleNamespace(followed=(part,)))
     assert caption.partition("by the heel strikes.")[2] == said
+
+
+def test_a_fit_that_did_not_come_to_rest_is_called_so():
+    made_up = calibration()
+    moving = dataclasses.replace(made_up.fits[0], converged=False, why="60 evaluations were not enough")
+    assert "come to rest" not in text("calibration_fit", calibration=made_up)
+    made_up.fits = (moving,)
+    assert "It did not come to rest: 60 evaluations were not enough." in text("calibration_fit", calibration=made_up)
+    row = SimpleNamespace(value=1.0, sd=0.01)
+    result = SimpleNamespace(told=(row,), not_seen=(), fits=(moving, calibration().fits[0]), runs=2)
+    assert Calibration.summary(result).endswith("; 2 fitted, 1 of them not to rest")
 
 
 def test_where_no_model_walked_there_is_the_reason_and_no_picture():

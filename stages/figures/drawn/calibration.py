@@ -145,6 +145,7 @@ def caption_fit(given: Given) -> str:
     words = (f"{fit.name}, {fit.kind}, {len(fit.strikes) - 1} steps fitted alone by the constraint model: residuals "
              f"of {fit.sigmas:.2f} times the sensors' noise. Lines below: root mean square by part of the step; what "
              f"is sampled at impacts does not count. {_largest(fit)}")  # fmt: skip
+    words += "" if fit.converged else f" It did not come to rest: {fit.why}."
     return " ".join([words, *_remarks(calibration)])
 
 
