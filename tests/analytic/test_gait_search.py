@@ -21,7 +21,7 @@ from stages.analytic.gait.continuation import test_functions as signs_at
 from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits, from_neighbours, gaits_kept
-from stages.analytic.gait.poincare import FixedPoint, fixed_point, poincare_map
+from stages.analytic.gait.poincare import FixedPoint, find_cycle, fixed_point, poincare_map
 from stages.analytic.result import BACK, REACHES, STILL
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
@@ -254,6 +254,18 @@ def doublings(branches):
 def test_period_doubles_at_the_published_slope(cascade):
     """Garcia et al. (1998): stable below 0.0151; more digits in later work, 0.01509."""
     assert doublings(cascade)[1] == pytest.approx(0.01509, abs=1e-5)
+
+
+def test_a_cycle_told_beside_an_unstable_gait_is_the_stable_one(cascade):
+    """Just beyond its doubling the cycle of two steps is unstable, near that of four on which a walk settles."""
+    slopes = doublings(cascade)
+    slope = math.degrees(slopes[2] + 0.1 * (slopes[4] - slopes[2]))
+    near = min(cascade[0].points, key=lambda point: (abs(point.value - slope), abs(point.z[0])))
+    walker = simplest_walker().with_value("ground.slope_deg", slope).walker()
+    gait = fixed_point(walker, near.z, TOLERANCE)
+    assert by_stability(gait) > 1.0
+    cycle = find_cycle(walker, gait.z, TOLERANCE)
+    assert len(cycle.steps) == 4 and by_stability(cycle) < 1.0
 
 
 def test_cycles_of_two_four_and_eight_follow_at_feigenbaums_pace(cascade):

@@ -301,12 +301,14 @@ def converge(
 def find_cycle(walker: Walker, start: Vector, tolerance: float) -> FixedPoint | None:
     """The stable cycle of two, four or eight steps that a walk displaced from an unstable gait `start` settles on.
 
-    None if the walk falls, or settles on no such cycle.
+    None if the walk falls, or settles on no such cycle. Beside a longer cycle lies the shorter one that it comes from.
     """
     with suppress(StepFailed):
         z = repeated(walker, np.asarray(start, dtype=float) * (1.0 + 1e-4), TRANSIENT_STEPS, tolerance)
         for cycle in CYCLES:
             point = fixed_point(walker, z, tolerance, cycle)
-            if point is not None and np.abs(point.z - z).max() < 1e-2 and point.half_cycle_move >= DISTINCT:
+            if point is None or np.abs(point.z - z).max() >= 1e-2 or by_stability(point) >= 1.0:
+                continue
+            if point.half_cycle_move >= DISTINCT:
                 return point
     return None
