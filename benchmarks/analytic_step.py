@@ -50,7 +50,7 @@ def heyoka_single_stance(walker: Walker, y: np.ndarray, duration: float, toleran
     from stages.analytic.model.generate import compact
 
     equations = d.derive("compliant")
-    numbers = {d.PARAMETERS[name]: value for name, value in walker.p._asdict().items()}
+    numbers = {symbol: getattr(walker.p, name) for name, symbol in d.TABLE_1.parameters.items()}
     mass = equations.mass.applyfunc(compact)
     force = (equations.applied_force - equations.coriolis * equations.rates).applyfunc(compact)
     m = [[sp.Symbol(f"m{min(i, j)}{max(i, j)}") for j in range(4)] for i in range(4)]
@@ -83,7 +83,7 @@ def scipy_single_stance(walker: Walker, y: np.ndarray, duration: float, toleranc
     from stages.analytic.model import derivation as d
 
     equations = d.derive("compliant")
-    numbers = {d.PARAMETERS[name]: value for name, value in walker.p._asdict().items()}
+    numbers = {symbol: getattr(walker.p, name) for name, symbol in d.TABLE_1.parameters.items()}
     force = equations.applied_force - equations.coriolis * equations.rates
     terms = sp.lambdify(
         [*equations.coordinates, *equations.rates], [equations.mass.subs(numbers), force.subs(numbers)], cse=True)

@@ -15,15 +15,17 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.study import Study
+from stages.analytic.result import Inputs as WalkInputs
 from stages.analytic.run import run as run_analytic
 from stages.calibrated_twin.run import Inputs as TwinInputs
-from stages.calibrated_twin.run import run as run_twin
+from stages.calibrated_twin.run import run as run_calibrated_twin
 from stages.calibration.run import Inputs, run
 from stages.campaign.run import Inputs as CampaignInputs
 from stages.campaign.run import run as run_campaign
+from stages.twin.run import run as run_twin
 
 ROOT = Path(__file__).resolve().parent.parent
-STAGES = ["analytic", "campaign", "calibration", "calibrated_twin"]
+STAGES = ["analytic", "twin", "campaign", "calibration", "calibrated_twin"]
 
 
 def main() -> None:
@@ -39,7 +41,7 @@ def main() -> None:
         every["calibration"].settings, fitted_runs=asked.runs, corrected_runs=asked.runs, held_out_runs=0,
         fitted_steps=asked.steps or every["calibration"].settings.fitted_steps)  # fmt: skip
     campaign = run_campaign(dataclasses.replace(every["campaign"], runs=runs),
-                            CampaignInputs(run_analytic(every["analytic"])))
+                            CampaignInputs(run_twin(every["twin"], WalkInputs(run_analytic(every["analytic"])))))
     with tempfile.TemporaryDirectory() as folder:
         paths = []
         for name, content in campaign.files.items():
@@ -48,8 +50,8 @@ def main() -> None:
         begun = time.process_time()
         calibration = run(dataclasses.replace(every["calibration"], settings=settings), Inputs(*paths, campaign))
         fitted = time.process_time()
-        twin = run_twin(dataclasses.replace(every["calibrated_twin"], settings=settings, runs=runs),
-                        TwinInputs(calibration, *paths, campaign))
+        twin = run_calibrated_twin(dataclasses.replace(every["calibrated_twin"], settings=settings, runs=runs),
+                                   TwinInputs(calibration, *paths, campaign))
         ended = time.process_time()
     report: dict[str, object] = {"fit_s": fitted - begun, "correct_s": ended - fitted, "reasons": twin.reasons,
                                  "failed": [one.why for one in calibration.failed]}  # fmt: skip

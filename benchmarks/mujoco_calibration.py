@@ -168,7 +168,7 @@ def of_trials(fits: Fits, trials: int) -> list[str]:
     by_misses = []
     for one in done:
         less = judged(model.shared, one.found.design, one.sd, one.known, fits.design,
-                      model.layout.pull(one.found.unknowns), told)
+                      fits.parameters.settings.lever_arm_sd, model.layout.pull(one.found.unknowns), told)
         by_misses.append(np.abs(less.values - one.truth) <= HALF_WIDTH * less.sd)
     lines = ["| parameter | error, mean, % | scatter, % | noise and residuals hold | with the Exudyn twin's misses |",
              "|---|---|---|---|---|"]

@@ -83,7 +83,7 @@ def clocks(
             trace = trace_sensor(recording, imu.settings)
             kept_rows = trace.indexed.recording
             true.append(float(np.std(trace.time - kept_rows.true_time)))  # type: ignore[attr-defined]
-            said.append(trace.clock.error)
+            said.append(trace.clock.clock_error_s)
     off, told, limit = np.array(true), np.array(said), imu.settings.clock_tolerance_s
     used, known = ~(told > limit), np.isfinite(told)
     false = int((known & used & (off > np.maximum(limit, told))).sum())
