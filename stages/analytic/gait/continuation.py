@@ -6,7 +6,7 @@ method at fixed distance along the tangent. Special points between two points of
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,7 +15,7 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
-from stages.analytic.gait.poincare import fixed_point, iterate, multipliers_of, poincare_map, repeated
+from stages.analytic.gait.poincare import FixedPoint, fixed_point, iterate, multipliers_of, poincare_map, repeated
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.result import RecordedFamily, Turn
 from stages.biped.processes import Progress, ignore
@@ -329,6 +329,15 @@ NEWBORN = 0.3
 LARGEST_STEP = 0.02
 
 
+def newborn(walker: Walker, z: Vector, direction: Vector, tolerance: float, cycle: int) -> Iterator[FixedPoint]:
+    """Gaits of a doubled `cycle` with a multiplier near 1, found from `z` displaced along a direction (j,)."""
+    for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
+        point = fixed_point(walker, z + size * direction, tolerance, cycle)
+        if (point is not None and point.half_cycle_move > 1e-6
+                and np.abs(point.floquet_multipliers - 1).min() < NEWBORN):  # fmt: skip
+            yield point
+
+
 def doubled_family(
     design: DesignPoint, branch: Branch, doubling: BranchPoint, limits: tuple[float, float], tolerance: float,
     progress: Progress, largest_step: float,
@@ -345,20 +354,13 @@ def doubled_family(
     direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])
     direction /= np.linalg.norm(direction)
     for shift in (1e-4, 1e-3, 1e-5, 3e-6):
-        newborn: list[tuple[float, int, DesignPoint, Vector]] = []
-        for sign in (1, -1):
-            beyond = design.with_value(branch.name, doubling.value + sign * shift * span)
-            walker = beyond.walker()
-            for size in (1e-2, 3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5):
-                point = fixed_point(walker, z + size * direction, tolerance, cycle)
-                if point is None or not point.half_cycle_move > 1e-6:
-                    continue
-                if np.abs(point.floquet_multipliers - 1).min() < NEWBORN:
-                    newborn.append((point.half_cycle_move, sign, beyond, point.z))
-        if newborn:  # the one that limps least: beyond a fold of the family there may be another
-            _, sign, beyond, start = min(newborn, key=lambda one: one[0])
+        sides = {sign: design.with_value(branch.name, doubling.value + sign * shift * span) for sign in (1, -1)}
+        found = [(point, sign) for sign, beyond in sides.items()
+                 for point in newborn(beyond.walker(), z, direction, tolerance, cycle)]  # fmt: skip
+        if found:  # the one that limps least: beyond a fold of the family there may be another
+            point, sign = min(found, key=lambda one: one[0].half_cycle_move)
             return continue_gait(
-                beyond, branch.name, limits, start, tolerance, cycle=cycle, upward=sign > 0,
+                sides[sign], branch.name, limits, point.z, tolerance, cycle=cycle, upward=sign > 0,
                 largest_step=largest_step / cycle, progress=progress)
     raise ValueError("no gait of twice the cycle was found next to the period doubling")
 
