@@ -12,6 +12,7 @@ from pipeline.parameters import yaml_text
 from pipeline.questions.command import Described
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.least_squares import Known
+from stages.calibration.estimation.request import Request
 from stages.calibration.following import robot_file
 from stages.calibration.information.identifiability import (
     described,
@@ -95,6 +96,22 @@ def test_a_known_length_and_more_runs_tell_more_and_never_less(planned):
     many = of(planned, known, 200)
     row = many.names.index("biped.foot_radius")
     assert before.sd[row] / many.sd[row] == pytest.approx(10.0, rel=0.02)
+
+
+def test_what_is_planned_is_the_fit_that_will_be_made():
+    """Without what is fixed; with a lab's gravity, as which lengths go; and what is known is looked for."""
+    mass = weighed(PARAMETERS.biped)
+
+    def found(known, fixed=()):
+        return identifiability_report.answered(PARAMETERS, Request(known, fixed=fixed), 1).plain["parameters"]
+
+    usual, fixed = found((mass,)), found((mass,), ("biped.leg_inertia",))
+    assert {*usual} - {*fixed} == {"biped.leg_inertia"}
+    assert fixed["biped.foot_mass"]["sd"] < 0.5 * usual["biped.foot_mass"]["sd"]
+    length = found((mass, Known("ground.gravity", 9.81, 0.005)))["biped.leg_length"]
+    assert length["sd"] == pytest.approx(np.hypot(usual["biped.leg_length"]["sd"], 0.333 * 0.005 / 9.81), rel=0.1)
+    with pytest.raises(WrongOption, match=r"known\.leg_inertia: is not looked for"):
+        found((Known("biped.leg_inertia", 8e-4, 1e-5),), ("biped.leg_inertia",))
 
 
 def test_the_command_says_what_runs_tell_without_any_recording(tmp_path):

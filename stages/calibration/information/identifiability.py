@@ -41,9 +41,12 @@ def free_names(design: DesignPoint) -> tuple[str, ...]:
     return tuple(name for name in sensitive_names(design) if name not in KNOWN_EVERYWHERE)
 
 
-def planned_equations(parameters: Parameters, place: float = 0.0) -> tuple[DesignPoint, Equations, Model]:
-    """What one run that the parameters describe would say, its foot sensor `place` [m] above the foot's mass centre;
-    and of which design. Raises NoGait where that does not walk."""
+def planned_equations(
+    parameters: Parameters, place: float = 0.0, names: Sequence[str] = ()
+) -> tuple[DesignPoint, Equations, Model]:
+    """What one run that the parameters describe would say of the parameters `names` (all, if there are none) and its
+    ramp, its foot sensor `place` [m] above the foot's mass centre; and of which design. Raises NoGait where that does
+    not walk."""
     design, settings, sensor = DesignPoint(parameters.biped, parameters.slope), parameters.settings, parameters.sensor
     walker, point = find_gait(design.biped, design.slope, FINE, None)
     if len(point.steps) > 1:
@@ -54,8 +57,8 @@ def planned_equations(parameters: Parameters, place: float = 0.0) -> tuple[Desig
     times = np.arange(0.0, float(strikes[-1]), 1.0 / sensor.rate_hz)
     times = times[times >= first]
     mask = usable(times, strikes, first, settings.before_strike_s, settings.after_strike_s)
-    model = Model(tuple(name for name in free_names(design) if name != SLOPE), (SLOPE,), layout, parameters.noise,
-                  sensor.bandwidth_hz, settings.tolerance)
+    shared = tuple(name for name in names or free_names(design) if name != SLOPE)
+    model = Model(shared, (SLOPE,), layout, parameters.noise, sensor.bandwidth_hz, settings.tolerance)
     run = MeasuredRun(
         name="planned",
         sampling=Sampling(times, times, dict.fromkeys(SIDES, filter_delay(sensor.bandwidth_hz)),
@@ -198,10 +201,10 @@ def weighed(biped: Biped, share: float = WEIGHED) -> Known:
 
 
 def experiments(
-    parameters: Parameters, known: tuple[Known, ...], runs: int
+    parameters: Parameters, known: tuple[Known, ...], runs: int, names: Sequence[str] = ()
 ) -> list[tuple[str, Vector, str]]:
-    """Suggested measurements in words, with the standard deviations (n,) that `runs` runs and the `known` values have
-    with each; without any where there is no gait to plan with, and why."""
+    """Suggested measurements in words, with the standard deviations (n,) of `names`, as `planned_equations` has them,
+    that `runs` runs and the `known` values have with each; without any where there is no gait to plan with, and why."""
     biped, slope, settings = parameters.biped, parameters.slope, parameters.settings
     length = Known("biped.leg_length", biped.leg_length, CALIPER_M, "planned")
     higher = 0.5 * (biped.leg_length - biped.foot_com)
@@ -223,7 +226,7 @@ def experiments(
     found = []
     for what, there, place, given, count in suggested:
         try:
-            found.append((what, identifiability(*planned_equations(there, place), given, count).sd, ""))
+            found.append((what, identifiability(*planned_equations(there, place, names), given, count).sd, ""))
         except (NoGait, StepFailed) as reason:
             found.append((what, np.array([]), str(reason)))
     return found

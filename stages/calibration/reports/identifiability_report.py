@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.question import Answer
 from stages.calibration.estimation.least_squares import TOTAL_MASS
 from stages.calibration.estimation.request import Request
@@ -17,6 +18,7 @@ from stages.calibration.information.identifiability import (
     described,
     experiments,
     finite,
+    free_names,
     gains,
     identifiability,
     listed,
@@ -32,7 +34,10 @@ STRONG, WORTH = 0.9, 1.25
 
 def answered(parameters: Parameters, request: Request, runs: int) -> Answer:
     """What `runs` planned runs tell, with the values known. Raises NoGait."""
-    planned = design, equations, model = planned_equations(parameters)
+    design = DesignPoint(parameters.biped, parameters.slope)
+    looked_for = (*request.looked_for(free_names(design)), *request.measured)
+    request.check(looked_for, design)
+    planned = _, equations, model = planned_equations(parameters, names=looked_for)
     names = model.of_design
     units = [design.unit(name) for name in names]
     known = request.known
@@ -46,7 +51,7 @@ def answered(parameters: Parameters, request: Request, runs: int) -> Answer:
         lines.append(f"the table assumes a total mass known to {known[-1].sd:.2g} kg")
     single = identifiability(*planned, known, 1)
     lines += _weak(with_scale)
-    tried = experiments(parameters, known, runs)
+    tried = experiments(parameters, known, runs, looked_for)
     gained = [(what, gains(sd, with_scale) if sd.size else sd, why) for what, sd, why in tried]
     lines += _helped(gained, names)
     more = [[what, *(f"{each:.2f}" for each in gain)] if gain.size else [what, why, *[""] * (len(names) - 1)]
