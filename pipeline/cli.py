@@ -179,10 +179,10 @@ def _ending(error: BaseException) -> tuple[int, tuple[str, ...]]:
     if isinstance(error, BrokenPipeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return _NOBODY_READS, ()
+    if _arrived or isinstance(error, (KeyboardInterrupt, click.Abort)):
+        return Stopped.exit_code, (_STOPPED,)  # or in a library's callback, or where the terminal is gone
     if isinstance(error, OSError):
         return FAILED, (f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}",)
-    if _arrived or isinstance(error, (KeyboardInterrupt, click.Abort)):
-        return Stopped.exit_code, (_STOPPED,)  # or in a function that a library calls back, which fails by itself
     return FAILED, (f"unexpected {type(error).__name__}: {error}; {_account()}",)
 
 

@@ -246,7 +246,7 @@ def test_the_program_ends_with_its_code_after_all_is_said_and_tidied(arguments, 
     assert ("version" in done.stdout) == (not done.stderr) == (code == 0)
 
 
-#: A library that raises what it likes in place of what a signal raised in its own callback.
+#: A library that raises what it likes in place of what a signal raised in its own callback, as a dead terminal does.
 BACK = """
 import ctypes, os
 from pipeline import cli as program
@@ -256,12 +256,16 @@ def back():
     for _ in range(1000): pass
 def compiled(*words, **settings):
     back()
-    raise RuntimeError('no compiled object yet')
+    raise ERROR
 program.cli.main = compiled
 """
 
 
+@pytest.mark.parametrize("error", ["RuntimeError('no compiled object yet')", "OSError(5, 'Input/output error')"])
 @pytest.mark.parametrize("number", STOPPING)
-def test_a_signal_that_a_library_passes_over_in_its_own_callback_stops_it_all_the_same(toy_with_commands, number):
-    ended, _, errors = toy_with_commands.command("status", before=BACK.replace("NUMBER", str(int(number))))
+def test_a_signal_that_a_library_passes_over_in_its_own_callback_stops_it_all_the_same(
+    toy_with_commands, number, error
+):
+    library = BACK.replace("NUMBER", str(int(number))).replace("ERROR", error)
+    ended, _, errors = toy_with_commands.command("status", before=library)
     assert (ended, errors) == (128 + number, "error: stopped; everything computed before is kept\n")
