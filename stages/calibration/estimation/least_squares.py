@@ -130,7 +130,7 @@ class Rule:
     where it is: nearly singular steps lead far along what nothing shows.
     """
 
-    most: int = 60
+    most: int = 150
     enough: float = 0.0
     rests: float = 0.0
     at_rest: float = 0.0
