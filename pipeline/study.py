@@ -190,11 +190,15 @@ def locate(
     """The study around the folder `start` (default: the working folder), else the one this program comes with.
 
     That one is *borrowed*: unless a results folder is given, nothing may be written for it. Raises `StudyError` if the
-    study is a checkout of this program other than the one that runs, or somebody else's, or `params` is no folder.
+    study is a checkout of this program other than the one that runs, or somebody else's, or `params` or the
+    working folder is no folder.
     """
     if params and not Path(params).is_dir():
         raise StudyError(f"--params {params}: there is no such folder")
-    here = (start or Path.cwd()).resolve()
+    try:
+        here = (start or Path.cwd()).resolve()
+    except FileNotFoundError:
+        raise StudyError("the working folder is no longer there; change to another") from None
     around = next((folder for folder in (here, *here.parents) if (folder / graph.FILE_NAME).is_file()), None)
     root = around or home()
     check_one_program(root)

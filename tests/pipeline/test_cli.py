@@ -219,6 +219,15 @@ def test_with_closed_streams_it_does_its_work(ran, closed):
     assert (code, errors, ran.results()) == (0, "", before)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="a folder in use stays there")
+@pytest.mark.parametrize(("words", "code"), [("status", 2), ("init new", 2), ("--help", 0)])
+def test_in_a_folder_that_is_gone_it_is_one_sentence_and_the_help_is_there(ran, words, code):
+    gone = "import os, tempfile; os.chdir(tempfile.mkdtemp()); os.rmdir(os.getcwd()); "
+    ended, _, errors = ran.command(*words.split(), before=gone)
+    said = "error: the working folder is no longer there; change to another\n" if code else ""
+    assert (ended, errors) == (code, said)
+
+
 MAIN = "from pipeline.cli import main\ntry: main([{}])\nexcept SystemExit: pass\n"
 HEAVY = {"numpy", "scipy", "matplotlib", "exudyn", "h5py", "rich", "sympy", "numba", "stages.fall.run"}
 
