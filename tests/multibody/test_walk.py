@@ -291,8 +291,9 @@ def test_events_and_energy_know_the_heights(scene, biped, slope, contact, gait, 
 
 @pytest.mark.parametrize("rows", [False, True])
 def test_the_twin_walks_on_them_too(gait, rows):
+    """At a tolerance where round-off of the start moves the balance little; at 1e-6 by up to 1e-3."""
     *_, upright, force, apart = gait
-    given = parameters_of("twin")
+    given = parameters_of("twin", "twin.tolerance=1e-8")
     machine, laid = build_machine(given.biped, given.settings), Blocks(3e-4).under(WALK, apart)
     ramp = lay_blocks(given.settings, Blocks(), 0.1612) if rows else None
     start = rolling_start(machine, given.contact, upright, force)
@@ -303,7 +304,7 @@ def test_the_twin_walks_on_them_too(gait, rows):
     heights = record.under(events.heel_strike_time)[np.arange(3), events.heel_strike_leg]
     assert heights == pytest.approx([laid.height(number) for number in range(3)])
     first, last = events.heel_strike_time[[0, 2]]
-    assert spatial_balance(record, float(first), float(last)).relative_residual < 1e-4
+    assert spatial_balance(record, float(first), float(last)).relative_residual < 1e-5
 
 
 def test_a_foot_that_lands_beyond_its_block_has_fallen(scene, biped, slope, contact, gait):
