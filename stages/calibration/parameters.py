@@ -39,8 +39,6 @@ class Settings(Fitted):
         "s", "left out after each measured heel strike; null: 0.03 s of Table 1's robot", bound=NOT_NEGATIVE)
     robust_sigmas: float = parameter("1", "residuals beyond so many times the noise pull less", bound=Bound(minimum=1))
     clock_sd: float = parameter("1", "standard error of a sensor's rate after the ingest, relative", bound=POSITIVE)
-    own_clock_sd: float = parameter(
-        "1", "standard error of a rate that only the sensor's own stamps show, relative", bound=POSITIVE)
     foot_lag_sd_s: Following = parameter(
         "s", "standard error of the foot's times against the hip's; null: a fifth of a sampling period", bound=POSITIVE)
     mid_stance_sd_s: Following = parameter(
@@ -71,6 +69,9 @@ class Settings(Fitted):
     weighed_mass: float | None = parameter(
         "kg", "measured mass of a lab's own robot; null: not weighed", bound=POSITIVE)
     weighed_sd: float = parameter("1", "standard error of the scale, relative", bound=POSITIVE)
+    own_clock_sd: float = parameter(
+        "1", "standard error of a rate that only the sensor's own stamps show, relative", bound=POSITIVE,
+        default=2e-3)
 
     @property
     def corrected(self) -> int:

@@ -204,6 +204,7 @@ def test_a_clock_is_known_as_its_stamps_show_and_an_own_one_as_oscillators_scatt
         clock = SimpleNamespace(clock_error_s=error)
         trace = SimpleNamespace(clock=clock, rate_error=np.nan_to_num(error) / 10.0)
         assert rate_sd(trace, settings) == pytest.approx(right)
+    assert type(settings).own_clock_sd == settings.own_clock_sd, "files of a study from before do not have it"
 
 
 def given(monkeypatch, request):
