@@ -8,8 +8,8 @@ lowest floor is its error, up to what radio alone does to the least of so many p
 The phone's clock may be set while it runs (network time), which lifts or drops all stamps from then on: the floor has
 a step. A sensor's oscillator may wander, which bends the floor. Both are taken out where the samples are numbered.
 
-So the arrival stamps lie above the line t = a + b * index that a loss-free radio
-of constant delay would draw, and that line is the highest one below all stamps: the linear program
+So the arrival stamps lie above the line t = a + b * index that a loss-free radio of constant delay would draw, and that
+line is the highest one below all stamps: the linear program
 
     maximise  sum_i (a + b n_i)   subject to   a + b n_i <= t_i,
 
