@@ -7,13 +7,14 @@ import pytest
 
 from stages.biped.between_steps import uniform_times
 from stages.biped.rubber import soled
+from stages.ground.friction import static_penetration
 from stages.multibody.assembly import solver
 from stages.multibody.assembly.solver import explicit_settings
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.multibody.walking.walk import simulate
 from stages.planar.run import FELL, rolling_state
 from stages.planar.section import section_numbers, section_state
-from stages.twin.machine.contact import ROLL, SLIDE, YAW, Z
+from stages.twin.machine.contact import ROLL, SLIDE, YAW, Z, feet_places
 from stages.twin.machine.machine import Build, build, join, under_foot
 from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
@@ -106,6 +107,19 @@ def test_legs_that_differ_begin_as_long_as_the_simple_model_has_them(parameters)
         start = rolling_start(machine, parameters.contact, stance, STANDING_FORCE)
         lengths = machine.length - start.position[list(SLIDE)] - outsole
         assert lengths == pytest.approx(np.repeat([stance.stance_length, stance.swing_length], 2), abs=1e-12)
+
+
+def test_a_start_off_mid_stance_rolls_on_its_inner_feet(parameters):
+    """As pressed in as its force has it, where it would be had it rolled there, and without slip."""
+    machine = machine_of(parameters.biped, parameters.settings)
+    stance = dataclasses.replace(ROUGH[False], stance_angle=0.2, stance_length_rate=0.05)
+    start = rolling_start(machine, parameters.contact, stance, STANDING_FORCE)
+    here, later = (feet_places(start.position + time * start.velocity, machine.feet)[:2] for time in (0.0, 1e-7))
+    radius, depth = parameters.biped.foot_radius, static_penetration(parameters.contact, STANDING_FORCE)
+    assert here[:, 0] == pytest.approx(radius * 0.2, abs=1e-12) and here[:, 1] == pytest.approx(-depth, abs=1e-12)
+    rates = (later - here) / 1e-7
+    assert rates[:, 0] == pytest.approx(radius * stance.stance_rate, abs=1e-6)
+    assert rates[:, 1] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_energy_balances_with_all_that_a_hip_may_have(parameters, walk_from):
