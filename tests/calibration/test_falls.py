@@ -12,6 +12,7 @@ from stages.analytic.errors import StepFailed
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.estimation.request import Request
+from stages.calibration.following import report
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.robot_file import read
 from stages.calibration.following.step import Estimate, Step
@@ -20,6 +21,7 @@ from stages.calibration.following.track import Track, follow
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.observation.prediction import predict, taken, walk
+from stages.calibration.questions import follow as question
 from stages.calibration.reports.sensor_report import _split
 from stages.imu.sources.units import STANDARD_GRAVITY
 from tests.calibration.runs import DESIGN, PARAMETERS, disturbed
@@ -266,3 +268,11 @@ def test_what_is_said_of_an_option_names_it_as_it_is_typed(tmp_path):
     for key in ("held_out", "fitted"):
         with pytest.raises(WrongOption, match=f"^--with: {key}: no run walk 9 can be used; there are walk 1$"):
             _split([SimpleNamespace(name="walk 1")], Request(**{key: ("walk 9",)}), 3)
+
+
+def test_a_dash_is_standard_input(monkeypatch):
+    for name in ("streamed", "followed"):
+        monkeypatch.setattr(report, name, lambda *given, name=name: name)
+    for source, how in (("-", "streamed"), ("lab.sqlite", "followed")):
+        options = SimpleNamespace(source=source, robot=".", runs=(), about=None)
+        assert question.ask(PARAMETERS, options, None) == how

@@ -121,8 +121,6 @@ def step_period(lateral_rate: np.ndarray, dt: float, step_band_hz: tuple[float, 
     """Duration of a step [s]: half the lag of the first peak of the rate's autocorrelation in the band; NaN if none."""
     x = filled(lateral_rate - np.nanmean(lateral_rate)) if np.isfinite(lateral_rate).any() else np.zeros(1)
     shortest, longest = (int(2 / f / dt) for f in reversed(step_band_hz))
-    if len(x) < shortest + 3 or not x.any():
-        return float("nan")
     spectrum = np.abs(np.fft.rfft(x, 2 * len(x))) ** 2
     correlation = np.fft.irfft(spectrum)[: min(len(x), longest + 2)]
     peaks, _ = find_peaks(correlation[shortest:])
