@@ -27,6 +27,7 @@ from stages.campaign.run import (
     database_bytes,
     device,
     run,
+    peak,
     sensed_run,
     synthetic_run,
 )
@@ -276,3 +277,14 @@ def test_frames_are_as_good_as_the_stand_and_the_accelerometer_allow(
     # the worse of two sensors that share the stand: at most the square root of two times one of them, rms
     assert np.sqrt(np.mean(worst**2)) <= 1.1 * np.sqrt(2) * expected
     assert np.quantile(worst, 0.95) <= 0.5
+
+
+def test_a_peak_is_the_median_of_the_greatest_forces_shortly_after_strikes():
+    """Not of what comes long after one, or before."""
+    time = np.arange(0.0, 30.0, 0.01)
+    force = np.ones((len(time), 3)) / np.sqrt(3.0)
+    for strike, size in ((5.0, 3.0), (15.0, 4.0), (25.0, 9.0)):
+        force[np.abs(time - strike) < 0.015] *= size
+        force[np.abs(time - strike - 3.0) < 0.015] *= 50.0
+        force[np.abs(time - strike + 3.0) < 0.015] *= 60.0
+    assert peak(time, force, np.array([5.0, 15.0, 25.0]), 1.0) == pytest.approx(4.0)
