@@ -26,8 +26,8 @@ from stages.campaign.run import (
     again,
     database_bytes,
     device,
-    run,
     peak,
+    run,
     sensed_run,
     synthetic_run,
 )
