@@ -263,6 +263,7 @@ def require_alike(biped: Biped, model: str) -> None:
 
 def require_plain(biped: Biped, model: str, instead: str = "") -> None:
     """A model of Table 1's biped goes no further with another one; `instead` ends the sentence. Raises BeyondModel."""
+    require_own_strikes(biped, model)
     if biped.detailed:
         keys = ", ".join(biped.details)
         raise BeyondModel(f"{model} does not know {keys}; only {KNOWING} do{instead}")

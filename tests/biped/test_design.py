@@ -101,6 +101,7 @@ ONE_STEP = "repeat after one step, and with other_leg_length they"
 
 @pytest.mark.parametrize(("stages", "settings", "words"), [
     (("twin_ladder", "campaign"), ("biped.frame_mass=0.05", LAME), UNKNOWN),
+    (("twin_ladder", "campaign"), (*RETRACTING, TIMED), "strike_time; only the constraint model's gaits do"),
     (("contact_study", "error_budget"), ("biped.frame_mass=0.05", LAME, *RETRACTING), ONE_STEP),
     (("contact_study", "error_budget"), ("biped.frame_mass=0.05", TIMED, *RETRACTING), "does not know strike_time"),
     (("twin", "twin_pushes"), (*RETRACTING, TIMED), "the twin does not know strike_time"),
