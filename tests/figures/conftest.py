@@ -1,5 +1,6 @@
 """The look of the study's figures, for tests that draw by themselves."""
 
+import matplotlib.pyplot as plt
 import pytest
 
 from stages.drawing import style
@@ -10,3 +11,10 @@ def drawing():
     """Fonts and rules are read once for all figures of a file."""
     with style.drawing():
         yield
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Pyplot keeps every figure that a test draws until it is closed."""
+    yield
+    plt.close("all")
