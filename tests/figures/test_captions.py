@@ -304,7 +304,6 @@ def test_that_mark_stands_on_no_label():
         drawn.at_level(picture, "draft")
         with drawn.style.laid_out(picture, 80):
             marks = [text.get_window_extent() for text in (*picture.texts, axes.xaxis.label)]
-    plt.close(picture)
     assert not marks[0].overlaps(marks[1])
 
 

@@ -8,7 +8,6 @@ import dataclasses
 from pathlib import Path
 
 import matplotlib
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -47,7 +46,6 @@ def draw(name, scale, path):
     picture = shown(name) if scale == 1.0 else drawn(name, scale)
     with style.laid_out(picture, DPI):
         picture.savefig(path, dpi=DPI)
-    plt.close(picture)
     return path
 
 

@@ -119,7 +119,6 @@ def test_numbers_of_parts_stand_beside_one_another(length):
             picture.draw_without_rendering()
             numbers = [text for text in picture.axes[1].texts if text.get_text().isdigit()]
             places = [Text.get_window_extent(text).padded(1.0) for text in numbers]  # without their arrows
-    plt.close(picture)
     assert len(places) > 9 and not any(one.overlaps(other) for one, other in itertools.combinations(places, 2))
 
 

@@ -282,7 +282,6 @@ def complaints(figure, phone=False):
         if phone:
             least = min(text.get_fontsize() for text in texts) * scale_on_a_phone(figure)
             said += [f"the smallest letter has {least:.1f} points on a phone"] * (least < SMALLEST)
-    plt.close(figure)
     return said
 
 

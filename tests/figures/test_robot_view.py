@@ -106,11 +106,10 @@ def test_a_part_is_numbered_on_the_left_half_and_beside_the_axis_only_in_the_mid
 
 def test_pale_paint_is_nearer_to_white():
     faces = view.faces(box((0.1, 0.1, 0.1)), np.array([0.2, 0.4, 0.1]), 0.2)
-    figure, panels = plt.subplots(1, 2)
+    _, panels = plt.subplots(1, 2)
     for axes, strength in zip(panels, (1.0, 0.5)):
         view.paint(axes, view.Camera(0.3, 0.3, 0.0), [faces], strength=strength)
     full, pale = (axes.collections[0].get_facecolor()[:, :3] for axes in panels)
-    plt.close(figure)
     assert len(full) == len(pale) == (faces.normals @ view.Camera(0.3, 0.3, 0.0).axes[2] > 0).sum()
     assert pale == pytest.approx(0.5 + 0.5 * full)
 
@@ -200,11 +199,10 @@ def test_words_and_lines_stand_out_from_both_pages():
 
 
 def test_a_leg_is_drawn_with_the_designs_lengths():
-    figure, axes = plt.subplots()
+    _, axes = plt.subplots()
     leg = DrawnLeg(Page(axes, 0.0), 0.1 + 0.3j, 0.2, 0.333, 0.083, 0.1, "#000000")
     leg.draw()
     x, y = max((line.get_data() for line in axes.lines), key=lambda data: len(data[0]))
-    plt.close(figure)
     centre = leg.at(0.0, 0.25)
     assert abs(centre - leg.hip) == pytest.approx(0.25) and centre.real > leg.hip.real
     assert abs(x + 1j * y - centre) == pytest.approx(0.083)

@@ -82,7 +82,6 @@ def test_what_is_said_of_a_figure_stands_on_a_strip_above_it_and_moves_nothing()
 
 
 def rows(figure):
-    plt.close(figure)
     lines = as_csv(figure).splitlines()
     said = [line for line in lines if line.startswith("# ")]
     return said, list(csv.DictReader(io.StringIO("\n".join(lines[len(said) :]))))
@@ -137,7 +136,6 @@ def test_few_colours_are_the_same_picture():
     axes.imshow(np.linspace(0.0, 1.0, 40 * 60).reshape(40, 60), cmap="viridis")
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
-    plt.close(figure)
     whole = Image.open(buffer)
     few = style.in_few_colours(whole)
     one, other = (np.asarray(each.convert("RGB"), dtype=float) for each in (whole, Image.open(io.BytesIO(few))))
