@@ -48,11 +48,6 @@ class Request:
     design: str = BIPED
     also: tuple[str, ...] = ()
 
-    @property
-    def measured(self) -> tuple[str, ...]:
-        """Names of known values that no fit looks for unless their errors are given: gravity."""
-        return tuple(one.name for one in self.known if one.name in KNOWN_EVERYWHERE)
-
     def check(self, names: tuple[str, ...], design: DesignPoint) -> None:
         """Raise WrongOption where nothing, or what the `design` does not have, is looked for (`names` is what is), and
         for a known value that says nothing of that, or that no fit which begins with the design gets to."""
@@ -69,8 +64,9 @@ class Request:
                f"allowed is up to {FAR:g} times as much or as little; correct either") for one, value in drawn.items()))
 
     def looked_for(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Those of `names` that are looked for."""
-        return tuple(name for name in names if (not self.free or name in self.free) and name not in self.fixed)
+        """Those of `names` that are looked for, and what is so only where its error is known: gravity."""
+        return (*(name for name in names if (not self.free or name in self.free) and name not in self.fixed),
+                *(one.name for one in self.known if one.name in KNOWN_EVERYWHERE))
 
 
 def _why_idle(name: str) -> str:

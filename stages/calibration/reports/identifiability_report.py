@@ -35,7 +35,7 @@ STRONG, WORTH = 0.9, 1.25
 def answered(parameters: Parameters, request: Request, runs: int) -> Answer:
     """What `runs` planned runs tell, with the values known. Raises NoGait."""
     design = DesignPoint(parameters.biped, parameters.slope)
-    looked_for = (*request.looked_for(free_names(design)), *request.measured)
+    looked_for = request.looked_for(free_names(design))
     request.check(looked_for, design)
     planned = _, equations, model = planned_equations(parameters, names=looked_for)
     names = model.of_design

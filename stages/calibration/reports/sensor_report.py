@@ -91,8 +91,7 @@ def calibrated(
         design = _with_more(drawn_design(parameters) if of_parts else guess(parameters), request)
         there = looked_for(design) if of_parts else (
             *free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else []))
-        names = tuple(dict.fromkeys([*request.looked_for(there), *request.also, *request.measured]))
-        all_known = request.known
+        names, all_known = tuple(dict.fromkeys([*request.looked_for(there), *request.also])), request.known
         request.check(names, design)
     else:
         design, names, all_known = before.began, (*before.names, *before.own), before.known
