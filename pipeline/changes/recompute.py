@@ -28,6 +28,7 @@ from pipeline.commands.show import check_links
 from pipeline.errors import ANSWER, StageFailed, StudyError
 from pipeline.execution.display import Display
 from pipeline.execution.executor import bring_up_to_date
+from pipeline.graph import beneath
 from pipeline.package.command import unpacked
 from pipeline.parameters import loading
 from pipeline.parameters.value import SUFFIX
@@ -107,7 +108,7 @@ def _check_inputs(study: Study, folder: Path, names: Sequence[str], about: Mappi
     for name in names:
         had = json.loads(about[name][fingerprint.INGREDIENTS])["inputs"]
         for path in study.graph.stages[name].inputs:
-            if not any(each == path or each.startswith(f"{path}/") for each in had):
+            if not beneath(path, had):
                 raise StudyError(f"{shown(folder)}/{name}.h5: was made without {path}, which that stage reads in "
                                  f"{shown(study.root)}: recompute it in a study that leaves it out too, as one that "
                                  "bipedstudy init lays out")

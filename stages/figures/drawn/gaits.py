@@ -31,8 +31,7 @@ def multipliers(given: Given) -> list[tuple[str, np.ndarray, str, str]]:
         ("constraint model", given.analytic.gait.floquet_multipliers, style.ANALYTIC, "o"),
         ("penalty contact", given.multibody.cycle.floquet_multipliers, style.MULTIBODY, "s"),
     ]
-    rungs = given.twin_ladder.rungs if given.twin_ladder else ()
-    twin = next((rung for rung in rungs if rung.is_twin and rung.found), None)
+    twin = given.twin_ladder.twin if given.twin_ladder else None
     if twin is not None:
         found.append(("twin, in the plane", twin.plane_multipliers, style.TWIN, "^"))
         found.append(("twin, across it", twin.side_multipliers, style.MEASURED, "v"))
