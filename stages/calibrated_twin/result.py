@@ -122,8 +122,8 @@ class Result:
             tables.append((f"Robot {robot.kind}, {robot.runs} runs; sd by {robot.by_what}",
                            ("parameter", "nominal", "fitted", "by the twin", "corrected", "sd", "truth"), rows))
         pairs: list[tuple[str, ...]] = [
-            (one.name, f"{1e3 * one.longer:.2f} +- {1e3 * one.longer_sd:.2f}", f"{1e3 * one.true_longer:.2f}",
-             f"{1e3 * one.heavier:.1f}", f"{100 * one.slower:+.2f} +- {100 * one.slower_sd:.2f}",
+            (one.name, f"{1e3 * one.longer:.2f}", f"{1e3 * one.longer_sd:.2f}", f"{1e3 * one.true_longer:.2f}",
+             f"{1e3 * one.heavier:.1f}", f"{100 * one.slower:+.2f}", f"{100 * one.slower_sd:.2f}",
              f"{100 * one.true_slower:+.2f}")
             for one in self.pairs
         ]
@@ -132,7 +132,8 @@ class Result:
             for one in self.checks
         ]
         more: list[Table] = [
-            ("What the outsole does", ("run", "longer mm", "truth", "heavier g a leg", "frequency %", "truth"), pairs),
+            ("What the outsole does",
+             ("run", "longer mm", "sd", "truth", "heavier g a leg", "frequency %", "sd", "truth"), pairs),
             ("Runs held out, walked by the twin",
              ("run", "numbers", "strikes off by ms", "force m/s^2", "rate rad/s"), checks)]
         return tables + [table for table in more if table[2]]

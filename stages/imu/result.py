@@ -275,11 +275,12 @@ class Result:
         strides = sum(len(run.strides) for run in self.runs)
         turned_down = f", {len(self.rejected)} rejected" if self.rejected else ""
         apart = self.step_frequency_spread
-        spread = f" +- {f'{apart:.3f}' if apart >= 5e-4 else 'less than 0.001'}" if math.isfinite(apart) else ""
+        least = f"{apart:.3f}" if apart >= 5e-4 else "less than 0.001"
+        spread = f", standard deviation {least} between runs" if math.isfinite(apart) else ""
         doubt = "" if stepping(self.runs) else ", not to be trusted: see the remarks of bipedstudy show imu"
         return (
             f"{count_of(len(self.runs), f'{self.origin} run')}{turned_down}, {strides} strides, "
-            f"step frequency {self.step_frequency:.3f}{spread} Hz{doubt}"
+            f"step frequency {self.step_frequency:.3f} Hz{spread}{doubt}"
         )
 
     def tables(self) -> list[Table]:

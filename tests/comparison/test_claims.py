@@ -307,7 +307,7 @@ def test_the_causes_named_are_those_that_are_true():
     (15, {"reach": nan, "rolls": nan}, "11 sets 161.0 mm apart need 1.69 m; the twin walks over fewer"),
     (18, {}, "2.0718 Hz, -0.39 %"), (19, {"above": 2e-3}, "2.0 ms a step (0.4 %) lie above 4 g, with peaks of 3 g"),
     (21, {}, "200.00 mm off after 1.70 m (12 %); one of the rate, with the foot that rolls, has errors of 2.00 %"),
-    (21, {}, "0.11 degrees of the leg's angle. Their steps are 160.00 mm long, each ± 1.00 mm, the twin's 161.00 mm"),
+    (21, {}, "Their steps are 160.00 mm long, each with a standard error of 1.00 mm, the twin's 161.00 mm, the"),
     (23, {}, "1.9000 Hz, twin 2.0000 Hz over the same steps, -5.00 %"), (25, {}, "pushes explain 36 % of its variance"),
     (25, {"correlation": nan, "pushed": 0}, "the pushes of the measured runs are not known"),
     (25, {"correlation": nan, "runs": 2, "pushed": 2, "origin": "synthetic"}, "2 synthetic runs are too few to"),

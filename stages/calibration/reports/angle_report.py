@@ -147,8 +147,8 @@ def _known(setup: AngleSetup, fit: AngleFit) -> Iterator[Contradiction]:
         variance = one.sd**2 - float(row @ np.where(np.isfinite(covariance), covariance, 0.0) @ row)
         off = abs(value - one.value) / math.sqrt(max(variance, 1e-6 * one.sd**2))
         if row.any() and off > SAID:
-            yield (f"{short(one.name)} is known as {one.value:.4g} +- {one.sd:.2g} "
-                                f"{setup.robot.unit(one.name)}; these steps contradict that by {off:.1f} standard "
+            yield (f"{short(one.name)} is known as {one.value:.4g} {setup.robot.unit(one.name)} with a "
+                                f"standard error of {one.sd:.2g}; these steps contradict that by {off:.1f} standard "
                                 f"errors (found {value:.4g})", off)  # fmt: skip
 
 

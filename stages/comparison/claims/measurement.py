@@ -177,8 +177,8 @@ def judge_hip_path_drifts(
             f"of a step's length and {math.degrees(angle):.2f} degrees of the leg's angle"
         )
     lengths = (
-        f". Their steps are {mm(step_length)} long, each ± {mm(said)}, the twin's {mm(twin)}, the "
-        f"simple model's {mm(simple)}"
+        f". Their steps are {mm(step_length)} long, each with a standard error of {mm(said)}, "
+        f"the twin's {mm(twin)}, the simple model's {mm(simple)}"
         if seen
         else ""
     )

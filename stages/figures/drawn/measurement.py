@@ -227,7 +227,8 @@ def caption_agreement(given: Given) -> str:
     measured = there(given.comparison.measurement)
     leg = measured.leg
     shares = ", ".join(f"{100 * measured.twin[name].envelope_share:.0f} %" for name in list(measured.twin)[:3])
-    apart = f" (± {measured.step_frequency_spread:.2g} between runs)" * (measured.step_frequency_spread >= 0.0)
+    spread = measured.step_frequency_spread
+    apart = f" (standard deviation {spread:.2g} between runs)" * (spread >= 0.0)
     return (
         f"{count_of(measured.runs, f'{measured.origin} run')} at {measured.step_frequency:.4f} Hz{apart}, twin "
         f"{measured.twin_step_frequency:.4f} Hz over the same steps. The envelope holds the twin over {shares} "
@@ -256,8 +257,9 @@ def leg_words(leg: LegAgreement) -> str:
     return (
         " Below, from one integration of the rate and the foot that rolls: the leg's angle, "
         f"{np.degrees(leg.twin_angle):.2f} and {np.degrees(leg.simple_angle):.2f} degrees rms from the twin's and the "
-        f"simple model's, and the hip over a stance; steps of {runs} ± {1e3 * leg.step_length_error:.1f} mm each, "
-        f"{twin} in the twin, {simple} in the simple model. The runs' hip is a rigid leg's."
+        f"simple model's, and the hip over a stance; steps of {runs}, each with a "
+        f"standard error of {1e3 * leg.step_length_error:.1f} mm, {twin} in the twin, {simple} in the simple model. "
+        "The runs' hip is a rigid leg's."
     )
 
 
