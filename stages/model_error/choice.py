@@ -26,11 +26,11 @@ from stages.analytic.maps.box import Box
 from stages.analytic.model.walker import Vector
 from stages.biped.processes import Progress, ignore
 from stages.biped.question import Column
-from stages.model_error.designs import NUMBERS, kind, numbers
+from stages.model_error.designs import kind, numbers
 from stages.model_error.measures import IMPULSIVE, NAMES, UNITS, Allowed
 from stages.model_error.miss import Learnt, Miss
 from stages.model_error.parameters import Parameters
-from stages.model_error.result import EVEN, MODELS, PENALTY, SHARED, TWIN, WIDTH, Result
+from stages.model_error.result import EVEN, MODELS, NUMBERS, PENALTY, SHARED, TWIN, WIDTH, Result
 from stages.model_error.run import design_of
 from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung
 

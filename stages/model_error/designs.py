@@ -15,21 +15,10 @@ from scipy.stats import qmc
 
 from stages.biped.accuracy.scales import Scales, scales_of
 from stages.biped.design import Biped
+from stages.model_error.result import DIFFERENCES, SHARES
 from stages.model_error.rungs import Design
 
 S = TypeVar("S")
-#: Numbers of a design by which misses are fitted, in words: what a reader calls them.
-FITTED = (
-    "mass of a leg over all mass", "foot radius by leg length", "mass centre by leg length", "k l / (m g)",
-    "damping ratio", "inertia of a leg by m l^2", "slope", "contact stiffness", "contact damping", "stiction velocity",
-)  # fmt: skip
-#: These, and the numbers that drawn designs hardly differ in: who leaves them is outside of what was drawn.
-NUMBERS = (
-    *FITTED, "static friction", "dynamic friction", "force exponent", "damping depth", "mass off the leg's line",
-    "frame's mass", "hip's stiffness", "hip's damping", "hip's friction", "hip's mass for gravity", "outsole",
-    "bearing friction", "slider friction", "mass of the other leg", "length of the other leg",
-    "stiffness of the other leg",
-)  # fmt: skip
 #: What is drawn of a design, by file and key, as a share of its value to either side; the details of every other design
 #: in its own scales, to either side of none.
 SPREAD = {
@@ -45,7 +34,7 @@ def numbers(design: Design) -> np.ndarray:
     """The dimensionless numbers (n,) of a design, in the order of `NUMBERS`; the legs' are their means."""
     own = scales_of(design.biped, design.slope.gravity)
     measured, ground, twin = own.measure(design.biped), own.measure(design.contact), own.measure(design.twin)
-    first, other, held = measured.leg(0), measured.leg(1), ground.coefficients
+    first, other, held, law = measured.leg(0), measured.leg(1), ground.coefficients, ground.numbers
 
     def mean(name: str) -> float:
         both: float = getattr(first, name) + getattr(other, name)
@@ -54,12 +43,14 @@ def numbers(design: Design) -> np.ndarray:
     stiffness, mass = mean("stiffness"), mean("foot_mass")
     return np.array([
         mass, mean("foot_radius"), mean("foot_com"), stiffness, 0.5 * mean("damping") / stiffness**0.5,
-        mean("leg_inertia") / mass, design.slope.angle, ground.contact_stiffness, ground.contact_damping,
-        ground.stiction_velocity, held.static_friction, held.dynamic_friction, ground.contact_exponent,
-        ground.damping_depth, mean("foot_offset"), mean("frame_mass"), measured.hip_stiffness, measured.hip_damping,
-        measured.hip_friction, measured.weighed_hip - measured.hip_mass, twin.outsole, twin.bearing_friction,
-        twin.slider_friction, other.foot_mass / first.foot_mass, other.leg_length / first.leg_length,
-        other.stiffness / first.stiffness,
+        mean("leg_inertia") / mass, design.slope.angle, ground.contact_stiffness, law.normal.damping_under(1.0),
+        ground.stiction_velocity, held.static_friction, held.dynamic_friction,
+        getattr(law.friction, "friction_velocity", 0.0), ground.contact_exponent, getattr(law.normal, "depth", 0.0),
+        mean("frame_mass"), mean("frame_inertia"), *map(mean, DIFFERENCES), measured.hip_stiffness,
+        measured.hip_damping, measured.hip_friction, measured.hip_rest_angle,
+        measured.weighed_hip - measured.hip_mass, twin.outsole, twin.bearing_friction, twin.slider_friction,
+        *(getattr(other, name) / mean(name) if mean(name) else 1.0 for name in SHARES),
+        *(getattr(other, name) - getattr(first, name) for name in DIFFERENCES),
     ])  # fmt: skip
 
 

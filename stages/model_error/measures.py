@@ -55,8 +55,12 @@ def errors(texts: Sequence[str]) -> Mapping[str, Allowed]:
 
 
 def learnt_by(asking: Asking) -> Result:
-    """The stage's result among the study's. Raises WrongOption without one."""
+    """The stage's result among the study's. Raises WrongOption without one, or with an earlier version's."""
+    from stages.model_error.result import NUMBERS
+
     result, where = asking.result()
+    if result is not None and result.numbers.shape[1] != len(NUMBERS):
+        result, where = None, "the result is of other numbers of a design"
     if result is None:
         raise WrongOption(NOT_KNOWN.format(where))
     found: Result = result

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from stages.model_error.designs import FITTED
-from stages.model_error.result import COVERED, FEWEST, PENALTY, SHARED, TWIN, Result
+from stages.model_error.result import COVERED, FEWEST, FITTED, PENALTY, SHARED, TWIN, Result
 
 #: Prior sizes of the slopes over the spread of the misses; leaving one out decides among them.
 PRIORS = (0.0, 0.1, 0.3, 1.0, 3.0)

@@ -19,6 +19,26 @@ PENALTY, TWIN = 2, 3
 #: Processor time [s] of a gait by each at its first tolerance, the median of drawn designs on one machine. They order
 #: the rungs, and are printed.
 PRICES = 0.05, 0.06, 0.2, 1.5
+#: Numbers of a design by which misses are fitted, in words: what a reader calls them.
+FITTED = (
+    "mass of a leg over all mass", "foot radius by leg length", "mass centre by leg length", "k l / (m g)",
+    "damping ratio", "inertia of a leg by m l^2", "slope", "contact stiffness", "contact damping", "stiction velocity",
+)  # fmt: skip
+#: Numbers of which the other leg has a share of both legs' mean, and those, of either sign, by which it differs.
+SHARES = {
+    "foot_mass": "mass", "leg_length": "length", "stiffness": "stiffness", "damping": "damping",
+    "foot_radius": "foot radius", "foot_com": "mass centre", "leg_inertia": "inertia", "frame_mass": "frame's mass",
+    "frame_inertia": "frame's inertia",
+}  # fmt: skip
+DIFFERENCES = {"foot_offset": "mass off the leg's line", "frame_com": "frame's mass centre",
+               "frame_offset": "frame's mass off the leg's line"}  # fmt: skip
+#: These, and the numbers that drawn designs hardly differ in: who leaves them is outside of what was drawn.
+NUMBERS = (
+    *FITTED, "static friction", "dynamic friction", "friction velocity", "force exponent", "damping depth",
+    "frame's mass", "frame's inertia", *DIFFERENCES.values(), "hip's stiffness", "hip's damping", "hip's friction",
+    "hip's rest angle", "hip's mass for gravity", "outsole", "bearing friction", "slider friction",
+    *(f"{name} of the other leg" for name in (*SHARES.values(), *DIFFERENCES.values())),
+)  # fmt: skip
 #: Probability that a stated error holds, if misses are normal, and how many standard deviations such an error is.
 COVERED = 0.95
 WIDTH = NormalDist().inv_cdf(0.5 + 0.5 * COVERED)
@@ -35,7 +55,7 @@ class Result:
     seed: int = quantity("1", "seed of the draw")
     kind: str = quantity("-", "what no number shows of the designs, all of one kind")
     numbers: np.ndarray = quantity(
-        "1", "dimensionless numbers of the drawn designs, in the order of stages.model_error.designs.NUMBERS",
+        "1", "dimensionless numbers of the drawn designs, in the order of NUMBERS",
         dimensions=("design", "number"))
     values: np.ndarray = quantity(
         "-", "period [s], step frequency [Hz], step length [m], speed [m/s], peak force [N] and magnitude of the "

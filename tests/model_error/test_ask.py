@@ -166,6 +166,12 @@ def test_a_result_of_other_measures_is_refused(parameters, small):
         ask(parameters, Options(("speed",), ("1%",)), asking)
 
 
+def test_a_result_of_other_numbers_is_refused(parameters, small):
+    earlier = dataclasses.replace(small, numbers=small.numbers[:, 1:])
+    with pytest.raises(WrongOption, match=r"of other numbers of a design; bipedstudy run model_error"):
+        ask(parameters, Options(("speed",), ("1%",)), Asking(model_error=earlier))
+
+
 def test_who_asks_for_a_peak_force_is_told_what_the_constraint_model_lacks(parameters, small):
     answer = ask(parameters, Options(("peak_force",), ("1%",)), Asking(model_error=small))
     assert answer.plain["peak_force"]["rung"] == MODELS[PENALTY] and answer.plain["peak_force"]["inputs"] is None

@@ -9,11 +9,11 @@ import pytest
 from stages.biped.design import BeyondModel
 from stages.biped.question import WrongOption
 from stages.ground.blocks import Blocks
-from stages.model_error.designs import NUMBERS, draws, kind, numbers
+from stages.model_error.designs import draws, kind, numbers
 from stages.model_error.measures import NAMES, Allowed
 from stages.model_error.miss import Learnt, ridge
 from stages.model_error.questions.design import Options, ask, misses
-from stages.model_error.result import MODELS, PENALTY, SHARED, TWIN, Result
+from stages.model_error.result import FITTED, MODELS, NUMBERS, PENALTY, SHARED, TWIN, Result
 from stages.model_error.run import design_of
 from stages.model_error.rungs import RUNGS, NoRung
 from stages.twin.machine.machine import build
@@ -127,12 +127,37 @@ def test_each_choice_is_a_kind_of_its_own(parameters, file, key, value):
     ("biped", "hip_stiffness", 0.05, "hip's stiffness"), ("biped", "hip_friction", 0.002, "hip's friction"),
     ("contact", "dynamic_friction", 0.1, "dynamic friction"), ("contact", "damping_depth", 1e-3, "damping depth"),
     ("twin", "outsole", 0.002, "outsole"), ("biped", "frame_mass", 0.05, "frame's mass"),
+    ("contact", "friction_velocity", 0.1, "friction velocity"), ("biped", "hip_rest_angle", 0.3, "hip's rest angle"),
+    *(("biped", f"other_{key}", value, f"{name} of the other leg") for key, value, name in [
+        ("foot_radius", 0.1, "foot radius"), ("foot_com", 0.13, "mass centre"), ("damping", 10.0, "damping"),
+        ("leg_inertia", 1e-3, "inertia"), ("foot_offset", -0.012, "mass off the leg's line"),
+        ("frame_inertia", 1e-4, "frame's inertia"), ("frame_com", 0.04, "frame's mass centre"),
+        ("frame_offset", 0.01, "frame's mass off the leg's line")]),
 ])  # fmt: skip
 def test_each_number_of_a_design_is_one_that_the_drawn_ones_have(parameters, file, key, value, name):
     other = dataclasses.replace(parameters, **{file: dataclasses.replace(getattr(parameters, file), **{key: value})})
     same = numbers(design_of(other)) == pytest.approx(numbers(design_of(parameters)), rel=1e-12)
     changed_ones = np.array(NUMBERS)[np.abs(numbers(design_of(other)) - numbers(design_of(parameters))) > 1e-12]
     assert not same and name in changed_ones
+
+
+@pytest.mark.parametrize(("law", "used"), [
+    ("impact", {"contact_damping", "damping_depth"}), ("restitution", {"restitution", "impact_speed"})])
+def test_numbers_are_those_that_the_law_of_the_normal_force_uses(parameters, law, used):
+    contact = dataclasses.replace(parameters.contact, normal_force=law)
+    one = design_of(dataclasses.replace(parameters, contact=contact))
+    for key in ("contact_damping", "damping_depth", "restitution", "impact_speed"):
+        other = dataclasses.replace(one, contact=dataclasses.replace(contact, **{key: 2.0 * getattr(contact, key)}))
+        assert (numbers(one) != numbers(other)).any() == (key in used)
+
+
+def test_legs_exchanged_are_as_unlike(parameters):
+    """A limp and its mirror are as far from what was drawn."""
+    one = changed(parameters, other_foot_mass=0.345, other_damping=50.0)
+    other = dataclasses.replace(one, biped=one.biped.exchanged)
+    away = [np.abs(numbers(design_of(each))[len(FITTED):] - numbers(design_of(parameters))[len(FITTED):])
+            for each in (one, other)]  # fmt: skip
+    assert away[0] == pytest.approx(away[1], rel=1e-12, abs=1e-15) and away[0].max() > 0.01
 
 
 # --- What is learnt from drawn designs: bias and spread, widened outside of the draws.
