@@ -84,8 +84,8 @@ class Range:
 
     def values(self) -> list[Any]:
         """The values of a grid, both ends included."""
-        count = self.steps or 1
-        return [self.at(index / (count - 1)) if count > 1 else self.low for index in range(count)]
+        spread = np.geomspace if self.scale == "log" else np.linspace  # decades and ends come out as they are written
+        return list(spread(self.low, self.high, self.steps or 1).tolist())
 
 
 @dataclass(frozen=True)

@@ -191,6 +191,11 @@ def test_a_wrong_spec_is_refused_with_a_sentence(toy, text, sentence):
     assert any(sentence in each for each in refused.value.sentences), refused.value.sentences
 
 
+def test_a_grid_holds_its_ends_and_decades_to_the_digit():
+    assert Range(low=1e4, high=1e7, steps=4, scale="log").values() == [1e4, 1e5, 1e6, 1e7]
+    assert Range(low=1400.0, high=4200.0, steps=3, scale="log").values()[::2] == [1400.0, 4200.0]
+
+
 DRAWN = """
 stage: fall
 kind: {kind}
