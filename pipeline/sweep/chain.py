@@ -108,7 +108,7 @@ class Chain:
         try:
             return parsed(f"{name}=0", keys)
         except StudyError as error:
-            raise StudyError(f"{self.spec.name}: {text.removeprefix('--set ')}" for text in error.sentences) from None
+            raise StudyError(f"{self.spec.file}: {text.removeprefix('--set ')}" for text in error.sentences) from None
 
     def _sections(self, file: str) -> list[Any]:
         return [section for name in self.names for section in vars(self.base[name]).values() if file == section.FILE]
@@ -122,7 +122,7 @@ class Chain:
             if varied or touched.intersection(self.study.graph.upstream(name)):
                 touched.add(name)
         if idle:
-            raise StudyError(f"{self.spec.name}: {name}: stage {self.spec.stage} does not depend on this parameter"
+            raise StudyError(f"{self.spec.file}: {name}: stage {self.spec.stage} does not depend on this parameter"
                              for name in self.spec.names if name in idle)  # fmt: skip
         return tuple(name for name in self.names if name in touched)
 
@@ -136,7 +136,7 @@ class Chain:
                 try:
                     self._with(section, name, value)
                 except StudyError as error:
-                    problems += [f"{self.spec.name}: {sentence}" for sentence in error.sentences]
+                    problems += [f"{self.spec.file}: {sentence}" for sentence in error.sentences]
         if problems:
             raise StudyError(dict.fromkeys(problems))
 

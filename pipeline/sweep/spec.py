@@ -154,7 +154,7 @@ class Spec:
     start_limit_s: float = entry(
         "more for the first point of a process, which may have to compile", unit="s", bound=Between(0, 1e6),
         default=600.0)  # fmt: skip
-    name: str = ""
+    file: str = ""
 
     @cached_property
     def axes(self) -> dict[str, Axis]:
@@ -242,7 +242,7 @@ def read(path: Path) -> Spec:
     values, wrong = values_of(Spec, {key: node for key, node in entries.items() if key in known})
     problems += [f"{where}{f':{line}' if key in entries else ''}: {sentence}" for key, line, sentence in wrong]
     if not problems:
-        spec = Spec(**values, name=path.stem)
+        spec = Spec(**values, file=where)
         for key, text in spec.problems():
             problems.append(f"{where}:{entries[key].line}: {text}" if key in entries else f"{where}: {text}")
     if problems:

@@ -56,7 +56,7 @@ def table(
         reasons.append(row.reason)
     for pattern in chain.spec.outputs:
         if not any(fnmatchcase(name, pattern) for name in found):
-            note(f'{chain.spec.name}: outputs: no point has a result "{pattern}"')
+            note(f'{chain.spec.file}: outputs: no point has a result "{pattern}"')
     with artefact.in_memory() as file:
         for name, text in chain.study.about.items():
             file.attrs[name] = text

@@ -145,9 +145,10 @@ def test_values_that_break_a_rule_are_rows_and_illegal_limits_are_refused(toy):
     assert columns["reason"][1] == "dynamic_friction = 1.2 is not allowed; allowed: <= static_friction = 1.1"
     with pytest.raises(StudyError) as refused:
         run(toy, "stage: fall\nkind: grid\nvary: {ground.gravity: {low: -1, high: 9, steps: 2}, fall.steps: [1.5]}\n")
+    file = toy.root / "sweep.yaml"
     assert refused.value.sentences == (
-        "sweep: ground.gravity = -1 m/s^2 is not allowed; allowed: > 0 and <= 100 m/s^2",
-        "sweep: fall.steps = 1.5 is not a whole number; allowed: >= 1",
+        f"{file}: ground.gravity = -1 m/s^2 is not allowed; allowed: > 0 and <= 100 m/s^2",
+        f"{file}: fall.steps = 1.5 is not a whole number; allowed: >= 1",
     )
 
 
