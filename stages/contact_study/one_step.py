@@ -210,16 +210,32 @@ def sizes(time: np.ndarray, difference: np.ndarray, impact: np.ndarray) -> np.nd
     return np.concatenate([largest_magnitudes(time, difference[:, :2]), np.abs(difference[~impact, 2:]).max(axis=0)])
 
 
+def forces_apart(scene: Scene, run: Run, heel_strike: float) -> np.ndarray:
+    """Root mean square over a step's time, outside of the impact, of what friction and normal force of both feet differ
+    by from the constraint model's, (2,) [N]; `heel_strike` is the run's [s].
+
+    At the samples and at the run's own steps: these show how a foot bounces, and neither are even in time.
+    """
+    walk, own = scene.walk, run.trajectory.time
+    events = np.concatenate([walk.heel_strike_time, walk.toe_off_time])
+    time, ideal = sampled_at(walk.time, walk.ground_reaction.reshape(-1, 4), events,
+                             np.union1d(scene.time, own[own <= scene.time[-1]]))  # fmt: skip
+    force = ground_reaction(run.trajectory, time, scene.biped.foot_radii) - ideal.reshape(-1, 2, 2)
+    squares, inside = (force**2).mean(axis=1), in_impact(scene, time, heel_strike)
+    spans = np.diff(time) * ~(inside[1:] | inside[:-1])
+    found: np.ndarray = np.sqrt(spans @ (squares[1:] + squares[:-1]) / (2.0 * spans.sum()))
+    return found
+
+
 def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
-    """Differences of a step from the constraint model; forces on that model's samples."""
+    """Differences of a step from the constraint model."""
     found = apart(scene, run)
     if isinstance(found, str):
         return unfinished(found, run.message, law, cost(scene, law))
-    trajectory, radii, time = run.trajectory, scene.biped.foot_radii, scene.time
+    trajectory, radii = run.trajectory, scene.biped.foot_radii
     difference, impact = found.hip, in_impact(scene, scene.compared[0], found.heel_strike)
     whole = sizes(scene.compared[0], difference, impact)
-    force = ground_reaction(trajectory, time, radii) - scene.walk.ground_reaction[: len(time)]
-    force = force[~in_impact(scene, time, found.heel_strike)]
+    friction, normal = forces_apart(scene, run, found.heel_strike).tolist()
     _, _, slip = foot_kinematics(trajectory.position, trajectory.velocity, STANDING, radii[STANDING])
     before = trajectory.time < min(found.heel_strike, scene.heel_strike)
     span = trajectory.time[before]
@@ -232,8 +248,8 @@ def measure(scene: Scene, law: ContactLaw, run: Run) -> OneStep:
         hip_velocity=whole[2:],
         impact_velocity=np.abs(difference[impact, 2:]).max(axis=0, initial=0.0),
         end_position=difference[-1, :2],
-        normal_force=float(np.sqrt(np.mean(force[:, :, 1] ** 2))),
-        friction_force=float(np.sqrt(np.mean(force[:, :, 0] ** 2))),
+        normal_force=normal,
+        friction_force=friction,
         peak_force=float(forces[LANDING]),
         penetration=float(depths.max()),
         creep_velocity=float(np.trapezoid(np.abs(slip[before]), span) / (span[-1] - span[0])),

@@ -18,7 +18,7 @@ import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.result import Inputs
-from stages.biped.accuracy.scales import scales_of
+from stages.biped.accuracy.scales import scales_of, size
 from stages.biped.design import BeyondModel, require_alike, require_own_strikes
 from stages.biped.processes import Progress, ignore
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
@@ -155,7 +155,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
     first, first_force = walked(default)
     varied: list[dict[str, Any]] = []
-    changes = list(one_at_a_time(default, settings))
+    changes = list(one_at_a_time(default, settings, size(parameters.biped)))
     for index, (key, law) in enumerate(changes):
         progress(SHARES[0] * index / len(changes), f"varying {key}")
         step, force = walked(law)
@@ -202,8 +202,11 @@ def curve_times(pendulum_time: float) -> np.ndarray:
     return np.concatenate(spans) * pendulum_time
 
 
-def one_at_a_time(default: ContactLaw, settings: Settings) -> Iterator[tuple[str, ContactLaw]]:
-    """The starting set with one parameter changed: (parameter, law), in the paper's order."""
+def one_at_a_time(default: ContactLaw, settings: Settings, longer: float) -> Iterator[tuple[str, ContactLaw]]:
+    """The starting set with one parameter changed: (parameter, law), in the paper's order.
+
+    Another exponent leaves the force at 1 mm of Table 1's robot as it is, and of a leg `longer` times at as many mm.
+    """
     values = (
         settings.stiffness_values,
         settings.exponent_values,
@@ -215,4 +218,6 @@ def one_at_a_time(default: ContactLaw, settings: Settings) -> Iterator[tuple[str
     for key, options in zip(VARIED, values):
         for value in options:
             change: dict[str, Any] = {key: value}
+            if key == "contact_exponent":
+                change["contact_stiffness"] = default.contact_stiffness * longer ** (default.contact_exponent - value)
             yield key, dataclasses.replace(default, **change)

@@ -6,12 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from stages.biped.accuracy.scales import Following, scales_of, similar
 from stages.biped.accuracy.tolerances import CLOSER, ConstraintTolerance, PenaltyTolerance, checked
 from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import OnGround
 
 #: So many times as fine, at least, is the tolerance that measures another's error.
 TIGHTER = 10.0
+#: What null is for Table 1's robot, as in the contact study.
+OF_TABLE_1 = {"impact_window": 1e-3}
 
 
 @dataclass(frozen=True)
@@ -48,9 +51,8 @@ class Settings:
     paper_penalty_tolerance: float = parameter(
         "1", "tolerance of the paper's multibody model", bound=Bound(minimum=1e-11, maximum=1e-3)
     )
-    impact_window: float = parameter(
-        "s", "time after heel strike in which velocities are not compared", bound=Bound(minimum=0, maximum=0.1)
-    )
+    impact_window: Following = parameter(
+        "s", "time after heel strike in which velocities are not compared", bound=Bound(minimum=0, maximum=1))
     points: int = parameter("1", "points of the curves over a step", bound=Bound(minimum=51, maximum=100_001))
     checked: int = parameter(
         "1", "steps with random laws of the budget that Exudyn walks too",
@@ -74,6 +76,11 @@ class Parameters(OnGround):
     settings: Settings
     constraint: ConstraintTolerance
     penalty: PenaltyTolerance
+
+    def __post_init__(self) -> None:
+        """The window follows the robot where it is null."""
+        own = scales_of(self.biped, self.slope.gravity)
+        object.__setattr__(self, "settings", similar(self.settings, OF_TABLE_1, own))
 
     @property
     def constraint_tolerance(self) -> float:

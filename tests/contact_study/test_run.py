@@ -9,6 +9,7 @@ import pytest
 from pipeline.cache import artefact
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_search import gaits_kept
+from stages.biped.accuracy.scales import scales_of, size
 from stages.contact_study import rigid_limit
 from stages.contact_study import run as stage
 from stages.contact_study.one_step import (
@@ -22,10 +23,12 @@ from stages.contact_study.one_step import (
 )
 from stages.contact_study.result import Result
 from stages.contact_study.rigid_limit import Ruler, choose, same_set
-from stages.contact_study.run import Inputs, checked, curve_times, run
+from stages.contact_study.run import Inputs, checked, curve_times, one_at_a_time, run
+from stages.ground.friction import static_penetration
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import Settings
 from stages.planar.run import STEP_FLOOR, rolling_state
+from stages.planar.sampling import sample
 from stages.planar.section import section_numbers
 from stages.studies.result import EnginesDisagree
 from stages.studies.walks import Machine
@@ -175,6 +178,17 @@ def test_ground_yaml_holds_the_choice_of_the_study(parameters):
 # --- A step is measured right: no difference from itself, creep as the friction law says, failures as rows.
 
 
+def test_differences_of_forces_are_of_time_and_not_of_samples(parameters, scene_of, scene, default):
+    """A foot on hard ground bounces for a tenth of a millisecond each time, which samples see by chance."""
+    run = take_step(scene, default)
+    hard = dataclasses.replace(default, contact_stiffness=100.0 * default.contact_stiffness)
+    walks = [sample(run.trajectory, parameters.biped, parameters.slope, rate) for rate in (2000.0, 6500.0)]
+    one, other = (measure(beside, hard, take_step(beside, hard)) for beside in (
+        scene_of(walk, scene.mid_stance, scene.period) for walk in walks))  # fmt: skip
+    assert one.normal_force == pytest.approx(other.normal_force, rel=0.02) and one.normal_force > 1.0
+    assert one.friction_force == pytest.approx(other.friction_force, rel=0.02)
+
+
 def test_a_step_does_not_differ_from_itself(scene, default):
     run = take_step(scene, default)
     step = measure(scene, default, run)
@@ -282,6 +296,19 @@ def test_the_search_tries_and_chooses_the_same(exact, rough, scale):
     assert other.evaluations == chosen.evaluations and (others.evaluations == tried.evaluations).all()
     assert others.outcome == tried.outcome
     assert max(differences(chosen, other, scale).values()) < ROUND_OFF
+
+
+@ALIKE
+def test_another_exponent_is_alike(parameters, scale):
+    """A foot sinks in by the same share of the leg, under the weight of either robot."""
+    shares = []
+    for one in (parameters, dataclasses.replace(similar(parameters, scale), settings=parameters.settings)):
+        default = dataclasses.replace(
+            one.default_set, **dict.fromkeys(("default_stiffness", "default_depth", "default_damping"), None))
+        law = default.of(own := scales_of(one.biped, one.slope.gravity)).law(one.contact)
+        shares.append([static_penetration(varied, own.size("N")) / own.length for key, varied in one_at_a_time(
+            law, parameters.settings, size(one.biped)) if key == "contact_exponent"])  # fmt: skip
+    assert len(shares[0]) == 4 and shares[0] == pytest.approx(shares[1], rel=1e-9)
 
 
 @ALIKE

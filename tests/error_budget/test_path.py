@@ -302,3 +302,13 @@ def parameters():
 @pytest.fixture(scope="session")
 def scene(parameters):
     return OneStep(parameters)
+
+
+def test_the_window_of_an_impact_follows_the_robot(parameters):
+    """An impact of a robot four times as long lasts twice as long; one that is given stays."""
+    assert parameters.settings.impact_window == pytest.approx(1e-3, rel=1e-12)
+    settings = dataclasses.replace(parameters.settings, impact_window=None)
+    longer = dataclasses.replace(parameters.biped, leg_length=4.0 * parameters.biped.leg_length)
+    other = dataclasses.replace(parameters, biped=longer, settings=settings)
+    assert other.settings.impact_window == pytest.approx(2e-3, rel=1e-12)
+    assert dataclasses.replace(parameters, biped=longer).settings.impact_window == parameters.settings.impact_window
