@@ -254,6 +254,16 @@ def test_old_code_is_removed_but_the_last_used(tmp_path: Path, monkeypatch: pyte
     assert set(code.old(1)) == set(kept[3:6])
 
 
+def test_code_of_another_python_is_none_of_this_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was called warm, and a command compiled for half a minute without a word."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    code = machine_code.MachineCode("toy", tmp_path)
+    code.leave("one.nbc", b"")
+    assert not machine_code.MachineCode("toy", tmp_path).is_cold()
+    monkeypatch.setattr(sys.implementation, "cache_tag", "cpython-399")
+    assert machine_code.MachineCode("toy", tmp_path).is_cold()
+
+
 def test_old_code_that_others_use_is_not_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another checkout, another branch, another environment: each is told from the others by its own file."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))

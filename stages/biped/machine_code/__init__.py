@@ -188,10 +188,13 @@ class Kept:
 
 
 class MachineCode(Kept):
-    """The machine code of the sources in some folders, kept under `name`. Some derive equations: sympy's part in it."""
+    """The machine code of the sources in some folders, kept under `name`, by this Python and this numba. Some derive
+    equations: sympy's part in it.
+    """
 
     def __init__(self, name: str, *sources: Path, shipped: Path | None = None) -> None:
-        super().__init__(name, *sources, by=f"{numba.__version__} {sympy_version()}", shipped=shipped)
+        by = f"{sys.implementation.cache_tag} {numba.__version__} {sympy_version()}"
+        super().__init__(name, *sources, by=by, shipped=shipped)
 
     def compiled(self, function: F, **options: Any) -> F:
         """The function as machine code that is loaded from here, and left here. `options` are numba's.
