@@ -145,7 +145,8 @@ def warning(engine: str, here: Place, tried: Sequence[Tried], accuracy_requested
     away = distance(here, nearest.place) if nearest else math.inf
     if nearest is None or away == math.inf:
         chosen = ", ".join(f"{name} = {choice}" for name, choice in here.choices.items())
-        return f"the map of extremes has no point of the model {engine} with {chosen}; nothing is known of its errors"
+        text = f"the map of extremes has no point of the model {engine} with {chosen}; nothing is known of its errors"
+        return None if accuracy_requested else f"{text} until an accuracy is requested (--accuracy hip_position_m=1e-5)"
     fine = (RIGHT, INACCURATE) if accuracy_requested else (RIGHT,)
     if nearest.status in fine and away <= REACH:
         return None

@@ -98,6 +98,13 @@ def test_whoever_asks_for_an_accuracy_is_not_told_of_it():
     assert warned.warning(GAIT, here, rough, True) is None
 
 
+def test_a_kind_of_robot_that_the_map_lacks_is_told_what_finds_its_errors():
+    here = warned.Place({"biped.legs": "rigid"}, {})
+    sentence = warned.warning(GAIT, here, [warned.Tried(warned.Place({}, {}), "none", RIGHT, None, "")], False)
+    assert "no point" in sentence and sentence.endswith("requested (--accuracy hip_position_m=1e-5)")
+    assert warned.warning(GAIT, here, [], True) is None
+
+
 @pytest.mark.parametrize("engine", [GAIT, COULOMB, TREE, JOINTS, TWIN])
 def test_at_a_point_of_the_map_the_warning_says_what_came_of_it(engine):
     tried = warned.tried(engine)
