@@ -89,15 +89,16 @@ class Worker:
     def _listen(self, output: IO[bytes], tell: Callable[[Message], None]) -> None:
         """Pass messages on; what something else printed before the worker took over its output is none."""
         code: int | None = None
-        for line in output:
-            with contextlib.suppress(ValueError):
-                message = json.loads(line)
-                if isinstance(message, dict) and message.keys() & _KINDS:
-                    tell(message)
-                elif isinstance(message, dict) and FORKED:
-                    self._pid, code = self._pid or message.get("pid", 0), message.get("ended")
-            if code is not None:
-                break
+        with output:
+            for line in output:
+                with contextlib.suppress(ValueError):
+                    message = json.loads(line)
+                    if isinstance(message, dict) and message.keys() & _KINDS:
+                        tell(message)
+                    elif isinstance(message, dict) and FORKED:
+                        self._pid, code = self._pid or message.get("pid", 0), message.get("ended")
+                if code is not None:
+                    break
         with contextlib.suppress(subprocess.TimeoutExpired):
             code = self._parent.wait(_DYING_S) if code is None else code
         tell({"failed": {"kind": "crash", "text": _how_it_ended(1 if code is None else code), "file": ""}})

@@ -34,8 +34,8 @@ from pipeline.sweep.pool import COMPUTED, NO_ANSWER, Journal, Row
 
 #: Rows of a table that are compressed together.
 _CHUNK = 8192
-#: Bytes of a line of standard input.
-_LONGEST_LINE = 4096
+#: Bytes of a row of standard input, and of what never becomes one.
+_LONGEST_LINE, _ENDLESS_LINE = 4096, 1_000_000
 #: A terminal has a bar after so long at the latest; elsewhere there is a line this often.
 _BAR_AFTER_S, _LINE_EVERY_S = 1.0, 10.0
 
@@ -170,13 +170,18 @@ class Asked:
             raise self._question.wrong(str(refused)) from None
 
     def lines(self) -> Iterator[str]:
-        """Lines of standard input as they come; one that is too long for a row is empty."""
-        short = True
+        """Lines of standard input as they come; one that is too long for a row is empty.
+
+        Raises `StudyError` if one has no end.
+        """
+        size = 0
         while text := sys.stdin.buffer.readline(_LONGEST_LINE):
-            whole = text.endswith(b"\n") or len(text) < _LONGEST_LINE
-            if whole:
-                yield text.decode(errors="replace").strip() if short else ""
-            short = whole
+            size += len(text)
+            if text.endswith(b"\n") or len(text) < _LONGEST_LINE:
+                yield text.decode(errors="replace").strip() if size == len(text) else ""
+                size = 0
+            elif size > _ENDLESS_LINE:
+                raise StudyError(f"standard input: no line ends within {_ENDLESS_LINE} bytes; allowed: rows of text")
 
     def say(self, row: Mapping[str, Any]) -> None:
         """Print a row at once, a line of JSON. Raises BrokenPipeError where nobody reads it any longer."""

@@ -1,9 +1,11 @@
 """What a stage can be asked: options, answers as text, JSON and picture, files it leaves, and going on after a stop."""
 
+import io
 import json
 import os
 import random
 import signal
+import sys
 import time
 from types import SimpleNamespace
 
@@ -12,7 +14,8 @@ import pytest
 
 from pipeline.cache.artefact import tree
 from pipeline.commands.options import Form
-from pipeline.questions.asking import BlockTable
+from pipeline.errors import StudyError
+from pipeline.questions.asking import Asked, BlockTable
 
 NUMBERS = [random.Random(seed).randrange(1000) for seed in (3, 4, 5, 6)]
 
@@ -160,6 +163,18 @@ def test_a_table_of_many_columns_has_the_same_bytes_in_any_order_of_its_blocks(t
         table.close()
         files.append((tmp_path / "table.h5").read_bytes())
     assert files[0] == files[1]
+
+
+def test_a_line_of_standard_input_that_never_ends_is_refused(monkeypatch):
+    """A device that sends zeros was read for ever; a long line in between is none of the rows."""
+    asked = Asked(None, "side", None, None, 1)
+    sent = b"1,2\n" + 9000 * b"x" + b"\n3,4\r\n5"
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(sent)))
+    assert list(asked.lines()) == ["1,2", "", "3,4", "5"]
+    with open("/dev/zero", "rb") as endless:
+        monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=endless))
+        with pytest.raises(StudyError, match="no line ends within 1000000 bytes"):
+            next(asked.lines())
 
 
 def test_a_part_that_is_refused_or_dies_is_said_and_the_others_are_kept(toy):

@@ -1,11 +1,13 @@
 """Workers and what a stage is given: typed inputs, foreign output, and what a user keeps beside his study."""
 
 import dataclasses
+import gc
 import json
 import math
 import platform
 import re
 import time
+import warnings
 from pathlib import Path
 
 import pytest
@@ -90,6 +92,14 @@ def test_what_others_print_before_a_worker_begins_is_no_message(done, own_server
     (tmp_path / "sitecustomize.py").write_text("print('hello', 3, '[]', '{}', '{\"a\": 1}', '', sep='\\n', flush=True)")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     assert done.run("fall.height=3", names=("fall",)) == {"fall": "computed"}
+
+
+def test_a_worker_that_ended_leaves_no_file_open(done, own_server):
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        assert done.run("fall.height=3", names=("fall",)) == {"fall": "computed"}
+        gc.collect()
+    assert [str(each.message) for each in said if each.category is ResourceWarning] == []
 
 
 def test_a_pipeline_of_the_users_own_disturbs_no_stage(toy):
