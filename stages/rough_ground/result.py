@@ -22,6 +22,12 @@ class OnHeight(Passage):
     model: str = quantity("-", "which model walks")
     block_height_rms: float = quantity("m", "rms of the blocks' heights")
 
+    def in_words(self) -> str:
+        """The model and its steps to a fall, with their interval where one was seen."""
+        low, most, high = map(written_out, (self.steps_low, self.steps_to_fall, self.steps_high))
+        made = f"{most} steps to a fall ({low} to {high})" if self.falls else f"no fall in {self.walked} steps"
+        return f"{self.model} {made}"
+
 
 @dataclass(frozen=True)
 class DesignNorm:
@@ -58,8 +64,7 @@ class Result:
         return tuple(row for row in self.passages if row.model == model)
 
     def summary(self) -> str:
-        """What was found, in one line."""
-        row = self.of(CONSTRAINT)[0]
-        steps = f"{written_out(row.steps_to_fall)} steps to a fall" if row.falls else f"no fall in {row.walked} steps"
-        return (f"{steps} on blocks of {1e3 * row.block_height_rms:.2g} mm; "
+        """What was found on the least height, in one line."""
+        rows = [self.of(model)[0] for model in (CONSTRAINT, PENALTY)]
+        return (f"on blocks of {1e3 * rows[0].block_height_rms:.2g} mm {', '.join(row.in_words() for row in rows)}; "
                 f"gait sensitivity norm {self.sensitivity_norm:.3g} s/m")

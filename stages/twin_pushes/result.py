@@ -40,6 +40,8 @@ class Result:
     """Which pushes to the side the twin walks off, and what is left of them."""
 
     walks: tuple[PushedWalk, ...] = quantity("-", "walks by kind of push, sizes rising")
+    falls_alone: bool = quantity(
+        "1", "whether the twin falls without a push too; found where it falls after every push", default=False)
 
     def limits(self) -> list[tuple[str, str, float, float]]:
         """For each kind (kind, unit, largest size below which all are survived, smallest that is not); 0 or inf if
@@ -59,7 +61,8 @@ class Result:
             for kind, unit, survived, fatal in self.limits()
         ]
         most = max((walk.steps for walk in self.walks if walk.survived), default=0)  # an unpushed twin may fall later
-        return f"{len(self.walks)} pushes" + f", walked off for {most} steps" * (most > 0) + f": {'; '.join(words)}"
+        alone = ", but the twin falls without a push too" * self.falls_alone
+        return f"{len(self.walks)} pushes{f', walked off for {most} steps' * (most > 0)}: {'; '.join(words)}{alone}"
 
     def tables(self) -> list[Table]:
         """Every push and how it ended, as (title, columns, rows of text)."""

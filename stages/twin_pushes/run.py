@@ -6,6 +6,7 @@ Inputs: the analytic gait to start from. Settings: params/twin_pushes.yaml. Outp
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from stages.analytic.result import Inputs
 from stages.biped.between_steps import uniform_times
@@ -25,14 +26,16 @@ def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
     they were."""
     few = [(kind, size or fatal) for kind, _, size, fatal in result.limits()]
     found = dict(zip(few, walks_after(few, parameters, inputs), strict=True))
-    return Result(tuple(found.get((walk.kind, walk.size), walk) for walk in result.walks))
+    return replace(result, walks=tuple(found.get((walk.kind, walk.size), walk) for walk in result.walks))
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Push and walk on. Raises ValueError if the twin's parts do not add up to the design, BeyondModel for feet that
     are put down at a time."""
     pushes = [(kind, size) for key, _, kind, _ in KINDS for size in getattr(parameters.settings, key)]
-    return Result(tuple(walks_after(pushes, parameters, inputs, progress)))
+    walks = tuple(walks_after(pushes, parameters, inputs, progress))
+    alone = [] if any(walk.survived for walk in walks) else walks_after([(pushes[0][0], 0.0)], parameters, inputs)
+    return Result(walks, falls_alone=not all(walk.survived for walk in alone))
 
 
 def walks_after(

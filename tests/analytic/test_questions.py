@@ -119,6 +119,16 @@ def test_what_cannot_be_followed_searched_or_differentiated_is_refused(question,
         answered(question, **options)
 
 
+def test_a_special_point_of_a_family_is_neither_stable_nor_unstable():
+    """A multiplier there is on the unit circle, inside or outside of it by round-off."""
+    answer, _ = answered(continue_gait, parameter="ground.slope_deg", limits=(1.0, 2.2))
+    (branch,) = answer.plain["branches"]
+    assert branch["special"] and {point["stable"] for point in branch["special"]} == {None}
+    for point in branch["special"]:
+        assert abs(np.abs([complex(*value) for value in point["floquet_multipliers"]]) - 1.0).min() < 1e-6
+    assert {point["stable"] for point in branch["points"]} <= {True, False}
+
+
 def test_basin_counts_the_starts_that_reach_the_gait(found):
     walker, point = found
     angle, rate = -point.z[0], point.z[3] / walker.time

@@ -14,7 +14,7 @@ from stages.analytic.run import run as analytic
 from stages.ground.blocks import Blocks
 from stages.rough_ground import run as stage
 from stages.rough_ground.parameters import Parameters
-from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN
+from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN, OnHeight, Result
 from stages.rough_ground.run import CHANGED, LONGEST, Inputs, counting, run
 from stages.stability.blocks.walks import Walk
 from tests.planar_start import SLOPE, TABLE_1
@@ -32,6 +32,17 @@ def test_walks_are_counted_to_the_last_step_and_over_the_ramp():
     assert [most for _, most in made] == [23, 18, 13, 8, 3, 10, 10, 10] and len({number for number, _ in made}) == 8
     assert (counted.steps, counted.falls, counted.passed, counted.stopped) == (23, 4, 0, 7)
     assert counted.passage().steps_to_fall == 23 / 4
+
+
+def test_steps_to_a_fall_are_said_with_their_interval_and_of_each_model():
+    """One fall in 4000 steps tells little, and the constraint model walks where others do not."""
+    row = {"steps_to_fall": 4000.0, "steps_low": 717.9, "steps_high": 157989.0, "method": "counted", "falls": 1,
+           "walked": 4000, "ramp_steps": 10, "ramp_chance": 1.0, "ramp_low": 0.9, "ramp_high": 1.0,
+           "block_height_rms": 2.5e-4}  # fmt: skip
+    rows = (OnHeight(**row, model=CONSTRAINT), OnHeight(**row | {"falls": 0, "walked": 500}, model=PENALTY))
+    assert Result(rows, (), 72.6).summary() == (
+        "on blocks of 0.25 mm constraint model 4000 steps to a fall (718 to 158000), penalty contact no fall in 500 "
+        "steps; gait sensitivity norm 72.6 s/m")
 
 
 def test_a_gait_is_searched_from_that_of_a_design_that_is_near(monkeypatch):

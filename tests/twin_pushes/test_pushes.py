@@ -48,6 +48,19 @@ def test_a_soft_push_is_walked_off_and_a_hard_one_is_not(result):
     assert result.limits()[1][2:] == (0.2, np.inf)
 
 
+@pytest.mark.parametrize(("friction", "falls"), [(0.05, True), (1.1, False)])
+def test_who_falls_without_a_push_too_is_not_pushed_over(given, friction, falls):
+    """On ice no push is needed; where one of several pushes is survived, none is tried without."""
+    parameters, inputs = given
+    contact = dataclasses.replace(parameters.contact, static_friction=friction, dynamic_friction=0.9 * friction)
+    hard = dataclasses.replace(parameters.settings, sideways_speeds=(1.0,), roll_rates=(20.0,), yaw_rates=(30.0,),
+                               yaw_angles=(1.2,))  # fmt: skip
+    found = run(dataclasses.replace(parameters, contact=contact, settings=hard), inputs)
+    assert not any(walk.survived for walk in found.walks) and found.falls_alone == falls
+    assert ("falls without a push too" in found.summary()) == falls
+    assert again(dataclasses.replace(parameters, contact=contact, settings=hard), inputs, found).falls_alone == falls
+
+
 def test_roll_dies_out_and_yaw_stays(result):
     for walk in result.walks[:1] + result.walks[2:]:
         assert walk.survived

@@ -59,7 +59,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     rows = [{"cycle": steps, **point_as_plain(point)} for steps, branch in with_steps for point in branch.points]
     plain = {"parameter": name, "branches": [
         {"cycle": steps, "ended": branch.ended, "points": list(map(point_as_plain, branch.points)),
-         "special": [{"kind": kind, **point_as_plain(point)} for kind, point in branch.special]}
+         # a multiplier on the unit circle is inside or outside of it by round-off
+         "special": [{"kind": kind, **point_as_plain(point), "stable": None} for kind, point in branch.special]}
         for steps, branch in with_steps]}
     return Answer(lines, plain, draw=draw, rows=rows)
 
