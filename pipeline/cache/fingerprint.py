@@ -155,7 +155,7 @@ def _step(before: Mapping[str, Any], after: Mapping[str, Any], name: str) -> str
     return " changed" if old == new else f" {old} -> {new}"
 
 
-def attributes(parts: Ingredients, requests: Iterable[Any] = (), above: Iterable[Ingredients] = ()) -> dict[str, str]:
+def attributes(parts: Ingredients, requests: Iterable[Any], above: Iterable[Ingredients]) -> dict[str, str]:
     """Attributes of the artefact's group `provenance`; `settings` is a digest of its parameters and those `above`."""
     settings = {each["stage"]: each["parameters"] for each in (*above, parts)}
     return {

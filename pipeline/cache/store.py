@@ -84,7 +84,7 @@ class Store:
     if a link stands in place of a folder that this program writes to.
     """
 
-    def __init__(self, results: Path, outs: Mapping[str, tuple[str, ...]], shared: Path | None = None) -> None:
+    def __init__(self, results: Path, outs: Mapping[str, tuple[str, ...]], shared: Path | None) -> None:
         self.results, self.outs, self.shared = results, outs, shared
         self.folder = results / ".cache"
         for path in (self.folder, self.folder / CURRENT, self.folder / QUESTIONS, results / SWEEPS / ".cache",

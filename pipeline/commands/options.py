@@ -221,6 +221,7 @@ def _cell(value: Any) -> Any:
 
 
 def finite(value: Any) -> Any:
+    """What JSON knows of a value: null for a number that is not finite, lists for tuples."""
     if isinstance(value, dict):
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

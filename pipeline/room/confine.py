@@ -95,7 +95,7 @@ def landlock() -> int:
 
 
 def confine(
-    reads: Iterable[Path | str], writes: Iterable[Path | str] = (), lists: Iterable[Path | str] = (), *,
+    reads: Iterable[Path | str], writes: Iterable[Path | str], lists: Iterable[Path | str] = (), *,
     memory: int = 0, seconds: float = 0, written: int | None = None, signals: bool = False,
 ) -> None:  # fmt: skip
     """Let this process read and write beneath these paths alone, and see names of files beneath `lists`; it opens no

@@ -58,7 +58,7 @@ def of_twin(settings: Settings, biped: Biped, facets: int = FACETS) -> dict[str,
 
 
 @cache
-def by_group(parts: tuple[Part, ...], facets: int = FACETS, longest: float = LONGEST) -> dict[str, Faces]:
+def by_group(parts: tuple[Part, ...], facets: int, longest: float = LONGEST) -> dict[str, Faces]:
     """The triangles of each rigid group, both sides of the machine; `facets` of a full circle. Several figures show the
     same: nobody may change them.
     """

@@ -93,12 +93,12 @@ def friction_coefficient(law: ContactLaw, slip: Any, ops: Operations = ARRAYS) -
     return signed_coefficient(law.numbers, slip, ops)
 
 
-def signed_coefficient(law: PointLaw, slip: Any, ops: Operations = ARRAYS) -> Any:
+def signed_coefficient(law: PointLaw, slip: Any, ops: Operations) -> Any:
     """`friction_coefficient` of a law in numbers."""
     return ops.rise(slip, law.stiction_velocity, law.friction.coefficient(ops.absolute(slip), ops))
 
 
-def friction_slope(law: PointLaw, slip_x: Any, slip_z: Any, ops: Operations = ARRAYS) -> Any:
+def friction_slope(law: PointLaw, slip_x: Any, slip_z: Any, ops: Operations) -> Any:
     """mu(|v|) / |v| [s/m] of a slip with two components [m/s]: the force on the foot is -slope F_N (slip_x, slip_z)."""
     speed = ops.length(slip_x, slip_z)
     return ops.creep(speed, law.stiction_velocity, law.friction.coefficient(speed, ops))

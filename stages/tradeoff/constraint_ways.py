@@ -160,7 +160,7 @@ def walk_by_scipy(
     heel_strikes: int,
     methods: tuple[str, ...],
     tolerance: float,
-    rates: Rates = compiled_rates,
+    rates: Rates,
     phase: int | None = SINGLE_STANCE,
 ) -> tuple[list[Segment], Vector, int]:
     """Segments of a walk from `y` (8,) as by `record`, the state after its last heel strike, and rate evaluations.

@@ -4,10 +4,11 @@ import ast
 import doctest
 import importlib
 import json
+import math
 import re
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -17,7 +18,9 @@ from bipedstudy.questions import names
 from pipeline.errors import StudyError
 from pipeline.questions.command import questions
 from pipeline.study import locate
+from stages.analytic.questions import sensitivity
 from stages.biped.quantity import quantity
+from stages.biped.question import Answer
 from tests import commands
 
 BOX = {"count": 3, "vary": {"biped.hip_mass": {"low": 0.3, "high": 0.33}}}
@@ -37,6 +40,13 @@ def test_an_answer_is_read_by_key_and_prints_as_the_command_does():
     found = bs.sensitivity(slope_deg=2.2)
     assert found.plain and repr(found).startswith("gait: ")
     assert bs.sensitivity(settings={"ground.slope_deg": 2.2}).plain == found.plain
+
+
+def test_an_answer_holds_what_json_prints(monkeypatch):
+    """None for an infinity: calibrations and walks over blocks saw to it themselves, other answers did not."""
+    endless = replace(sensitivity.QUESTION, ask=lambda *given: Answer(plain={"steps": (math.inf, 8.0)}))
+    monkeypatch.setattr(sensitivity, "QUESTION", endless)
+    assert bs.sensitivity().plain == {"steps": [None, 8.0]}
 
 
 def test_axes_of_a_plot_carry_units():

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from bipedstudy.results import resolved
 from pipeline import layout
+from pipeline.commands.options import finite
 from pipeline.errors import StudyError
 from pipeline.parameters.value import declared
 from pipeline.questions.asking import Asked
@@ -108,4 +109,4 @@ def _ask(
     except question.wrong as wrong:
         raise StudyError(str(wrong)) from None
     lines = (*answer.lines, *(line for table in answer.tables for line in layout.titled(*table)))
-    return Reply(answer.plain, lines, tuple(answer.rows), answer.draw)
+    return Reply(finite(answer.plain), lines, tuple(answer.rows), answer.draw)

@@ -24,7 +24,7 @@ from stages.analytic.phases.motion import flow
 STAGES = 7
 
 
-def nodes(stages: int = STAGES) -> np.ndarray:
+def nodes(stages: int) -> np.ndarray:
     """Right Radau nodes c in (0, 1], shape (s,): the roots of P_s - P_(s-1), the last of them 1."""
     series = np.zeros(stages + 1)
     series[stages - 1 :] = -1.0, 1.0
@@ -47,7 +47,7 @@ def runge_kutta_matrix(c: np.ndarray) -> np.ndarray:
     return np.linalg.solve(values[:, :count].T, integrals.T).T
 
 
-C = nodes()
+C = nodes(STAGES)
 A = runge_kutta_matrix(C)
 A_INVERSE = np.linalg.inv(A)
 

@@ -368,7 +368,7 @@ SUMMARISED = ("period_s", "step_length_m", "speed_m_s", "largest_multiplier", "f
 class Counts:
     """Counts and ranges of the rows given so far, which have these columns."""
 
-    def __init__(self, columns: Sequence[Column] = COLUMNS) -> None:
+    def __init__(self, columns: Sequence[Column]) -> None:
         self._columns = {column.name: (place, column) for place, column in enumerate(columns)}
         self.designs, self.residual = 0, 0.0
         self._outcomes: Counter[int] = Counter()

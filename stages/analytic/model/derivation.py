@@ -112,7 +112,7 @@ def hip_position() -> sp.Matrix:
     return sp.Matrix([r * theta + (L1 - r) * sp.sin(theta), r + (L1 - r) * sp.cos(theta)])
 
 
-def bodies_of(design: Design = TABLE_1) -> tuple[Body, ...]:
+def bodies_of(design: Design) -> tuple[Body, ...]:
     """Hip, stance leg and swing leg, and in the same order the frames above their springs if the design has some."""
     stance, swing, hip = design.stance, design.swing, hip_position()
     along_stance, across_stance = sp.Matrix([sp.sin(theta), sp.cos(theta)]), sp.Matrix([sp.cos(theta), -sp.sin(theta)])
@@ -132,7 +132,7 @@ def bodies_of(design: Design = TABLE_1) -> tuple[Body, ...]:
     return tuple(found)
 
 
-def foot_constraints(design: Design = TABLE_1) -> sp.Matrix:
+def foot_constraints(design: Design) -> sp.Matrix:
     """Velocity-integrable forms of eqs. (3) and (4) for the second foot: its height above the ground, and its roll.
 
     Both are positive outwards: normal gap -s_1 of eq. (3) seen from the foot, and the travel of the foot's

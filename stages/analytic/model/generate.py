@@ -50,7 +50,7 @@ def in_symbols_of_table_1(expression: sp.Expr) -> sp.Expr:
         SIN_SUM: sp.sin(d.theta + d.psi), COS_SUM: sp.cos(d.theta + d.psi)})
 
 
-def for_code(expression: sp.Expr, design: d.Design = d.TABLE_1) -> sp.Expr:
+def for_code(expression: sp.Expr, design: d.Design) -> sp.Expr:
     """A shortened expression with the original symbols put back, in sines and cosines of the two angles only."""
     sin1, cos1, sin2, cos2 = sp.sin(d.theta), sp.cos(d.theta), sp.sin(d.psi), sp.cos(d.psi)
     return expression.subs({SIN_SUM: sin1 * cos2 + cos1 * sin2, COS_SUM: cos1 * cos2 - sin1 * sin2}).subs({

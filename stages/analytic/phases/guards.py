@@ -125,7 +125,7 @@ def contact_rate_tangents(y: Vector, p: Compliant, dy: Vector, start: int) -> tu
 
 
 @compiled
-def hip_guard(phase: int, y: Vector, p: Kind, dy: Vector, start: int, directions: Directions | None = None) -> Guard:
+def hip_guard(phase: int, y: Vector, p: Kind, dy: Vector, start: int, directions: Directions | None) -> Guard:
     """Rate of the hip in the direction in which it rubs, or what friction has left of a hip that sticks."""
     sign = PHASES[phase, RUB]
     if PHASES[phase, STICKS] == 0:
@@ -138,7 +138,7 @@ def hip_guard(phase: int, y: Vector, p: Kind, dy: Vector, start: int, directions
 
 @compiled
 def sliding_guard(
-    phase: int, y: Vector, p: Compliant, dy: Vector, start: int, directions: Directions | None = None
+    phase: int, y: Vector, p: Compliant, dy: Vector, start: int, directions: Directions | None
 ) -> Guard:
     """Normal force of a foot that slides, or how fast it slips if that is less."""
     sign, (_, slip) = PHASES[phase, SLIDE], contact_rates(y, p)

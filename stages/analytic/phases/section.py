@@ -153,7 +153,7 @@ section_tangent: Callable[..., Vector] = ByKind({Rigid: rigid_tangent, Compliant
 
 
 @compiled
-def speed_tangents(y: Vector, p: Compliant, derivative: np.ndarray, directions: Directions | None = None) -> None:
+def speed_tangents(y: Vector, p: Compliant, derivative: np.ndarray, directions: Directions | None) -> None:
     """Write the derivative of the trailing foot's two speeds into rows 5 and 6 of `section_derivative`."""
     z = compliant_coordinates(y, p)
     for j in range(derivative.shape[1]):

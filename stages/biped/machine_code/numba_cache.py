@@ -9,12 +9,14 @@ from __future__ import annotations
 import hashlib
 import pickle
 import sys
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numba
 from numba.core import caching
+
+if TYPE_CHECKING:
+    from stages.biped.machine_code import MachineCode
 
 #: Numba's own annotations are partly missing.
 Cache: Any = caching.FunctionCache
@@ -23,21 +25,7 @@ dumps: Any = caching.dumps  # type: ignore[attr-defined]
 _SEAL = hashlib.sha256().digest_size
 
 
-class Code(Protocol):
-    """What is to be known of the machine code of some sources; see `machine_code.MachineCode`."""
-
-    folder: Path
-    stamp: str
-    refusal: str
-
-    def places(self) -> list[Path]:
-        """The folders to read from."""
-
-    def leave(self, file: str, content: bytes) -> None:
-        """Leave a whole file, or none where there is no room."""
-
-
-def attach(dispatcher: Any, code: Code) -> None:
+def attach(dispatcher: Any, code: MachineCode) -> None:
     """Let a compiled function load its machine code, from the shipped folder or its own, and leave it in its own."""
     dispatcher._cache = _Kept(dispatcher.py_func, code)
 
@@ -57,7 +45,7 @@ class _Kept(Cache):  # type: ignore[misc]
     the function's full name, and by its line, as functions of one file may share a name.
     """
 
-    def __init__(self, function: Any, code: Code) -> None:
+    def __init__(self, function: Any, code: MachineCode) -> None:
         self._py_func, self._code, self._results = function, code, _Results(function)
         self._cache_path = str(code.folder)
         name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")

@@ -7,7 +7,6 @@ smallest covariance an unbiased estimate can have (Cramer and Rao).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -158,11 +157,6 @@ def short(name: str) -> str:
 def listed(words: Sequence[str]) -> str:
     """a, b and c."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
-
-
-def finite(value: float) -> float | None:
-    """The value as JSON knows it: none where it is not finite."""
-    return float(value) if math.isfinite(value) else None
 
 
 def is_scale_of_mass(combination: Vector, units: Sequence[str], values: Vector) -> bool:

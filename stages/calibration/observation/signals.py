@@ -67,7 +67,7 @@ class Sensing:
     """
 
     def __init__(
-        self, walker: Walker, along: np.ndarray, free: int, place: float = 0.0, below_hip: float | None = None
+        self, walker: Walker, along: np.ndarray, free: int, place: float, below_hip: float | None
     ) -> None:
         rows = along, exchanged_rows(walker, along)
         self._half = walker.size // 2

@@ -20,7 +20,7 @@ from stages.calibration.angles.same import FittedEncoders
 from stages.calibration.estimation.least_squares import covariance_of
 from stages.calibration.following.encoders import with_noise
 from stages.calibration.following.robot_file import NAME
-from stages.calibration.information.identifiability import finite, listed, short
+from stages.calibration.information.identifiability import listed, short
 from stages.calibration.intervals.model_error import correlation_length
 from stages.calibration.result import HALF_WIDTH
 from stages.ground.slope import Slope
@@ -203,7 +203,7 @@ def answered(result: Calibrated) -> Answer:
         ],
         plain={
             "numbers": {name: {"drawn": setup.robot.value(name), "found": fit.robot.value(name),
-                               "sd": finite(result.sd[name]) if fit.converged else None,
+                               "sd": float(result.sd[name]) if fit.converged else None,
                                "unit": fit.robot.unit(name)} for name in setup.free},
             "fixed": {name: value for name, value in fit.robot.numbers.items() if name not in setup.free},
             "fitted_steps": sorted(fit.starts), "held_out_steps": held, "begun_s": setup.begun,

@@ -16,7 +16,7 @@ from stages.biped.question import Answer, Asking
 from stages.calibration.following import robot_file
 from stages.calibration.following.change import Comparison, Evidence
 from stages.calibration.following.score_test import LEVEL, Change, Verdict
-from stages.calibration.information.identifiability import finite, first_model, listed
+from stages.calibration.information.identifiability import first_model, listed
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import named_runs, none_of
 from stages.calibration.result import HALF_WIDTH
@@ -108,7 +108,7 @@ def _plain(verdict: Verdict) -> dict[str, Any]:
     return {
         "same": verdict.same, "probability": verdict.probability,
         "named": [] if verdict.same else [one.part.name for one in verdict.named],
-        "residuals_over_the_robots": finite(verdict.residuals), "explained_by_one_part": verdict.explained,
+        "residuals_over_the_robots": verdict.residuals, "explained_by_one_part": verdict.explained,
         "parts": {one.part.name: {"change": one.change, "sd": one.sd, "unit": one.part.unit,
                                   "standard_errors": one.sigmas} for one in verdict.changes if one.part.moves},
     }  # fmt: skip

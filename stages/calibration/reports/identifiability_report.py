@@ -17,7 +17,6 @@ from stages.calibration.information.identifiability import (
     Identifiability,
     described,
     experiments,
-    finite,
     free_names,
     gains,
     identifiability,
@@ -71,7 +70,7 @@ def answered(parameters: Parameters, request: Request, runs: int) -> Answer:
             "parameters": _parameters(with_scale, single, plain, units),
             "not_seen": [{"in_words": words, "shares": dict(zip(names, one.tolist(), strict=True))}
                          for words, one in zip(not_seen, plain.unseen, strict=True)],
-            "would_help": [{"what": what, "why_not": why, "gains": dict(zip(names, map(finite, gain)))}
+            "would_help": [{"what": what, "why_not": why, "gains": dict(zip(names, gain.tolist()))}
                            for what, gain, why in gained],
         },
         draw=partial(_draw, with_scale, single, tried),
@@ -96,8 +95,8 @@ def _parameters(
     found: Identifiability, single: Identifiability, plain: Identifiability, units: Sequence[str]
 ) -> dict[str, Any]:
     """The same for JSON, and without the scale."""
-    return {name: {"value": found.values[row], "unit": units[row], "sd": finite(found.sd[row]),
-                   "sd_one_run": finite(single.sd[row]), "sd_not_weighed": finite(plain.sd[row]),
+    return {name: {"value": found.values[row], "unit": units[row], "sd": float(found.sd[row]),
+                   "sd_one_run": float(single.sd[row]), "sd_not_weighed": float(plain.sd[row]),
                    "goes_with": found.partners[row], "correlation": float(found.correlations[row])}
             for row, name in enumerate(found.names)}  # fmt: skip
 

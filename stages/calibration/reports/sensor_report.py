@@ -29,7 +29,6 @@ from stages.calibration.information.identifiability import (
     KNOWN_EVERYWHERE,
     SLOPE,
     described,
-    finite,
     first_model,
     free_names,
     listed,
@@ -183,7 +182,7 @@ def answered(result: Calibrated) -> Answer:
     fit, estimate, design = result.fit, result.estimate, result.design
     units = [str(DECLARED[name]["unit"]) for name in fit.names]
     found = {name: {"drawn": design.value(name), "found": float(estimate.values[row]),
-                    "sd": finite(estimate.sd[row]) if fit.converged else None, "unit": units[row]}
+                    "sd": float(estimate.sd[row]) if fit.converged else None, "unit": units[row]}
              for row, name in enumerate(fit.names)}  # fmt: skip
     return Answer(
         lines=_lines(result, units),
@@ -330,11 +329,11 @@ def _tables(result: Calibrated, units: Sequence[str]) -> list[tuple[str, list[st
 
 
 def _plain(one: HeldOut | None) -> dict[str, Any] | None:
-    """Errors as JSON knows them; none where the robot does not walk the run."""
+    """Errors as JSON; none where the robot does not walk the run."""
     if one is None:
         return None
     fit, predicted = (
-        {"force_m_s2": finite(force), "rate_rad_s": finite(rate)}
+        {"force_m_s2": force, "rate_rad_s": rate}
         for force, rate in ((one.fit_force, one.fit_rate), (one.foretold_force, one.foretold_rate)))
     return {"sigmas": one.sigmas, "fit": fit, "foretold": predicted, "begun_s": one.begun}
 

@@ -98,7 +98,7 @@ def moments(y: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.append(~together, True))
 
 
-def floors(x: np.ndarray, late: np.ndarray, moments: int = A_WINDOW, most: int = MOST_WINDOWS) -> np.ndarray:
+def floors(x: np.ndarray, late: np.ndarray, moments: int, most: int) -> np.ndarray:
     """Index and lateness of the least late of each window, and how much later the next one is: (w, 3) of (n,)."""
     windows = np.array_split(np.arange(len(x)), int(np.clip(len(x) // moments, FEWEST_WINDOWS, most)))
     least, next_least = np.array([rows[np.argsort(late[rows])[[0, min(1, len(rows) - 1)]]] for rows in windows]).T

@@ -26,10 +26,9 @@ from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import implied_acceleration_unit, implied_angular_rate_unit
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency, stride_bounds
 from stages.imu.trial.body import PLACES, BodySensor, frame_of, grid_signals
-from stages.imu.trial.sensor import SensorTrace, part_of, trace_sensor
+from stages.imu.trial.sensor import SensorTrace, part_of, trace_sensor, walks_in
 from stages.imu.trial.two_clocks import Together, brought_together, overlap_of
 from stages.imu.trial.walk import at_slowest, leg_of, registered, strikes_of
-from stages.imu.trial.walks_in import walks_in
 
 
 def read_sensor(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from stages.biped.quantity import Bound
@@ -156,14 +156,14 @@ def lasts(parameters: Parameters, design: DesignPoint, point: FixedPoint) -> dic
 
     there: Any = replace(parameters, biped=design.biped, slope=design.slope)
     asking: Any = Here(there)
-    return rough.finite(rough.passage(there, rough.Options(), asking, point.z.tolist())[0])
+    return asdict(rough.passage(there, rough.Options(), asking, point.z.tolist())[0])
 
 
 def longer(lasting: Mapping[str, Any]) -> Iterator[str]:
     """Steps to a fall in words."""
     for of in lasting.values():
-        start, best = (f"{one['steps_to_fall'] or float('inf'):.4g} ({one['steps_low']:.4g} to "
-                       f"{one['steps_high'] or float('inf'):.4g})" for one in (of["start"], of["best"]))  # fmt: skip
+        start, best = (f"{one['steps_to_fall']:.4g} ({one['steps_low']:.4g} to {one['steps_high']:.4g})"
+                       for one in (of["start"], of["best"]))
         yield (f"mean steps to a fall on blocks of {1e3 * of['block_height_rms_m']:g} mm, with 95 % intervals: "
                f"{start} -> {best}")
 

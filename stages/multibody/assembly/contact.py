@@ -54,7 +54,7 @@ def disc_force(
 
 
 def planar_connector_law(
-    law: ContactLaw, radius: float, lane: Lane | None = None, ops: Operations = SYMBOLS
+    law: ContactLaw, radius: float, lane: Lane | None, ops: Operations = SYMBOLS
 ) -> Callable[..., list[Any]]:
     """User function of a planar foot: what acts on marker 0, the negative of the force and torque on the foot.
 

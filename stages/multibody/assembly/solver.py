@@ -65,7 +65,7 @@ def solve(
     return rows, (EVALUATIONS if explicit else 1) * steps + further, drift
 
 
-def further_evaluations(mbs: Any, explicit: bool = True) -> int:
+def further_evaluations(mbs: Any, explicit: bool) -> int:
     """Evaluations in the last solver call beyond those of each step; none known where that ended with an error.
 
     Explicit: of the rates, in steps that error control rejected. Implicit: of the residual, one where the call begins,

@@ -49,14 +49,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         raise NoGait(refusal(walker) or "the gait is unstable: on even ground too a walk leaves it")
     found, ways = passage(parameters, options, asking, point.z.tolist())
     degrees = linear.sensitivity_norm_deg / linear.sensitivity_norm
-    plain = {"block_height_rms_m": rms, "block_height_rms_deg": rms / degrees if degrees else None, **finite(found),
+    plain = {"block_height_rms_m": rms, "block_height_rms_deg": rms / degrees if degrees else None, **as_plain(found),
              "fell": ways, "on_blocks": as_plain(linear)}  # fmt: skip
     return Answer(list(lines(rms, found, ways, linear.sensitivity_norm * rms)), plain)
-
-
-def finite(found: Passage) -> dict[str, Any]:
-    """As JSON, which has no infinity."""
-    return {key: value if value != float("inf") else None for key, value in as_plain(found).items()}
 
 
 def passage(

@@ -126,7 +126,7 @@ def rigid_generalized_force(work: np.ndarray, law: PointLaw) -> None:
 
 
 def solver_force(
-    feet: np.ndarray, law: PointLaw, rigid: bool = False
+    feet: np.ndarray, law: PointLaw, rigid: bool
 ) -> tuple[Callable[[Sequence[float], Sequence[float]], memoryview], np.ndarray]:
     """`generalized_force` of coordinates and rates, and the array (4,) that says on which pairs the ground acts,
     and its heights under them.
