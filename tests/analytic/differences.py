@@ -1,6 +1,7 @@
 """Derivatives of the step map by differences, which the exact ones are held against."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,10 +32,12 @@ def together(sizes: Vector, count: int) -> Iterator[tuple[np.ndarray, Vector]]:
         yield rows, signs * np.minimum(np.median(sizes[rows]) / sizes[rows], 1.0)
 
 
-def extrapolated(there: Callable[[float], Vector], size: float) -> Vector:
-    """Derivative at zero by central differences of `size` and of half of it, extrapolated (Richardson)."""
-    coarse, fine = ((there(h) - there(-h)) / (2 * h) for h in (size, size / 2))
-    return np.asarray((4 * fine - coarse) / 3)
+def extrapolated(there: Callable[[float], Vector], size: float, levels: int = 2) -> Vector:
+    """Derivative at zero by central differences of `size`, of half of it and so on, extrapolated (Romberg)."""
+    row = [(there(h) - there(-h)) / (2 * h) for h in (size / 2**level for level in range(levels))]
+    for order in range(1, levels):
+        row = [(4**order * fine - coarse) / (4**order - 1) for coarse, fine in pairwise(row)]
+    return np.asarray(row[0])
 
 
 def shares(walker: Walker, names: Sequence[str]) -> np.ndarray:

@@ -9,7 +9,7 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait import poincare
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
-from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.gait.poincare import fixed_point, poincare_map
 from stages.analytic.integration import phase as phase_module
 from stages.analytic.integration.phase import EVENT, STEP_LIMIT
 from stages.analytic.integration.readable import terms
@@ -44,7 +44,6 @@ from tests.analytic.designs import (
     found_gait,
     walker_of,
 )
-from tests.analytic.differences import map_slope
 from tests.analytic.test_transitions import landing_states
 
 SLIDES = {SLIDING_FORWARD: 1.0, SLIDING_BACK: -1.0}
@@ -225,17 +224,6 @@ def test_gait_closes_and_is_near_that_of_rolling_feet(gait, table_1_gait):
     assert np.abs(point.floquet_multipliers).max() < 1
     assert 1e-4 < abs(point.steps[0].period / table_1_gait[1].steps[0].period - 1) < 1e-2
     assert point.z[5] > 0 and abs(point.z[6]) > 1e-3  # the trailing foot leaves the impact hopping and slipping
-
-
-SIZES = (2e-4, 4e-6, 4e-6, 2e-4, 2e-4, 2e-5, 2e-4)
-
-
-@pytest.mark.parametrize("friction", [(1.1, 1.0), (1.1, 1.1), (0.0, 0.0), (0.5, 0.4)])
-def test_derivative_through_all_events_equals_central_differences(friction):
-    walker = with_friction(*friction)
-    point = fixed_point(walker, np.array([-0.2651, 1.00253, 0.99483, 0.4237, -0.1577, 0.0, 0.0]), 1e-12)
-    _, exact = poincare_derivative(walker, point.z, 1e-13)
-    assert np.abs(exact - map_slope(walker, point.z, SIZES)).max() <= 1e-7 * np.abs(exact).max()
 
 
 def test_report_asks_no_more_friction_than_there_is(gait):

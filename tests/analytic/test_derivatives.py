@@ -1,7 +1,6 @@
 """Derivatives by parameters: against extrapolated differences, and against the rules that dimensions set."""
 
 import dataclasses
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -30,6 +29,7 @@ from tests.analytic.designs import (
     stiff_gait,
     walker_of,
 )
+from tests.analytic.differences import extrapolated
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 from tests.analytic.test_hip_friction import FREE
 from tests.analytic.test_transitions import landing_states
@@ -54,14 +54,6 @@ def gait_of(kind):
     return design, found_gait(design.biped, design.friction)[1]
 
 
-def slope_of(function, h, levels=3):
-    """Derivative at zero by central differences, extrapolated (Romberg)."""
-    row = [(function(h / 2**i) - function(-h / 2**i)) / (2 * h / 2**i) for i in range(levels)]
-    for order in range(1, levels):
-        row = [(4**order * fine - coarse) / (4**order - 1) for coarse, fine in pairwise(row)]
-    return row[0]
-
-
 def share_of(name):
     """Steps of the differences, as shares: at given leg lengths, a longer natural length presses the stiff springs."""
     return 2e-5 if name == "biped.leg_length" else 1e-3
@@ -81,7 +73,7 @@ def test_step_map_and_period_answer_to_every_parameter_as_differences_say(kind):
             step = poincare_map(moved(walker, share * along), point.z, 1e-13)
             return np.append(step.z, step.period)
 
-        columns.append(slope_of(image, share_of(name)))
+        columns.append(extrapolated(image, share_of(name), 3))
     found, given = np.column_stack(columns), np.vstack([exact.along, exact.time_along])
     largest = np.abs(given).max(axis=1, keepdims=True)
     assert (np.abs(found - given) <= 1e-7 * largest + 1e-14).all(), np.abs(found - given) / largest
@@ -96,7 +88,7 @@ def test_state_columns_are_those_of_the_map_without_parameters_and_the_period_ha
     _, plain = poincare_derivative(walker, point.z, 1e-12)
     assert np.abs(exact.by_start - plain).max() <= 1e-10 * np.abs(plain).max()
     e = np.array([1.0, 0, 0] if walker.rigid else [1.0, 0, 0, 0, 0, *([0.0, 0.0] if design.friction else [])])
-    found = slope_of(lambda h: poincare_map(walker, point.z + h * e, 1e-13).period, 1e-3)
+    found = extrapolated(lambda h: poincare_map(walker, point.z + h * e, 1e-13).period, 1e-3, 3)
     assert found == pytest.approx(exact.time_by_start[0], rel=1e-7)
 
 
@@ -123,7 +115,7 @@ def test_gait_answers_to_every_parameter_as_gaits_of_changed_designs_say(kind):
         gait = describe(*walked(share, point.z))
         return np.log([getattr(gait, name) for name in given])
 
-    for (name, row), found in zip(given.items(), slope_of(logarithms, 5e-4), strict=True):
+    for (name, row), found in zip(given.items(), extrapolated(logarithms, 5e-4, 3), strict=True):
         assert abs(row @ signs(names) - found) <= 1e-7 * np.abs(row).max(), name
 
 
@@ -172,7 +164,7 @@ def test_leading_multipliers_answer_as_those_of_changed_designs(kind):
         every = walked(share, point.z)[1].floquet_multipliers
         return np.array([every[np.abs(every - value).argmin()] for value in found.values])
 
-    off = np.abs(found.derivatives @ signs(names) - slope_of(multipliers, 1e-3))
+    off = np.abs(found.derivatives @ signs(names) - extrapolated(multipliers, 1e-3, 3))
     assert off.max() <= 1e-6
 
 
@@ -240,10 +232,10 @@ def test_a_walk_off_the_gait_answers_to_start_and_parameters(kind):
             return end(moved(walker, share * along), z)
 
         given = np.append(walk[-1].along[:, row], walk[-1].time_along[row])
-        assert np.abs(given - slope_of(ended, 1e-3)).max() <= 1e-6 * np.abs(given).max()
+        assert np.abs(given - extrapolated(ended, 1e-3, 3)).max() <= 1e-6 * np.abs(given).max()
     e = np.eye(z.size)[0]
     given = np.append(walk[-1].by_start[:, 0], walk[-1].time_by_start[0])
-    assert np.abs(given - slope_of(lambda h: end(walker, z + h * e), 1e-3)).max() <= 1e-6 * np.abs(given).max()
+    assert np.abs(given - extrapolated(lambda h: end(walker, z + h * e), 1e-3, 3)).max() <= 1e-6 * np.abs(given).max()
 
 
 @pytest.mark.parametrize("kind", [LIFTS, SLIPS, STICKS])
@@ -266,7 +258,7 @@ def test_impact_with_limited_friction_answers_to_the_numbers(kind):
             heel_strike_reset(state, p)
             return state
 
-        found = slope_of(reset, 1e-4)
+        found = extrapolated(reset, 1e-4, 3)
         if set(kinds) != {kind}:
             continue
         seen += 1
@@ -293,7 +285,7 @@ def test_stiff_legs_have_derivatives_too():
             changed_walker = with_share(design, parameter, share).walker()
             return np.log(fixed_point(changed_walker, point.z, 1e-12).steps[0].period)
 
-        assert slope_of(period, 1e-2) == pytest.approx(given[index], abs=1e-6)
+        assert extrapolated(period, 1e-2, 3) == pytest.approx(given[index], abs=1e-6)
 
 
 def test_only_what_is_asked_for_is_carried():

@@ -23,6 +23,7 @@ from stages.analytic.walk.recording import in_single_stance
 from stages.ground.slope import Slope
 from stages.model_error.questions import design as design_question
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, found_gait, gait_beside
+from tests.analytic.differences import extrapolated
 from tests.analytic.test_detailed import LAME
 from tests.asking import Asking
 
@@ -182,14 +183,8 @@ def assert_slopes_are_those_of_differences(goal, gait, beside, share, allowed):
     large = parts > 0.05 * parts.max()
     signs, there = beside
 
-    def difference(h):
-        above, below = (GOALS[goal].parts(*there(side * h), 1e-12)[large] for side in (1, -1))
-        return (above - below) / (2 * h)
-
-    coarse, middle, fine = (difference(share / 2**halved) for halved in range(3))
-    once = (4 * middle - coarse) / 3, (4 * fine - middle) / 3
+    wanted = extrapolated(lambda h: GOALS[goal].parts(*there(h), 1e-12)[large], share, 3)
     slopes = GOALS[goal].slopes(gait, 1e-12)[large]
-    wanted = (16 * once[1] - once[0]) / 15
     assert slopes @ signs == pytest.approx(wanted, rel=0, abs=allowed * max(np.abs(wanted).max(), parts.max()))
 
 
@@ -336,8 +331,7 @@ def test_where_a_hip_lets_go_variations_are_brought_to_that_event():
             beside = start + h * np.eye(5, 4)[row]  # noqa: B023
             return to_event(moved(walker, h * along[row]).p, beside)  # noqa: B023
 
-        slopes = [(there(h) - there(-h)) / (2 * h) for h in (4e-6, 2e-6)]
-        wanted = (4 * slopes[1] - slopes[0]) / 3
+        wanted = extrapolated(there, 4e-6)
         assert y[4 + 4 * row : 8 + 4 * row] == pytest.approx(wanted, rel=0, abs=1e-6 * max(1.0, np.abs(wanted).max()))
 
 

@@ -20,11 +20,6 @@ def start(table_1_gait, table_1_step):
     return walker, double.states[0], duration, expected
 
 
-def test_acceleration_level_with_projection(start):
-    walker, y, duration, expected = start
-    assert np.abs(acceleration_level(walker, y, duration, 1e-12) - expected).max() <= 1e-9
-
-
 def test_velocity_level_of_the_paper(start):
     """The system the paper solves, by IDA: same motion and same contact forces."""
     walker, y, duration, expected = start
@@ -33,12 +28,14 @@ def test_velocity_level_of_the_paper(start):
     assert np.abs(force - accelerations(walker, expected, True)[1]).max() <= 1e-3
 
 
-def test_free_directions(start):
+def test_forms_that_keep_the_constraints(start):
+    """Accelerations with projection; motion along what the constraints leave free."""
     walker, y, duration, expected = start
-    found = free_directions(walker, y, duration, 1e-12)
-    assert np.abs(found - expected).max() <= 1e-9
-    pi = terms("compliant").constraint_jacobian(found, walker.p)
-    assert np.abs(pi.T @ found[4:]).max() <= 1e-10
+    pi = terms("compliant").constraint_jacobian
+    for form in (acceleration_level, free_directions):
+        found = form(walker, y, duration, 1e-12)
+        assert np.abs(found - expected).max() <= 1e-9
+        assert np.abs(pi(found, walker.p).T @ found[4:]).max() <= 1e-10
 
 
 def test_projection_brings_a_drifted_state_back(start):

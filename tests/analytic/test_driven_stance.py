@@ -10,6 +10,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.walk.driven_stance import driven_stance
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
+from tests.analytic.differences import extrapolated
 
 #: Two legs on points, level ground, a hip with a counterweight: of the size of a small robot.
 ROBOT = Biped(
@@ -64,18 +65,14 @@ def test_derivatives_through_slip_and_stick_are_those_of_differences(friction, s
     def end(where, scale=1.0, start=START):
         return driven_stance(where, start, INTERVAL, scale * SIGNAL).states[-1]
 
-    def slope(of, size):
-        coarse, fine = ((of(h) - of(-h)) / (2 * h) for h in (size, size / 2))
-        return (4 * fine - coarse) / 3
-
     for column, name in enumerate(NAMES):
         value = here.value(name)
-        wanted = slope(lambda h: end(here.with_value(name, value + h)), 1e-4 * max(abs(value), 0.01))  # noqa: B023
+        wanted = extrapolated(lambda h: end(here.with_value(name, value + h)), 1e-4 * max(abs(value), 0.01))  # noqa: B023
         exact = found.along[-1, :, column]
         assert np.abs(exact - wanted).max() < 2e-7 * np.abs(found.along[:, :, column]).max(), name
-    assert np.abs(found.along[-1, :, -1] - slope(lambda h: end(here, 1 + h), 1e-5)).max() < 1e-6
+    assert np.abs(found.along[-1, :, -1] - extrapolated(lambda h: end(here, 1 + h), 1e-5)).max() < 1e-6
     for column, unit in enumerate(np.eye(4)):
-        wanted = slope(lambda h: end(here, 1.0, START + h * unit), 1e-5)  # noqa: B023
+        wanted = extrapolated(lambda h: end(here, 1.0, START + h * unit), 1e-5)  # noqa: B023
         assert np.abs(found.by_start[-1, :, column] - wanted).max() < 1e-6
 
 

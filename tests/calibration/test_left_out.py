@@ -167,12 +167,16 @@ def test_a_low_pass_that_is_not_the_declared_one_is_found_by_the_fit(narrow):
     assert fit.unknowns[0, model.layout.place("bandwidth")] == pytest.approx(math.log(0.5), abs=0.02)
 
 
+def answered(model, fit, design=DESIGN):
+    """The answer to a calibration by sensors that ended so, whose runs miss nothing that others' tell."""
+    told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
+    return sensor_report.answered(sensor_report.Calibrated(design, model, fit, told, PARAMETERS.settings))
+
+
 @pytest.mark.parametrize("converged", [True, False])
 def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(unlike, converged):
     model, fit = unlike
-    told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
-    ended = dataclasses.replace(fit, converged=converged, why="lost")
-    answer = sensor_report.answered(sensor_report.Calibrated(DESIGN, model, ended, told, PARAMETERS.settings))
+    answer = answered(model, dataclasses.replace(fit, converged=converged, why="lost"))
     assert answer.no is not converged
     assert bool(answer.tables) is bool(answer.parameters) is converged
     assert all((row["sd"] is not None) is converged for row in answer.plain["parameters"].values())
@@ -182,20 +186,16 @@ def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(u
 
 def test_what_each_run_has_of_its_own_is_said_with_its_scatter(unlike):
     model, fit = unlike
-    told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
     own = dataclasses.replace(model, own=(*model.own, "biped.other_leg_length"))
     twice = {"runs": 2 * fit.runs, "equations": 2 * fit.equations, "unknowns": np.vstack([fit.unknowns] * 2)}
     two = dataclasses.replace(fit, **twice, own=np.array([[2.0, 0.333], [2.1, 0.335]]))
-    lines = sensor_report.answered(sensor_report.Calibrated(DESIGN, own, two, told, PARAMETERS.settings)).lines
-    assert lines[-2:] == ["ramp: 2.050 deg on average, 0.050 deg apart",
-                          "other_leg_length, for each run: 0.334 m on average, 0.001 m apart"]
+    assert answered(own, two).lines[-2:] == [
+        "ramp: 2.050 deg on average, 0.050 deg apart",
+        "other_leg_length, for each run: 0.334 m on average, 0.001 m apart"]
 
 
 def test_a_change_from_nothing_has_no_share(unlike):
-    model, fit = unlike
-    told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
-    undamped = DESIGN.with_values({"biped.damping": 0.0})
-    answer = sensor_report.answered(sensor_report.Calibrated(undamped, model, fit, told, PARAMETERS.settings))
+    answer = answered(*unlike, DESIGN.with_values({"biped.damping": 0.0}))
     changes = {row[0]: row[4] for row in answer.tables[0][2]}
     assert changes.pop("damping") == "from 0" and all(change.endswith(" %") for change in changes.values())
 

@@ -15,6 +15,7 @@ from stages.calibration.observation import stretches
 from stages.calibration.observation.measured_run import mid_stance
 from stages.calibration.observation.prediction import predict
 from stages.calibration.observation.signals import LowPass, Piece
+from tests.analytic.differences import extrapolated
 from tests.calibration.runs import DESIGN, disturbed, gait
 
 #: A little longer on the other leg, with frames, and the plain one with legs that may differ.
@@ -93,9 +94,7 @@ def worst_of(derived, columns, signs):
         found = predict(design, (), unknowns + change * move[len(NAMES) :], layout, sampling, 1e-11)
         return np.concatenate([found.samples["hip"], found.samples["foot"]])[:, :, 0]
 
-    step = 2e-6
-    first, second = ((at(h) - at(-h)) / (2 * h) for h in (step, step / 2))
-    off = np.abs(by_all @ move - (4 * second - first) / 3) / usual
+    off = np.abs(by_all @ move - extrapolated(at, 2e-6)) / usual
     return np.median(off), off.max()
 
 
