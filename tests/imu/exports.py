@@ -84,6 +84,10 @@ MAKERS: Mapping[str, Mapping[str, Export]] = {
         "log_gyr.csv": Export(METAWEAR + names("*-axis (deg/s)", axes="xyz"), "epoch_ms:.0f iso s:.3f deg")},
     "Axivity": {"6012345_0000000001.csv": Export(names("Time", "Accel-* (g)", "Gyro-* (d/s)"), "date g deg")},
     "Physics Toolbox": {"walk.csv": Export("time,gFx,gFy,gFz,wx,wy,wz", "s:.3f g w")},
+    "ROS": {"imu.csv": Export(
+        names("%time,field.header.seq,field.header.stamp,field.header.frame_id", "field.orientation.*",
+              "field.orientation.w", "field.angular_velocity.*", "field.linear_acceleration.*", axes="xyz"),
+        "ns:d n:d ns:d imu 0 0 0 1 w:.9f a:.9f")},
     "Noraxon": {"trial.csv": Export(
         names("time", f"{NORAXON}-Accel Sensor A* (mG)", f"{NORAXON}-Gyroscope-* (deg/s)", axes="xyz"),
         "s:.4f mg deg")},

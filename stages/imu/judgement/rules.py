@@ -23,6 +23,7 @@ from stages.imu.judgement.sensor_evidence import (
     leg_sweep,
     missing_share,
     noise_ends,
+    slower_rows,
     wraps,
 )
 from stages.imu.judgement.verdict import (
@@ -105,6 +106,11 @@ def against_sensor(
             indexed.resets > 0 and report.stamp == "device" and indexed.numbered_by == BY_DEVICE_STAMP,
             "the sensor's stamps begin anew within the recording, and no other stamp shows how long it paused: give "
             "each part a run of its own",
+        )
+        or remark(
+            (slow := slower_rows(indexed)) >= FEWEST_ROWS,
+            f"{slow} rows, one after the other, come at a lower rate than the others: record at one rate, or leave "
+            "rows out until it is one",
         )
         or remark(share > settings.loss_tolerance, f"{share:.0%} of the samples are lost"),
         refusal(
@@ -366,8 +372,8 @@ def _on_a_place(place: str, trial: Trial, parameters: Reading) -> tuple[Rule, ..
         ),
         remark(
             abs(found["arm"] - 1) > limits.leg_length_tolerance,
-            f"by the {place}'s signals the leg that stands is {found['arm']:.2f} times its nominal length: look "
-            "at leg_length", LEVER, STEP_LENGTH,
+            f"by the {place}'s signals it is {found['arm']:.2f} times as high above the sole as it should be: look at "
+            + ("leg_length" if place == "hip" else "lever_arm, or leg_length"), LEVER, STEP_LENGTH,
         ),
         remark(
             bool(turned),

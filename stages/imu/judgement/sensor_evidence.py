@@ -45,6 +45,16 @@ def missing_share(trace: SensorTrace) -> float:
     return absent / (len(index) + absent)
 
 
+def slower_rows(indexed: IndexedRecording) -> int:
+    """The most rows, one after the other, that come every second sampling period, or every third or so on, where most
+    rows come at each: lost ones leave no such order."""
+    step = np.where(np.diff(indexed.segment) == 0, np.diff(indexed.index), 1)
+    if not len(step) or np.median(step) > 1:
+        return 0
+    lengths = np.diff(np.flatnonzero(np.diff(step, prepend=0, append=0)))
+    return int((lengths * (step[np.cumsum(lengths) - lengths] > 1)).max())
+
+
 def leg_sweep(trace: SensorTrace, slowest_hz: float) -> float:
     """The angle that the leg sweeps by the angular rate as declared [rad]; NaN where nothing determines it."""
     known = np.isfinite(trace.angular_rate).all(axis=1)

@@ -106,6 +106,11 @@ MAKERS = (
     Maker("Axivity AX6 (OmGui)", (r"^Accel-X \(g\)", r"^Gyro-X"), "g", "deg/s", {}),
     Maker("Physics Toolbox", ("^gFx$", "^wx$"), "g", "rad/s",
           {f"a{axis}": f"^gF{axis}$" for axis in "xyz"} | {f"g{axis}": f"^w{axis}$" for axis in "xyz"}),
+    Maker("ROS (rostopic, bagpy)", (r"angular_velocity\Wx$", r"linear_acceleration\Wx$"), "m/s^2", "rad/s",
+          {"packet": r"header\Wseq$", "device_stamp": r"header\Wstamp$"}
+          | {f"a{axis}": rf"linear_acceleration\W{axis}$" for axis in "xyz"}
+          | {f"g{axis}": rf"angular_velocity\W{axis}$" for axis in "xyz"},
+          "its linear_acceleration has gravity; a stamp in two columns, sec and nanosec, is to be brought into one"),
     Maker("Noraxon (myoRESEARCH)", ("Noraxon|MyoMotion|Ultium",), "mg", "deg/s", {},
           "of several segments the first is taken: name the others' columns in entries of their own"),
 )  # fmt: skip
