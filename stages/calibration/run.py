@@ -193,7 +193,7 @@ def followed(
     sign = np.where(np.array(entry) == 0, -1.0, 1.0)
     angle = sign * [one.state[place] for one, place in zip(instants, entry, strict=True)]
     error = [math.sqrt(one.covariance[place, place]) for one, place in zip(instants, entry, strict=True)]
-    late, late_sd = lateness(forecasts(instants, run.strikes)[:, None])  # of one more strike of this run
+    late, late_sd = lateness([*forecasts(instants, run.strikes)[:, None]])  # of one more strike of this run
     true_time, true_angle = np.zeros(0), np.zeros(0)
     if truth is not None:
         strikes = truth.heel_strike_time[FROM : FROM + len(run.strikes)]

@@ -244,8 +244,10 @@ def test_rows_need_their_columns_and_a_clock_that_goes_on():
     with pytest.raises(WrongOption, match="lacks place, device_stamp, ay"):
         list(rows_of(["ax,az,gx,gy,gz"], print, PERIODS))
     rows = [",".join(COLUMNS), *(f"0,hip,0,9,0,0,0,{time}" for time in [*range(30), *range(25)])]
-    with pytest.raises(StepFailed, match="the clock of the hip was set back by 1"):
-        list(rows_of(rows, lambda text: None, PERIODS))
+    beside = [line for number, row in enumerate(rows[1:]) for line in (row, f"0,foot,0,9,0,0,0,{number}")]
+    for each in (rows, [rows[0], *beside]):  # of one sensor alone, too, which then said nothing any more
+        with pytest.raises(StepFailed, match="the clock of the hip was set back by 1"):
+            list(rows_of(each, lambda text: None, PERIODS))
     (row,) = rows_of([rows[0], "0,HIP,0,9,,0,0,1"], print, PERIODS)
     assert row.side == "hip" and np.isnan(row.reading[2])
     for wrong, why in (

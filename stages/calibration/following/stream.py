@@ -42,7 +42,7 @@ STAMP = "device_stamp"
 READINGS = SAMPLE_VALUES[-6:]
 #: The beginning of a stream is looked at each so many seconds, and given up after so many.
 EACH_S, LONGEST_S = 1.0, 120.0
-#: So many rows in a row that are before the last one are a clock that was set back.
+#: So many rows of a sensor in a row that are before its last one are a clock that was set back.
 SET_BACK = 20
 #: A row so many sampling periods after the last one shows that rows are lost.
 LOST = 1.5
@@ -90,7 +90,7 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
     missing = [name for name in ("place", STAMP, *READINGS) if name not in names]
     refuse((bool(missing), f"-: the first line names the columns and lacks {', '.join(missing)}"))
     place, *numbers = (names.index(name) for name in ("place", STAMP, *READINGS))
-    last, behind = dict.fromkeys(periods, -math.inf), 0
+    last, behind = dict.fromkeys(periods, -math.inf), dict.fromkeys(periods, 0)
 
     def once(what: str, line: int) -> None:
         if what not in said:
@@ -105,8 +105,8 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
             once(f"not a row of {' or '.join(last)} with numbers, and passed over", line)
             continue
         since = stamp - last[side]
-        behind = behind + 1 if since < 0.0 else 0
-        if behind >= SET_BACK:
+        behind[side] = behind[side] + 1 if since < 0.0 else 0
+        if behind[side] >= SET_BACK:
             raise StepFailed(f"the clock of the {side} was set back by {-since:.3g} s")
         if since <= 0.0:
             once(f"{'given twice' if since == 0.0 else 'later than the one after it'}, and passed over", line)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -35,6 +35,8 @@ EARLY, SURE = 0.06, 0.006
 #: Forecasts of heel strikes are held against measured ones from so long before on, in steps; so many runs show how they
 #: differ.
 BEFORE, ENOUGH = 0.2, 9
+#: Forecasts with so many times the usual standard error, as the first ones of a run, do not show how late strikes are.
+VAGUE = 2.0
 #: A push is where all of so many samples are so improbable, in mean squares of their standard deviations. Then the step
 #: is linearised anew after each sample.
 LATELY, PUSHED = 4, 25.0
@@ -69,7 +71,7 @@ def with_forecasts(
     return replace(robot, late=late, late_sd=sd)
 
 
-def lateness(found: Iterable[np.ndarray]) -> tuple[float, float]:
+def lateness(found: Sequence[np.ndarray]) -> tuple[float, float]:
     """How late heel strikes of a further run come after forecasts, and the standard deviation [s] beside a forecast's
     own, by those of each of some runs (f, 2); zero without any.
 
@@ -77,10 +79,12 @@ def lateness(found: Iterable[np.ndarray]) -> tuple[float, float]:
     that open: `HALF_WIDTH` deviations are Student's interval, with the freedom of F. E. Satterthwaite (Biometrics
     Bulletin 2, 1946, 110). A lone run does not say how others are, and is taken to be off by all that it is late.
     """
-    each = [one for one in found if len(one)]
-    runs = [one[:, 0] for one in each]
-    if not runs:
+    every = np.vstack([np.empty((0, 2)), *found])
+    if not len(every):
         return 0.0, 0.0
+    least = VAGUE * np.median(every[:, 1])
+    each = [sure for one in found if len(sure := one[one[:, 1] <= least])]
+    runs = [one[:, 0] for one in each]
     means, count = np.array([one.mean() for one in runs]), sum(map(len, runs))
     within = sum(float(((one - one.mean()) ** 2).sum()) for one in runs) / max(count - len(runs), 1)
     by_chance = within * np.mean([1.0 / len(one) for one in runs])
