@@ -48,9 +48,9 @@ def main() -> None:
             paths.append(Path(folder) / name)
             paths[-1].write_bytes(content)
         begun = time.process_time()
-        calibration = run(dataclasses.replace(every["calibration"], settings=settings), Inputs(*paths, campaign))
+        calibration = run(dataclasses.replace(every["calibration"], given=settings), Inputs(*paths, campaign))
         fitted = time.process_time()
-        twin = run_calibrated_twin(dataclasses.replace(every["calibrated_twin"], settings=settings, runs=runs),
+        twin = run_calibrated_twin(dataclasses.replace(every["calibrated_twin"], given=settings, runs=runs),
                                    TwinInputs(calibration, *paths, campaign))
         ended = time.process_time()
     report: dict[str, object] = {"fit_s": fitted - begun, "correct_s": ended - fitted, "reasons": twin.reasons,

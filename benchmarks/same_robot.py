@@ -57,7 +57,7 @@ def settings(steps: int, given: list[str], params: Path = ROOT / "params") -> Pa
     """The study's, with legs that have an inertia and sensors that stay where they are."""
     every = Study(ROOT, params, ROOT / "results", (INERTIA, *given))
     found: Parameters = every.parameters(["calibration"])["calibration"]
-    return as_mounted(dataclasses.replace(found, settings=dataclasses.replace(found.settings, planned_steps=steps)))
+    return as_mounted(dataclasses.replace(found, given=dataclasses.replace(found.settings, planned_steps=steps)))
 
 
 def robot_of(runs: tuple[MeasuredRun, ...], known: tuple[Known, ...], parameters: Parameters, twin: bool) -> Comparison:

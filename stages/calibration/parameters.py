@@ -86,7 +86,7 @@ class Parameters:
     biped: Biped
     slope: Slope
     given_sensor: SensorSettings
-    settings: Settings
+    given: Settings
     ingest_settings: IngestSettings
     limits: Limits
     drawing: Drawing
@@ -94,16 +94,17 @@ class Parameters:
     twin: TwinSettings
     level: Level = Level()
 
-    def __post_init__(self) -> None:
-        """What is null follows the robot, and what the sensors' clocks decide their sampling period."""
+    @property
+    def settings(self) -> Settings:
+        """The settings: what is null follows the robot, and what the sensors' clocks decide their sampling period."""
         slow, long = 1 / quickness(self.biped, self.slope.gravity), size(self.biped)
         period = 1 / self.sensor.rate_hz
         late = period + filter_delay(self.sensor.bandwidth_hz)  # samples, moved by it, measure a strike before its time
-        object.__setattr__(self, "settings", followed(
-            self.settings, settling_s=0.05 * slow, before_strike_s=late, after_strike_s=0.03 * slow,
+        return followed(
+            self.given, settling_s=0.05 * slow, before_strike_s=late, after_strike_s=0.03 * slow,
             foot_lag_sd_s=0.2 * period, mid_stance_sd_s=0.06 * slow, start_length_sd=1e-3 * long,
             start_length_rate_sd=0.02 * long / slow, lever_arm_sd=0.01 * self.biped.leg_length, begun_s=0.15 * slow,
-            outsole=self.cover.of(self.biped)))  # fmt: skip
+            outsole=self.cover.of(self.biped))
 
     @property
     def priors(self) -> dict[str, float]:

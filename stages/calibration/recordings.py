@@ -55,7 +55,7 @@ def as_mounted(parameters: Given, database: Path | None = None) -> Given:
     if database is not None:
         return parameters
     sd = MOUNTED * size(parameters.biped)
-    return dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, lever_arm_sd=sd))
+    return dataclasses.replace(parameters, given=dataclasses.replace(parameters.settings, lever_arm_sd=sd))
 
 
 def guess(parameters: Parameters) -> DesignPoint:

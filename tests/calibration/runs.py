@@ -18,7 +18,7 @@ BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 8.576
 PARAMETERS = parameters_of("calibration", "biped.leg_inertia=8.576e-4")
 SENSOR, SETTINGS = PARAMETERS.sensor, PARAMETERS.settings
 #: Short runs, so that a fit takes half a second.
-SHORT = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(SETTINGS, planned_steps=7))
+SHORT = dataclasses.replace(PARAMETERS, given=dataclasses.replace(SETTINGS, planned_steps=7))
 DESIGN = DesignPoint(BIPED, PARAMETERS.slope)
 LATE = dict.fromkeys(SIDES, math.sqrt(2) / (2 * math.pi * SENSOR.bandwidth_hz))
 BANDWIDTH_HZ = dict.fromkeys(SIDES, SENSOR.bandwidth_hz)

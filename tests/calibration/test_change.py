@@ -43,7 +43,7 @@ from tests.calibration.test_angles import (
 )
 
 #: The foot sensor stays where it was mounted.
-SETTING = as_mounted(dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, planned_steps=5)))
+SETTING = as_mounted(dataclasses.replace(SHORT, given=dataclasses.replace(SHORT.settings, planned_steps=5)))
 
 
 @cache
@@ -76,6 +76,16 @@ def test_a_run_of_the_robot_is_its_own():
     assert verdict.same and verdict.probability > 0.05
     assert verdict.residuals == pytest.approx(1.0, abs=0.08)
     assert sentence(verdict).startswith("the same robot")
+
+
+def test_further_runs_are_read_as_the_robots_own_were():
+    """Also where parameters have the robot that was found: else its foot sensor would sit elsewhere than it was read.
+    """
+    robot = comparison().robot
+    found = dataclasses.replace(SETTING, biped=dataclasses.replace(SETTING.biped, leg_length=0.345))
+    assert found.ingest.read.limits.lever_arm == pytest.approx(0.245)
+    assert robot.read_by(found).ingest == SETTING.ingest and robot.read_by(found).settings == SETTING.settings
+    assert dataclasses.replace(robot, of_parts=True).read_by(found) is found
 
 
 @pytest.mark.slow

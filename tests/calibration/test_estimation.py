@@ -25,7 +25,7 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from tests.calibration.runs import DESIGN, SHORT, drawn, fitted
 
 #: As many fits are made of them.
-SHORTER = dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, planned_steps=4))
+SHORTER = dataclasses.replace(SHORT, given=dataclasses.replace(SHORT.settings, planned_steps=4))
 
 
 @pytest.fixture(scope="module", params=[1, pytest.param(3, marks=pytest.mark.slow)])
@@ -221,7 +221,7 @@ def test_a_lab_s_gravity_is_looked_for_where_it_is_known_with_an_error():
 
 def test_clocks_that_are_known_worse_than_usual_leave_a_leg_s_length_as_open():
     """Off by .2 %, as a sensor's own clock may be, they made a leg many of its standard errors too long."""
-    worse = dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, clock_sd=2e-3))
+    worse = dataclasses.replace(SHORT, given=dataclasses.replace(SHORT.settings, clock_sd=2e-3))
     made, (drawing, model) = draw(18, 1, worse), fitted()
     sampling = dataclasses.replace(made.runs[0].sampling, rate_sd=dict.fromkeys(SIDES, 2e-3))
     off = []

@@ -30,7 +30,7 @@ from tests.calibration.runs import PARAMETERS
 from tests.study import ROOT
 
 #: The foot sensor's place is known, as in the trial.
-KNOWN = dataclasses.replace(PARAMETERS, settings=dataclasses.replace(PARAMETERS.settings, lever_arm_sd=1e-6))
+KNOWN = dataclasses.replace(PARAMETERS, given=dataclasses.replace(PARAMETERS.settings, lever_arm_sd=1e-6))
 #: Shares in % that an independent trial found for the same run (hip weighed; the study's own Fisher information).
 TRIAL = {"biped.foot_mass": 0.053, "biped.leg_length": 0.041, "biped.foot_radius": 0.063, "biped.foot_com": 0.064,
          "biped.stiffness": 0.071, "biped.damping": 0.066, "ground.slope_deg": 0.057}
@@ -78,7 +78,7 @@ def test_once_the_hip_is_weighed_the_shares_are_those_of_the_trial(planned):
 
 
 def test_a_worse_clock_limits_the_leg_length_and_runs_do_not_mend_what_is_common(planned):
-    worse = dataclasses.replace(KNOWN, settings=dataclasses.replace(KNOWN.settings, clock_sd=2e-3))
+    worse = dataclasses.replace(KNOWN, given=dataclasses.replace(KNOWN.settings, clock_sd=2e-3))
     known = (weighed(KNOWN.biped),)
     row = of(planned, known).names.index("biped.leg_length")
     good = of(planned, known)

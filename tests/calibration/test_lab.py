@@ -92,7 +92,8 @@ def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
 def test_the_run_of_a_robot_is_its_own_and_is_learned_from_once_more(repository, lab):
     folder, _ = lab
     robot, again, results = folder / "robot", folder / "robot_again", folder / "results"
-    same = commands.run("same", folder / "lab.sqlite", "--as", robot, "--results", results, "--json", cwd=repository)
+    same = commands.run("same", folder / "lab.sqlite", "--as", robot, "--results", results, "--json",
+                        "--set", "biped.leg_length=0.36", cwd=repository)  # that of a study has no part in it
     assert same.returncode == 0, same.stderr
     answer = json.loads(same.stdout)
     assert answer["same"] and len(answer["runs"]) == 1 and answer["all_runs"]["probability"] > 0.05
@@ -188,7 +189,7 @@ def test_a_labs_foot_sensor_is_where_the_lab_put_it(monkeypatch):
     monkeypatch.setattr(blind_score, "free_names", lambda design: [*looked_for(design)])
     biped = dataclasses.replace(DRAWN.biped, other_leg_length=None)
     settings = dataclasses.replace(SHORT.settings, lever_arm_sd=3e-3, fitted_runs=1, held_out_runs=0, planned_steps=5)
-    detailed = dataclasses.replace(SHORT, biped=biped, settings=settings)
+    detailed = dataclasses.replace(SHORT, biped=biped, given=settings)
     campaign = draw(4, 1, detailed)
     (fit,) = stage.run(detailed, runs_of_a_lab(monkeypatch, campaign.runs)).fits
     names = first_model(drawn_design(detailed), looked_for(drawn_design(detailed)), detailed).layout.names
@@ -373,7 +374,7 @@ def test_a_question_is_given_its_stages_result_or_the_reason_why_not(repository,
 
 
 #: Two steps less.
-SHORTER = dataclasses.replace(SHORT, settings=dataclasses.replace(SHORT.settings, planned_steps=5))
+SHORTER = dataclasses.replace(SHORT, given=dataclasses.replace(SHORT.settings, planned_steps=5))
 
 
 def fitted(runs, known, before=None, fits=None, parameters=SHORT, held_out=()):

@@ -67,7 +67,7 @@ def fitted_alone(
 
     `place` [m] is the standard error of the foot sensor's; `near`: the design is the robot's, not a drawing.
     """
-    parameters = replace(parameters, settings=replace(parameters.settings, lever_arm_sd=place))
+    parameters = replace(parameters, given=replace(parameters.settings, lever_arm_sd=place))
     design = DesignPoint(Biped(**drawn), parameters.slope)
     model = first_model(design, names, parameters)
     try:

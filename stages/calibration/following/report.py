@@ -46,6 +46,7 @@ def _follower(parameters: Parameters, robot: robot_file.FittedRobot) -> Follower
 def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], asking: Asking) -> Answer:
     """Follow rows of standard input, and say each answer at once. Raises WrongOption, NoGait, NotIdentified."""
     robot = robot_file.read(folder)
+    parameters = robot.read_by(parameters)
     stream = Stream(_follower(parameters, robot), about, parameters)
     said, lost = 0, ""
     try:
@@ -63,6 +64,7 @@ def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], ask
 def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
     """The answer to `follow`. Raises WrongOption, NoGait, NotIdentified."""
     robot = robot_file.read(folder)
+    parameters = robot.read_by(parameters)
     follower = _follower(parameters, robot)
     runs, lines = named_runs(source, robot.design, follower.model, parameters, names, asking)
     rows, plain, table = list[dict[str, Any]](), dict[str, Any](), list[list[Any]]()

@@ -23,6 +23,7 @@ from stages.biped.question import WrongOption, refuse
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.observation.measured_run import Layout, MeasuredRun
+from stages.calibration.parameters import Parameters
 
 NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 7", "bipedstudy fitted robot of angles 2"
 #: What belongs to sensors that stay on the robot, and is known better after a fit: unknowns of a run.
@@ -79,6 +80,12 @@ class FittedRobot:
     def model(self, model: Model) -> Model:
         """A model that looks for this robot's parameters, with sensors that are mounted as they were."""
         return dataclasses.replace(mounted(model, self.mounting, self.wider), shared=self.names, own=self.own)
+
+    def read_by(self, parameters: Parameters) -> Parameters:
+        """The parameters that further runs are read by: what is null in them follows the design that the robot's own
+        runs were read by, also where a study has the fitted one by now. Of the bill of parts that is the study's."""
+        began = self.began
+        return parameters if self.of_parts else dataclasses.replace(parameters, biped=began.biped, slope=began.slope)
 
     @property
     def uncorrected(self) -> DesignPoint:

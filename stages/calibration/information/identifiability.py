@@ -209,13 +209,13 @@ def experiments(
         (f"the robot weighed to {100 * share:.2g} %", parameters, 0.0, (*known, weighed(biped, share)), runs),
         (f"ten times the runs ({10 * runs})", parameters, 0.0, known, 10 * runs),
         (f"leg_length measured to {1e3 * CALIPER_M:g} mm", parameters, 0.0, (*known, length), runs),
-        (f"clock known to {clock:g} instead of {settings.clock_sd:g}", replace(parameters, settings=surer), 0.0, known,
+        (f"clock known to {clock:g} instead of {settings.clock_sd:g}", replace(parameters, given=surer), 0.0, known,
          runs),
         (f"a ramp of {steeper:g} deg", replace(parameters, slope=replace(slope, slope_deg=steeper)), 0.0, known, runs),
         (f"{100 * (HEAVIER - 1):.0f} % more mass at the hip",
          replace(parameters, biped=replace(biped, hip_mass=HEAVIER * biped.hip_mass)), 0.0, known, runs),
         (f"foot sensor {1e3 * higher:.0f} mm higher on the leg", parameters, higher, known, runs),
-        ("walks of twice the steps", replace(parameters, settings=longer), 0.0, known, runs),
+        ("walks of twice the steps", replace(parameters, given=longer), 0.0, known, runs),
     ]  # fmt: skip
     found = []
     for what, there, place, given, count in suggested:

@@ -29,6 +29,7 @@ Table = tuple[str, list[str], list[list[Any]]]
 def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
     """The answer to `same`. Raises WrongOption, NoGait, NotIdentified."""
     robot = robot_file.read(folder)
+    parameters = robot.read_by(parameters)
     comparison = Comparison(robot, first_model(robot.design, (*robot.names, *robot.own), parameters))
     runs, lines = named_runs(source, robot.design, comparison.model, parameters, names, asking)
     held = dict[str, Evidence]()

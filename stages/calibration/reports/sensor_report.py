@@ -94,6 +94,7 @@ def calibrated(
         request.check(names, design)
     else:
         design, names, all_known = before.began, (*before.names, *before.own), before.known
+        parameters = before.read_by(parameters)
     model = first_model(design, names, parameters)
     had = before.learned if before else ()
     runs, refused = _runs(source, design, model, parameters, asking, [plain_of(one.run) for one in had])
