@@ -121,6 +121,10 @@ class Limits:
                                       bound=Bound(minimum=0, maximum=1))  # fmt: skip
 
 
+#: Errors in time are measured for one robot (`in_time` of stages/imu/trial/walk.py has the others').
+IN_ITS_TIME = ", of Table 1's robot at 100 Hz; scaled to the time and the sensors' rate of others"
+
+
 @dataclass(frozen=True)
 class Drawing:
     """What the ingest must know of the robot to turn angles into lengths, and how well."""
@@ -142,10 +146,13 @@ class Drawing:
                                    "sensor, from soft legs", bound=NOT_NEGATIVE)  # fmt: skip
     sag: Following = parameter("m", "how much shorter a leg is while it stands; null: by the weight on its spring",
                                bound=NOT_NEGATIVE)  # fmt: skip
-    onset_error_s: float = parameter("s", "standard error of when a leg's impacts begin, the same for all of a run",
-                                     bound=NOT_NEGATIVE)  # fmt: skip
-    strike_scatter_s: float = parameter("s", "standard deviation of single strikes about that", bound=NOT_NEGATIVE)
-    toe_off_error_s: float = parameter("s", "standard error of when the foot is let go", bound=NOT_NEGATIVE)
+    onset_error_s: float = parameter(
+        "s", f"standard error of when a leg's impacts begin, the same for all of a run{IN_ITS_TIME}",
+        bound=NOT_NEGATIVE)
+    strike_scatter_s: float = parameter(
+        "s", f"standard deviation of single strikes about that{IN_ITS_TIME}", bound=NOT_NEGATIVE)
+    toe_off_error_s: float = parameter(
+        "s", f"standard error of when the foot is let go{IN_ITS_TIME}", bound=NOT_NEGATIVE)
     stand_error_deg: float = parameter("deg", "standard error of rest_leg_angle_deg", bound=NOT_NEGATIVE)
 
     def broken_rules(self) -> Iterator[Broken]:
