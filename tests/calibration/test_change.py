@@ -26,7 +26,7 @@ from stages.calibration.observation.measured_run import SIDES
 from stages.calibration.recordings import as_mounted
 from stages.calibration.reports.angle_report import calibrated
 from stages.calibration.reports.change_report import answered, by_chance, sentence
-from stages.calibration.reports.sensor_report import _with_more
+from stages.calibration.reports.sensor_report import _changed, _with_more
 from tests.calibration.runs import DESIGN, SHORT
 from tests.calibration.test_angles import (
     AUTHORS,
@@ -99,6 +99,12 @@ def test_a_part_that_has_changed_is_named_with_its_change():
         right = share * DESIGN.value(f"biped.{next(iter(changed))}")
         assert abs(best.change - right) < 4.0 * best.sd + 0.05 * right
         assert name in sentence(verdict)
+
+
+def test_runs_that_a_robot_goes_on_with_are_named_where_they_are_anothers():
+    """They were fitted together: a spring between the old and the new one, with an interval that held neither."""
+    lines = _changed(comparison().robot, [run_of(1), run_of(3, stiffness=1.02)], SETTING)
+    assert len(lines) == 1 and "not the same robot: what has changed is stiffness of both legs" in lines[0]
 
 
 @pytest.mark.parametrize("share", [0.9, 1.1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Iterator, Sequence
@@ -22,8 +23,10 @@ from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
 from stages.calibration.estimation.run_fit import Model
+from stages.calibration.following.change import Comparison
 from stages.calibration.following.fitted import earlier_fits, earlier_runs, fit_of, fitted_alone, fitted_robot
 from stages.calibration.following.robot_file import NAME, FittedRobot, plain_of
+from stages.calibration.following.score_test import LEVEL
 from stages.calibration.following.track import with_forecasts
 from stages.calibration.information.identifiability import (
     KNOWN_EVERYWHERE,
@@ -39,6 +42,7 @@ from stages.calibration.intervals.model_error import Judged, judged, structure_i
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters, Settings
 from stages.calibration.recordings import drawn_design, guess, looked_for, none_of, read_runs
+from stages.calibration.reports import change_report
 from stages.calibration.result import HALF_WIDTH, HeldOut
 
 #: What is known of the sensors is said to be wrong beyond so many of its standard errors.
@@ -59,7 +63,7 @@ class Calibrated:
     """What came out, from a `design` with the `settings`: the fit and why runs are left out of it, how well the robot
     explains those held out (None where it does not walk them), residuals in noises and the factor on intervals, values
     with intervals, what the model leaves out, whether the bill of parts was begun with, what was `known`, the robot
-    `before`, and runs not fitted that show, too, how runs differ."""
+    `before` and which runs are another's, and runs not fitted that show, too, how runs differ."""
 
     design: DesignPoint
     model: Model
@@ -74,6 +78,7 @@ class Calibrated:
     of_parts: bool = False
     known: tuple[Known, ...] = ()
     before: FittedRobot | None = None
+    changed: Sequence[str] = ()
     others: Sequence[MeasuredRun] = ()
 
 
@@ -100,6 +105,7 @@ def calibrated(
     runs, refused = _runs(source, design, model, parameters, asking, [plain_of(one.run) for one in had])
     fitted, out = _split(runs, request, 3 if before is None else len(runs))
     near, given = (before.uncorrected, earlier_runs(before)) if before else (design, ())
+    changed = _changed(before, fitted, parameters) if before else []
     answers = list(asking.each(
         fitted_alone, [*map(plain_of, fitted)], plain_of(near.biped), list(names),
         [*map(plain_of, (*all_known, *given))], parameters.settings.lever_arm_sd, before is not None))
@@ -120,7 +126,19 @@ def calibrated(
     estimate = dataclasses.replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
         design, model, fit, estimate, parameters.settings, sigmas, wider, refused, held, others, of_parts, all_known,
-        before, [] if request.held_out else _alike(out, held)))
+        before, changed, [] if request.held_out else _alike(out, held)))
+
+
+def _changed(before: FittedRobot, runs: Sequence[MeasuredRun], parameters: Parameters) -> list[str]:
+    """Which of further runs are not of the robot `before`, as `same` tests it, and what has changed."""
+    comparison = Comparison(before, first_model(before.design, (*before.names, *before.own), parameters))
+    lines = []
+    for run in runs:
+        with contextlib.suppress(StepFailed):  # which its own fit says, too
+            verdict = comparison.verdict(comparison.held(run))
+            if verdict.probability * len(runs) < LEVEL:
+                lines.append(f"{run.name}: {change_report.sentence(verdict)}")
+    return lines
 
 
 def _with_more(design: DesignPoint, request: Request) -> DesignPoint:
@@ -191,6 +209,7 @@ def answered(result: Calibrated) -> Answer:
         plain={
             "parameters": found,
             "runs": [run.name for run in fit.runs], "left_out": fit.left_out, "refused": list(result.refused),
+            "changed": list(result.changed),
             "model_error": estimate.words, "model_error_runs": estimate.other_runs,
             "left_out_causes": {one.name: {"found": one.value, "sd": one.sd, "standard_errors": one.sigmas,
                                            "explains": one.explains} for one in result.causes},
@@ -219,6 +238,7 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
     lines = [f"{count_of(len(fit.runs), 'run')} fitted{before}, residuals {result.sigmas:.2f} times the sensors' noise"
              + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
     lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(result.refused)
+    lines += result.changed
     blind = np.isinf(estimate.sd).astype(float)
     if blind.any():
         lines.append(described(blind, fit.names, units, estimate.values))
