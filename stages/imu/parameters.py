@@ -121,8 +121,8 @@ class Limits:
                                       bound=Bound(minimum=0, maximum=1))  # fmt: skip
 
 
-#: Errors in time are measured for one robot (`in_time` of stages/imu/trial/walk.py has the others').
-IN_ITS_TIME = ", of Table 1's robot at 100 Hz; scaled to the time and the sensors' rate of others"
+#: Errors in time are of one robot at 100 Hz (`in_time` of stages/imu/trial/walk.py has the others').
+SCALED = ", scaled from Table 1's"
 
 
 @dataclass(frozen=True)
@@ -147,12 +147,12 @@ class Drawing:
     sag: Following = parameter("m", "how much shorter a leg is while it stands; null: by the weight on its spring",
                                bound=NOT_NEGATIVE)  # fmt: skip
     onset_error_s: float = parameter(
-        "s", f"standard error of when a leg's impacts begin, the same for all of a run{IN_ITS_TIME}",
+        "s", f"standard error of when a leg's impacts begin, the same for all of a run{SCALED}",
         bound=NOT_NEGATIVE)
     strike_scatter_s: float = parameter(
-        "s", f"standard deviation of single strikes about that{IN_ITS_TIME}", bound=NOT_NEGATIVE)
+        "s", f"standard deviation of single strikes about that{SCALED}", bound=NOT_NEGATIVE)
     toe_off_error_s: float = parameter(
-        "s", f"standard error of when the foot is let go{IN_ITS_TIME}", bound=NOT_NEGATIVE)
+        "s", f"standard error of when the foot is let go{SCALED}", bound=NOT_NEGATIVE)
     stand_error_deg: float = parameter("deg", "standard error of rest_leg_angle_deg", bound=NOT_NEGATIVE)
 
     def broken_rules(self) -> Iterator[Broken]:
