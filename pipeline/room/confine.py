@@ -96,10 +96,11 @@ def landlock() -> int:
 
 def confine(
     reads: Iterable[Path | str], writes: Iterable[Path | str], lists: Iterable[Path | str] = (), *,
-    memory: int = 0, seconds: float = 0, written: int | None = None, signals: bool = False,
+    memory: int = 0, seconds: float = 0, written: int | None = None, runs: bool = False, signals: bool = False,
 ) -> None:  # fmt: skip
     """Let this process read and write beneath these paths alone, and see names of files beneath `lists`; it opens no
-    socket, and sends `signals` to what it starts alone. `held` shows how far it is kept.
+    socket, starts programs only if it `runs` them, and sends `signals` to what it starts alone. `held` shows how far it
+    is kept.
 
     `memory` [bytes] comes on top of what it has, `written` is the largest file; 0 or None sets no limit.
     """
@@ -107,7 +108,7 @@ def confine(
     if sys.platform == "linux":
         _prctl(_SET_NO_NEW_PRIVILEGES, 1)
         version = landlock()
-        if version and _restricted(version, signals, reads, writes, lists):
+        if version and _restricted(version, runs, signals, reads, writes, lists):
             held[FILES] = f"Landlock {version}"
         if _without_sockets():
             held[SOCKETS] = "seccomp"
@@ -117,7 +118,7 @@ def confine(
         _limit(memory, seconds, written)
 
 
-def _restricted(version: int, signals: bool, *allowed: Iterable[Path | str]) -> bool:
+def _restricted(version: int, runs: bool, signals: bool, *allowed: Iterable[Path | str]) -> bool:
     reads, writes, lists = allowed
     files, ports, outside = ((1 << bits) - 1 for bits in _KINDS[min(version, max(_KINDS))])
     outside &= ~_SIGNALS if signals else outside
@@ -125,7 +126,7 @@ def _restricted(version: int, signals: bool, *allowed: Iterable[Path | str]) -> 
     ruleset = _call(_CREATE, rules, len(rules), 0)
     if ruleset < 0:
         return False
-    read, change = _EXECUTE | _READ | _LIST, _CHANGES | _READ | _LIST
+    read, change = _EXECUTE * runs | _READ | _LIST, _CHANGES | _READ | _LIST
     for may, paths in ((read, (*SYSTEM, *of_python(), *reads)), (change, (*writes, os.devnull)), (_LIST, lists)):
         for path in {Path(each) for each in paths}:
             with contextlib.suppress(OSError):  # what is not there cannot be read either
@@ -260,7 +261,7 @@ def enter(job: Job, folder: Path, tasks: Sequence[Task]) -> None:
     place = home_of(job.package, Path(job.code_root))
     own = _own(place, folder / TEMPORARY, any("/machine_code/" in file for file in job.code))
     reads = [*of_code(place, job.package), *_needed(place, job.root), *_inputs(job, tasks)]
-    confine(reads, [folder, *own], [place, engine()])
+    confine(reads, [folder, *own], [place, engine()], runs=True)
 
 
 def enter_alone(root: Path, results: Path, package: str) -> None:
@@ -275,7 +276,7 @@ def enter_alone(root: Path, results: Path, package: str) -> None:
     program = [trust.place(), engine() / package, face(),
                *(home() / part for part in ("dvc.yaml", "params", "requirements")),
                *(engine() / ".git" / part for part in ("HEAD", "refs", "packed-refs"))]  # fmt: skip
-    confine([*map(Path, words), *program, *_needed(root)], [*writes, *own], [engine()], signals=True)
+    confine([*map(Path, words), *program, *_needed(root)], [*writes, *own], [engine()], runs=True, signals=True)
     if FILES not in held:
         print(f"note: without Landlock what lies in {root} can read and change all that you can", file=sys.stderr)
 

@@ -95,6 +95,13 @@ def test_the_process_is_confined(source, begun):
 
 
 @linux
+def test_a_python_of_the_systems_own_lies_beside_all_programs_and_starts_none(source, monkeypatch):
+    beneath = confine.of_python() | {Path("/usr")}
+    monkeypatch.setattr(confine, "of_python", lambda: beneath)
+    assert attempted(source) == set()
+
+
+@linux
 def test_without_landlock_the_rest_holds_and_it_is_said(source, monkeypatch):
     monkeypatch.setattr(confine, "landlock", lambda: 0)
     done = attempted(source)
