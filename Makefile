@@ -75,7 +75,7 @@ $(BIN)/python:
 	$(PYTHON) -m venv .venv
 
 # An environment that was copied with its folder, or restored elsewhere, runs the checkout that it was made in.
-ELSEWHERE := $(if $(filter $(CURDIR),$(shell cat $(STUDY) 2>/dev/null)),,elsewhere)
+ELSEWHERE := $(shell [ "$$(cat $(STUDY) 2>/dev/null)" = '$(CURDIR)' ] || echo elsewhere)
 elsewhere:
 $(STUDY): requirements/study.txt pyproject.toml $(ELSEWHERE) | $(BIN)/python
 	@$(BIN)/python -m pipeline.wheels
@@ -96,7 +96,7 @@ WHEEL_TAGS = $(shell $(BIN)/python -c 'import sys, sysconfig; v = "cp%d%d" % sys
 SHIPPED := stages/biped/machine_code/shipped
 wheel: $(STUDY)
 	rm -rf build $(SHIPPED)
-	NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NUMBA_CACHE_DIR=$(CURDIR)/build/code \
+	NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= NUMBA_CACHE_DIR='$(CURDIR)/build/code' \
 	  $(BIN)/bipedstudy run-all --accuracy draft --results build/study
 	cp -r build/code/bipedstudy $(SHIPPED)
 	$(PIP) wheel --no-deps --no-build-isolation $(WHEEL_TAGS) --wheel-dir dist . ; done=$$?; rm -rf $(SHIPPED); exit $$done

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -133,6 +134,22 @@ def test_an_audit_that_could_not_ask_is_no_success(repository):
     """Without --strict, pip-audit ends with 0 when the index does not answer for any package."""
     lines = [line for line in (repository / "Makefile").read_text().splitlines() if "pip-audit " in line]
     assert lines and all("--strict" in line for line in lines)
+
+
+def test_make_works_in_a_folder_whose_name_has_a_space(repository, tmp_path):
+    """The folder of machine code is one word, and the environment of a folder beside it is none of this one's."""
+    folder = tmp_path / "my lab"
+    (folder / ".venv/bin").mkdir(parents=True)
+    (folder / "requirements").mkdir()
+    shutil.copy(repository / "Makefile", folder)
+    for name in ("pyproject.toml", "requirements/study.txt", ".venv/bin/python", ".venv/installed-study"):
+        (folder / name).touch()
+    printed = [subprocess.run(["make", "-n", "wheel"], cwd=folder, text=True, capture_output=True).stdout]
+    for place in (folder, tmp_path / "my other"):
+        (folder / ".venv/installed-study").write_text(f"{place}\n")
+        printed.append(subprocess.run(["make", "-n", "wheel"], cwd=folder, text=True, capture_output=True).stdout)
+    assert all(f"NUMBA_CACHE_DIR={folder}/build/code" in shlex.split(text, comments=True) for text in printed)
+    assert ["--editable" in text for text in printed] == [True, False, True]
 
 
 # --- Figures in CI: the script of docs/ci.md does what the page says, in a fresh clone with results that were kept.
