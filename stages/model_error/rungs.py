@@ -29,7 +29,7 @@ from stages.biped.walk import largest_of_a_step
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Friction, Slope
 from stages.model_error.measures import NAMES
-from stages.model_error.result import MODELS, PRICES
+from stages.model_error.result import MODELS, PRICES, SHARED
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import Settings as PenaltySettings
 from stages.penalty.walk import simulate
@@ -48,6 +48,8 @@ from stages.twin_ladder.run import STANDING, section_numbers
 
 #: A second search at so many times the tolerance shows the error of the first.
 LOOSER = 10.0
+#: An error is so many times what the two differ by, as those of stages.
+TIMES = 3.0
 #: Tolerance of the constraint models.
 CONSTRAINT = 1e-8
 #: No tolerance leaves less of a multiplier by these differences.
@@ -70,6 +72,17 @@ def measures(period: float, length: float, multiplier: float, peak: float = math
     """A gait's measures (k,), from duration [s] and length [m] of a step, its largest multiplier's magnitude, and the
     largest normal force [N]."""
     return np.array([period, 1.0 / period, length, length / period, peak, multiplier])
+
+
+def left_open(values: np.ndarray, looser: np.ndarray) -> np.ndarray:
+    """Errors (k,) of a gait's measures, by what a looser search differs by.
+
+    Two searches may agree in one measure by chance, as where errors of period and length cancel in the speed. They are
+    of one gait, so that none is known to a smaller share than the least known of these three.
+    """
+    apart = np.abs(looser - values)
+    least = (apart / values)[:NAMES.index("peak_force")].max()
+    return np.asarray(TIMES * np.maximum(apart, least * np.where(SHARED, values, 1.0)))
 
 
 def gait_of(design: DesignPoint, near: Vector | None) -> tuple[Walker, FixedPoint]:
@@ -164,7 +177,7 @@ def constrained(walker: Walker, point: FixedPoint, tolerance: float) -> Found:
     values, found = (
         measures(gait.period_s, gait.step_length_m, gait.largest_multiplier)
         for gait in gaits)  # fmt: skip
-    return Found(values, np.abs(found - values))
+    return Found(values, left_open(values, found))
 
 
 def by_penalty(design: Design, tolerance: float) -> Found:
@@ -183,7 +196,7 @@ def by_penalty(design: Design, tolerance: float) -> Found:
         return measures(step.duration / count, step.length / count, largest_of_a_step(multipliers, count), peak)
 
     values = measured(stepper)
-    return Found(values, np.abs(measured(other) - values))
+    return Found(values, left_open(values, measured(other)))
 
 
 def by_twin(design: Design, tolerance: float) -> Found:
@@ -210,7 +223,7 @@ def by_twin(design: Design, tolerance: float) -> Found:
         measures(0.5 * (first.duration + second.duration), 0.5 * (first.length + second.length), largest,
                  max(peak_force(first.record), peak_force(second.record)))
         for first, second in ((one.first, one.second) for one in strides))  # fmt: skip
-    errors = np.abs(other - values)
+    errors = left_open(values, other)
     errors[NAMES.index("multiplier")] = (
         LOOSER * tolerance / ALONG + max(DIFFERENCES_LEAVE, abs(largest - penalty)))  # fmt: skip
     return Found(values, errors)
