@@ -17,8 +17,9 @@ from stages.analytic.model.walker import Vector
 
 State = TypeVar("State")
 TOTAL_MASS = "total_mass"
-#: A direction has information if it may not change by so many usual changes, in one over their square.
-SEEN = 1e-6
+#: A direction has information if it may not change by so many usual changes, in one over their square: by about all
+#: that a parameter is. What round-off and curvature leave of one that no run shows is a millionth.
+SEEN = 1e-3
 #: A parameter known to a third of itself, in one over the square of that, is taken by its logarithm.
 WELL = 9.0
 #: How much of each parameter a known sum has.
