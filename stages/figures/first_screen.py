@@ -153,10 +153,11 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     means = (f"A small disturbance has faded to a tenth after {count_of(faded, 'step')}" if value < 1.0 else
              "A small disturbance grows from step to step") if likely > SURE else UNSURE  # fmt: skip
     means += f"; of the starts tried, {100 * basin.share:.0f} % end in this gait." if basin else "."
-    rung = inputs.twin_ladder and inputs.twin_ladder.twin
+    rung = inputs.twin_ladder.twin if inputs.twin_ladder else None
     twins = largest_of_a_step(rung.plane_multipliers, 1) if rung else math.nan
-    if math.isfinite(twins) and (likely <= SURE or (twins < 1.0) != (value < 1.0)):
-        means += f" The twin's gait is {'stable' if twins < 1.0 else 'unstable'}: it leaves {twins:.3g} in the plane."
+    if rung and math.isfinite(twins) and (likely <= SURE or (twins < 1.0) != (value < 1.0)):
+        gait = "gait, which limps," if rung.limps else "gait"
+        means += f" The twin's {gait} is {'stable' if twins < 1.0 else 'unstable'}: it leaves {twins:.3g} in the plane."
     sure = f"with a probability {in_digits(likely, 2)}" + ("" if multiplier.known else " by the errors that are known")
     how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, {sure}."
     how += _in_space(inputs) if word == "stable" else ""

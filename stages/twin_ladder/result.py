@@ -30,6 +30,11 @@ class MachineGait:
         """Whether the machine has a gait."""
         return self.outcome == COMPLETED
 
+    @property
+    def limps(self) -> bool:
+        """Whether its two steps differ by what is seen, as beyond a period doubling: a cycle of two steps."""
+        return abs(self.inner_outer_difference) >= LIMPS
+
 
 @dataclass(frozen=True)
 class RungGait(MachineGait):
@@ -109,8 +114,8 @@ class Result:
         left = self.left_of_twin()
         own = f"; from the constraint model of the same robot {1e3 * left[0]:+.2f} ms" if left else ""
         longest = 1e3 * (self.twin.step_length_m - self.simple_step_length_m)
-        limp = abs(self.twin.inner_outer_difference)
-        limps = f"; it limps, its two steps last {100 * limp:.2g} % of their mean apart" * (limp >= LIMPS)
+        limp = 100 * abs(self.twin.inner_outer_difference)
+        limps = f"; it limps, its two steps last {limp:.2g} % of their mean apart" * self.twin.limps
         gait = np.array([self.twin.step_length_m, self.twin.period_s])
         walk = np.array([self.walked_step_length_m, self.walked_period_s])
         words = "{:.1f} mm in {:.0f} ms".format

@@ -33,7 +33,8 @@ def multipliers(given: Given) -> list[tuple[str, np.ndarray, str, str]]:
     ]
     twin = given.twin_ladder.twin if given.twin_ladder else None
     if twin is not None:
-        found.append(("twin, in the plane", twin.plane_multipliers, style.TWIN, "^"))
+        plane = "twin, in the plane" + ", limping" * twin.limps
+        found.append((plane, twin.plane_multipliers, style.TWIN, "^"))
         found.append(("twin, across it", twin.side_multipliers, style.MEASURED, "v"))
     return [(name, values[np.hypot(*values.T) > NONE], *look) for name, values, *look in found if len(values)]
 
