@@ -8,6 +8,7 @@ import numpy as np
 
 from stages.biped.quantity import count_of, quantity
 from stages.biped.walk import Walk
+from stages.calibration.result import LAB
 
 CORRECTED = "corrected by the twin"
 #: Title, columns and rows of text.
@@ -99,6 +100,14 @@ class Result:
     checks: tuple[Check, ...] = quantity("-", "runs that were not fitted, walked by the twin")
     reasons: tuple[str, ...] = quantity("-", "what could not be done, and why")
     walk: Walk | None = quantity("-", "the twin's walk with the first robot's corrected numbers; none if it falls")
+
+    @property
+    def strikes_off(self) -> float | None:
+        """By how much the twin's heel strikes are off in a lab's runs held out [s], with corrected numbers where there
+        are; None without such runs: synthetic ones are of no robot."""
+        checks = (check for check in self.checks if check.kind == LAB and np.isfinite(check.late))
+        late = {check.name: float(check.late) for check in checks}  # of a run as found, and then corrected
+        return max(late.values(), default=None)
 
     def summary(self) -> str:
         """What was found, in one line."""

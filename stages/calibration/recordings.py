@@ -23,6 +23,7 @@ from stages.calibration.estimation.run_fit import Model
 from stages.calibration.information.identifiability import EACH_RUNS, SLOPE, free_names
 from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters, Settings
+from stages.calibration.result import LAB
 from stages.campaign.result import Result as Campaign
 from stages.imu.parameters import filter_delay
 from stages.imu.run import trials
@@ -35,8 +36,8 @@ from stages.twin.machine.machine import Build, build
 from stages.twin.machine.projection import project
 
 Given = TypeVar("Given", bound=Parameters)
-#: Whose runs the study has.
-WITH_OUTSOLE, WITHOUT, LAB = "with outsole", "without outsole", "lab"
+#: Whose runs the campaign has.
+WITH_OUTSOLE, WITHOUT = "with outsole", "without outsole"
 #: Standard error of the foot sensor's place in the campaign [m], of Table 1's robot.
 MOUNTED = 1e-5
 #: The drawing's places and moments of frames are kept, and the lower legs' inertia: sensors show them and the place of

@@ -11,6 +11,8 @@ from stages.biped.quantity import quantity
 
 #: Half of a 95 % interval, in standard deviations.
 HALF_WIDTH = 1.959964
+#: The kind of a robot whose runs are a lab's own; others are the campaign's, which are synthetic.
+LAB = "lab"
 
 
 @dataclass(frozen=True)

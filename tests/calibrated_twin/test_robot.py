@@ -9,6 +9,7 @@ import pytest
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.gait_search import find_gait, gait_near
+from stages.calibrated_twin.result import Check, Result
 from stages.calibrated_twin.robot import TwinRobot
 from stages.calibrated_twin.run import Fitted, design_of, frequency, pairs_of, robot_of
 from stages.calibration.information.identifiability import first_model
@@ -16,7 +17,7 @@ from stages.calibration.intervals.model_error import Discrepancy
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling
 from stages.calibration.observation.prediction import predict
 from stages.calibration.recordings import drawn_design, looked_for
-from stages.calibration.result import HALF_WIDTH, FittedRun, Trace
+from stages.calibration.result import HALF_WIDTH, LAB, FittedRun, Trace
 from stages.twin.machine.machine import build
 from tests.calibration.runs import BANDWIDTH_HZ, DESIGN, LATE
 from tests.study import parameters_of
@@ -230,3 +231,13 @@ def test_frames_belong_to_the_hip_as_table_1_counts_it():
     assert number.name == "biped.hip_mass"
     assert (number.drawn, number.found, number.truth) == pytest.approx((0.316, 0.318, 0.316))
     assert number.sd == pytest.approx(2e-4)
+
+
+def test_strikes_are_off_as_those_of_a_labs_runs_with_corrected_numbers():
+    """A run is walked as found, and then corrected, if it can be; synthetic runs are of no robot."""
+    def off(*checks):
+        return Result((), (), tuple(Check(name, kind, "", late, 0.0, 0.0) for name, kind, late in checks), (), None
+                      ).strikes_off  # fmt: skip
+
+    assert off(("run 1", LAB, 0.08), ("run 1", LAB, 0.0051), ("run 2", LAB, 0.002), ("run 2", LAB, math.nan)) == 0.0051
+    assert off() is None and off(("run 1", "with outsole", 0.004)) is None

@@ -81,7 +81,7 @@ def test_a_lab_gets_its_robot_as_a_folder_that_the_study_takes(repository, lab):
     for name, row in found.items():
         entry = written[name.partition(".")[2]]
         assert entry["value"] == pytest.approx(row["found"], rel=1e-12)
-        assert entry["uncertainty"] == pytest.approx(row["sd"], rel=1e-12)
+        assert entry["uncertainty"] == pytest.approx(HALF_WIDTH * row["sd"], rel=1e-12)
     assert abs(written["leg_length"]["value"] / truth.robot.leg_length - 1) < 0.03
     planned = commands.run("run-all", "--dry-run", "--params", robot, "--results", folder / "results", cwd=repository)
     assert planned.returncode == 0, planned.stderr
@@ -151,7 +151,7 @@ def test_from_the_bill_of_parts_the_studys_own_runs_widen_the_intervals(reposito
     assert "frame_mass" not in written
     frame = answer["parameters"]["biped.frame_mass"]
     assert written["hip_mass"]["value"] == pytest.approx(drawn.biped.hip_mass + 2 * frame["found"])
-    assert written["hip_mass"]["uncertainty"] == pytest.approx(2 * frame["sd"])
+    assert written["hip_mass"]["uncertainty"] == pytest.approx(2 * HALF_WIDTH * frame["sd"])
     planned = commands.run("run-all", "--dry-run", "--params", robot, "--results", folder / "results_of_parts",
                            cwd=repository)  # fmt: skip
     assert planned.returncode == 0, planned.stderr

@@ -17,10 +17,11 @@ from stages.calibration.intervals.model_error import Judged
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, usable
 from stages.calibration.observation.prediction import predict
 from stages.calibration.reports import sensor_report
+from stages.calibration.result import HALF_WIDTH
 from tests.calibration.runs import BIPED, DESIGN, PARAMETERS, SETTINGS, disturbed, drawn, fitted
 
 KNOWN = (Known(TOTAL_MASS, BIPED.total_mass, 1e-3 * BIPED.total_mass),)
-RADIUS = "biped.other_foot_radius"
+RADIUS, LENGTH = "biped.other_foot_radius", "biped.other_leg_length"
 
 
 def made(changes, seed=1, bandwidth=0.0):
@@ -167,10 +168,10 @@ def test_a_low_pass_that_is_not_the_declared_one_is_found_by_the_fit(narrow):
     assert fit.unknowns[0, model.layout.place("bandwidth")] == pytest.approx(math.log(0.5), abs=0.02)
 
 
-def answered(model, fit, design=DESIGN):
+def answered(model, fit, design=DESIGN, known=()):
     """The answer to a calibration by sensors that ended so, whose runs miss nothing that others' tell."""
     told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
-    return sensor_report.answered(sensor_report.Calibrated(design, model, fit, told, PARAMETERS.settings))
+    return sensor_report.answered(sensor_report.Calibrated(design, model, fit, told, PARAMETERS.settings, known=known))
 
 
 @pytest.mark.parametrize("converged", [True, False])
@@ -192,6 +193,33 @@ def test_what_each_run_has_of_its_own_is_said_with_its_scatter(unlike):
     assert answered(own, two).lines[-2:] == [
         "ramp: 2.050 deg on average, 0.050 deg apart",
         "other_leg_length, for each run: 0.334 m on average, 0.001 m apart"]
+
+
+@pytest.mark.parametrize(("drawn", "found", "left"), [(0.0, 1e-5, False), (0.0, 2e-3, True), (3e-4, 1e-5, True)])
+def test_a_robot_is_left_with_the_other_legs_length_of_its_runs(unlike, drawn, found, left):
+    """None where legs that were drawn alike are alike; never the drawing's, beside a leg whose length was found."""
+    model, fit = unlike
+    length = fit.design[model.shared.index("biped.leg_length")] + found
+    own = dataclasses.replace(model, own=(*model.own, LENGTH))
+    design = DESIGN.with_value(LENGTH, BIPED.leg_length + drawn)
+    entry = answered(own, dataclasses.replace(fit, own=np.array([[2.0, length]])), design).parameters[LENGTH]
+    assert entry["unit"] == "m" and entry["value"] == (pytest.approx(length) if left else None)
+    assert ("uncertainty" in entry) is left
+
+
+def test_a_robot_is_left_with_the_half_widths_of_its_intervals(unlike):
+    answer = answered(*unlike)
+    for name, row in answer.plain["parameters"].items():
+        left = answer.parameters[name]
+        assert left["uncertainty"] == pytest.approx(HALF_WIDTH * row["sd"]) and left["unit"] == row["unit"]
+
+
+def test_a_robot_is_left_with_the_mass_that_was_weighed(unlike):
+    """Or a study of it fits its recordings anew without a scale: masses were off by a half."""
+    assert not any("weighed" in name for name in answered(*unlike).parameters)
+    left = answered(*unlike, known=KNOWN).parameters
+    assert left["calibration.weighed_mass"] == BIPED.total_mass
+    assert left["calibration.weighed_sd"] == pytest.approx(1e-3)
 
 
 def test_a_change_from_nothing_has_no_share(unlike):

@@ -185,9 +185,10 @@ def test_one_error_serves_all_measures_but_those_with_their_own():
 
 
 def test_what_the_twin_misses_of_the_robot_is_a_calibrations_or_not_known(parameters, small):
-    calibrated = SimpleNamespace(checks=[SimpleNamespace(late=late) for late in (0.002, 0.0051, math.nan)])
     for others, late, said in (({}, None, "nothing is known of how the twin differs"),
-                               ({"calibrated_twin": calibrated}, 0.0051, "off by up to 5.1 ms")):  # fmt: skip
+                               ({"calibrated_twin": SimpleNamespace(strikes_off=None)}, None, "nothing is known"),
+                               ({"calibrated_twin": SimpleNamespace(strikes_off=0.0051)}, 0.0051,
+                                "off by up to 5.1 ms")):  # fmt: skip
         answer = ask(parameters, Options(("period",), ("1%",)), Asking(model_error=small, **others))
         assert answer.plain["twin_strikes_off_s"] == late and said in answer.lines[-1]
 

@@ -20,7 +20,7 @@ from stages.biped.quantity import count_of
 from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.estimation.campaign import ODD, CampaignFit, fit_campaign
 from stages.calibration.estimation.held_out import explained, trace
-from stages.calibration.estimation.least_squares import Known, NotIdentified
+from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.following.change import Comparison
@@ -54,6 +54,7 @@ NOISY = 1.2
 #: What a parameter folder of another robot says of the twin: the bill of parts is that of this one.
 PLANAR = {"twin.inertia": "planar"}
 FRAME = "biped.frame_mass"
+OTHER_LENGTH = "biped.other_leg_length"
 #: Parameters that a model without frames gets wrong, however well it fits.
 OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
@@ -92,11 +93,7 @@ def calibrated(
     """
     of_parts = request.design == PARTS if before is None else before.of_parts
     if before is None:
-        design = _with_more(drawn_design(parameters) if of_parts else guess(parameters), request)
-        there = looked_for(design) if of_parts else (
-            *free_names(design), *(["biped.other_leg_length"] if design.biped.detailed else []))
-        names, all_known = tuple(dict.fromkeys([*request.looked_for(there), *request.also])), request.known
-        request.check(names, design)
+        design, names, all_known = _looked_for(parameters, request)
     else:
         design, names, all_known = before.began, (*before.names, *before.own), before.known
         parameters = before.read_by(parameters)
@@ -127,6 +124,18 @@ def calibrated(
     return answered(Calibrated(
         design, model, fit, estimate, parameters.settings, sigmas, wider, refused, held, others, of_parts, all_known,
         before, changed, [] if request.held_out else _alike(out, held)))
+
+
+def _looked_for(parameters: Parameters, request: Request) -> tuple[DesignPoint, tuple[str, ...], tuple[Known, ...]]:
+    """The design that a first fit begins with, the names of what it looks for, and what is known. Raises WrongOption.
+    """
+    of_parts = request.design == PARTS
+    design = _with_more(drawn_design(parameters) if of_parts else guess(parameters), request)
+    there = looked_for(design) if of_parts else (
+        *free_names(design), *([OTHER_LENGTH] if design.biped.detailed else []))
+    names = tuple(dict.fromkeys([*request.looked_for(there), *request.also]))
+    request.check(names, design)
+    return design, names, request.known
 
 
 def _changed(before: FittedRobot, runs: Sequence[MeasuredRun], parameters: Parameters) -> list[str]:
@@ -203,6 +212,7 @@ def answered(result: Calibrated) -> Answer:
     found = {name: {"drawn": design.value(name), "found": float(estimate.values[row]),
                     "sd": float(estimate.sd[row]) if fit.converged else None, "unit": units[row]}
              for row, name in enumerate(fit.names)}  # fmt: skip
+    robot = _robot(result) if fit.converged else None
     return Answer(
         lines=_lines(result, units),
         tables=_tables(result, units),
@@ -218,8 +228,8 @@ def answered(result: Calibrated) -> Answer:
             "held_out": {name: _plain(one) for name, one in result.held_out.items()},
         },
         draw=partial(_draw, fit),
-        files={NAME: _robot(result).content()} if fit.converged else {},
-        parameters=_left(result) if fit.converged else {},
+        files={NAME: robot.content()} if robot else {},
+        parameters=_left(result, robot) if robot else {},
         no=not fit.converged,
     )  # fmt: skip
 
@@ -305,23 +315,40 @@ def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
     return said
 
 
-def _left(result: Calibrated) -> dict[str, Any]:
-    """Parameters as a folder keeps them: with their standard errors, where these are finite.
+def _left(result: Calibrated, robot: FittedRobot) -> dict[str, Any]:
+    """Parameters as a folder keeps them: with the half widths of their intervals, where these are finite, and the mass
+    that was weighed, without which a study's own fit does not know its scale.
 
     A robot from the bill of parts is left as Table 1 counts it, which all stages take: frames are the hip's.
     """
-    biped, estimate = result.design.biped, result.estimate
-    left: dict[str, Any] = {name: _with_error(value, own)
+    design, estimate = result.design, result.estimate
+    left: dict[str, Any] = {name: _with_error(value, own, design.unit(name))
                             for name, value, own in zip(result.fit.names, estimate.values, estimate.sd, strict=True)}
+    for one in (one for one in result.known if one.name == TOTAL_MASS):
+        left |= {"calibration.weighed_mass": one.value, "calibration.weighed_sd": one.sd / one.value}
     if not result.of_parts:
-        return left if biped.frame_mass else left | PLANAR
-    frame = left.pop(FRAME, {"value": biped.frame_mass})
-    hip = _with_error(biped.hip_mass + 2.0 * frame["value"], 2.0 * frame.get("uncertainty", math.inf))
-    return {"biped.leg_inertia": biped.leg_inertia, "biped.hip_mass": hip, **left, **PLANAR}
+        left |= _other_length(design, robot)
+        return left if design.biped.frame_mass else left | PLANAR
+    frame = left.pop(FRAME, {"value": design.biped.frame_mass})
+    hip = {"value": design.biped.hip_mass + 2.0 * frame["value"], "unit": "kg"}
+    hip |= {"uncertainty": 2.0 * frame["uncertainty"]} if "uncertainty" in frame else {}
+    return {"biped.leg_inertia": design.biped.leg_inertia, "biped.hip_mass": hip, **left, **PLANAR}
 
 
-def _with_error(value: float, sd: float) -> dict[str, float]:
-    return {"value": float(value), **({"uncertainty": float(sd)} if math.isfinite(sd) else {})}
+def _other_length(drawn: DesignPoint, robot: FittedRobot) -> dict[str, Any]:
+    """The other leg's length, which is each run's own, as it usually is; none where legs that were drawn alike are so.
+    """
+    if OTHER_LENGTH not in robot.own:
+        return {}
+    found, sd = robot.design.biped.leg_lengths, float(robot.own_sd[robot.own.index(OTHER_LENGTH)])
+    alike = len({*drawn.biped.leg_lengths}) == 1 and abs(found[1] - found[0]) <= HALF_WIDTH * sd
+    return {OTHER_LENGTH: {"value": None, "unit": "m"} if alike else _with_error(found[1], sd, "m")}
+
+
+def _with_error(value: float, sd: float, unit: str) -> dict[str, Any]:
+    """An entry of a parameter file, whose uncertainty is a half width."""
+    half = {"uncertainty": float(HALF_WIDTH * sd)} if math.isfinite(sd) else {}
+    return {"value": float(value), **half, "unit": unit}
 
 
 def _tables(result: Calibrated, units: Sequence[str]) -> list[tuple[str, list[str], list[list[str]]]]:

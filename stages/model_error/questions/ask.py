@@ -71,20 +71,20 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         lines.append(f"of another kind than the sampled designs, so that only the twin answers: {unlike}")
     elif outside:
         lines.append(f"outside of the sampled designs in {', '.join(outside)}: the model's error is widened")
-    late = strikes_off(asking)
-    lines.append(
-        "nothing is known of how the twin differs from the robot: stage calibrated_twin finds it from recordings"
-        if late is None else f"no error here contains how the twin differs from the robot: of a recording that was not "
-        f"fitted, the calibrated twin's heel strikes are off by up to {1e3 * late:.2g} ms")
+    calibrated, _ = asking.result("calibrated_twin")
+    late = calibrated and calibrated.strikes_off
+    lines.append(of_the_robot(late))
     plain |= {"outside_of_drawn": outside, "unlike_the_drawn": unlike or None, "twin_strikes_off_s": late}
     return Answer(lines, plain, rows=rows, no=refused)
 
 
-def strikes_off(asking: Asking) -> float | None:
-    """By how much the calibrated twin's heel strikes are off in recordings held out [s]; None where there is none."""
-    calibrated, _ = asking.result("calibrated_twin")
-    checks = calibrated.checks if calibrated is not None else ()
-    return max((float(check.late) for check in checks if math.isfinite(check.late)), default=None)
+def of_the_robot(late: float | None) -> str:
+    """What is known of how the twin differs from the robot, of whose strikes its own are `late` by at most [s]."""
+    if late is None:
+        return ("nothing is known of how the twin differs from a robot: stage calibrated_twin finds it from recordings "
+                "of one")
+    return ("no error here contains how the twin differs from the robot: of a recording that was not fitted, the "
+            f"calibrated twin's heel strikes are off by up to {1e3 * late:.2g} ms")
 
 
 def walk(parameters: Parameters, count: int, number: int) -> list[list[list[float]]]:
