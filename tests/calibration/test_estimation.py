@@ -273,6 +273,8 @@ def test_where_a_guess_leads_nowhere_one_parameter_is_changed_until_steps_last_a
     found = other_guesses(short, ("biped.leg_length",), 0.48 * np.arange(6))
     assert found[0].value("biped.leg_length") == pytest.approx(1.25 * 0.7 * 0.333)
     assert found[0].value("biped.other_leg_length") == found[0].value("biped.leg_length")
+    as_long = other_guesses(short, ("biped.leg_length",), 0.36 * np.arange(6))  # of legs .8 times as long, .448 of 1.25
+    assert as_long[0].value("biped.leg_length") == pytest.approx(0.8 * 0.7 * 0.333), "steps of .36 s are of short legs"
     tried = []
 
     def attempt(design, run, *_):
