@@ -17,7 +17,7 @@ from pipeline.parameters.value import declared
 from pipeline.sweep import pool
 from pipeline.sweep import spec as specs
 from pipeline.sweep.pool import Bench, Row
-from pipeline.sweep.spec import Normal, Range
+from pipeline.sweep.spec import Choice, Normal, Range
 from pipeline.sweep.sweep import duration, how_far
 from tests.pipeline.processes import workers
 
@@ -190,6 +190,11 @@ def test_a_wrong_spec_is_refused_with_a_sentence(toy, text, sentence):
     with pytest.raises(StudyError) as refused:
         run(toy, text)
     assert any(sentence in each for each in refused.value.sentences), refused.value.sentences
+
+
+def test_the_end_of_the_interval_is_of_the_last_option():
+    """A Latin hypercube may draw it: its shares are a whole number less one drawn, over the count."""
+    assert [Choice(("a", "b", "c")).at(share) for share in (0.0, 0.34, 1.0)] == ["a", "b", "c"]
 
 
 def test_a_grid_holds_its_ends_and_decades_to_the_digit():
