@@ -210,14 +210,14 @@ def draw_followed(given: Given) -> Figure:
     figure, (above, middle, below) = plt.subplots(3, 1, figsize=(style.ONE_COLUMN, 5.4), sharex=True)
     above.plot(one.true_time, one.true_angle, color=style.MEASURED, linewidth=2.5, label="true")
     above.plot(one.time, one.angle, color=style.ANALYTIC, linewidth=0.9, label="followed")
-    above.margins(y=0.25)  # room for the legend
-    above.set_ylabel("inner leg's angle [rad]")
+    low, high = np.nanpercentile(one.true_angle if len(one.true_angle) else one.angle, (1, 99))
+    above.set(ylabel="inner leg's angle [rad]", ylim=(1.2 * low - 0.2 * high, 1.2 * high - 0.2 * low))
+    style.mark_beyond(above)
     _band(middle, one.time, 1e3 * _off(one), 1e3 * one.angle_sd, "followed less true")
-    middle.set_ylabel("angle [mrad]")
+    middle.set_ylabel("angle, followed\nless true [mrad]")
     _band(below, one.time, 1e3 * _late(one), 1e3 * one.next_strike_sd, "predicted less measured")
-    below.set(xlabel="time since a heel strike [s]", ylabel="next heel strike [ms]")
-    for axes in (above, middle, below):
-        axes.legend(loc="upper right", ncols=2)
+    below.set(xlabel="time since a heel strike [s]", ylabel="next strike, predicted\nless measured [ms]")
+    figure.legend(handles=[*above.get_lines()[:2], *middle.collections], loc="outside upper center", ncols=3)
     style.panel_labels((above, middle, below))
     return figure
 
@@ -263,8 +263,10 @@ def caption_followed(given: Given) -> str:
              f"{100 * inside:.0f} % of the samples inside their 95 % interval; the step "
              f"length in the end to {1e3 * HALF_WIDTH * one.step_length[-1, 1]:.1f} mm.")  # fmt: skip
     if np.isfinite(off).any():
-        words += (f" The inner leg's angle is off by {1e3 * math.sqrt(np.nanmean(off**2)):.1f} mrad (rms), with clocks "
-                  "put together by the heel strikes.")  # fmt: skip
+        seen = np.isfinite(off)
+        inside = np.mean(np.abs(off[seen]) <= HALF_WIDTH * one.angle_sd[seen])
+        words += (f" The inner leg's angle is off by {1e3 * math.sqrt(np.mean(off[seen] ** 2)):.1f} mrad (rms), for "
+                  f"{100 * inside:.0f} % inside, with clocks put together by the heel strikes.")  # fmt: skip
     if one.strikes[-1] - one.time[-1] > np.diff(one.strikes).max():
         words += f" After {one.time[-1]:.1f} s it is lost; the run goes on to {one.strikes[-1]:.1f} s."
     return words
