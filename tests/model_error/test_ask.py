@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import json
 import math
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import h5py
@@ -13,14 +14,14 @@ import pytest
 from pipeline.cache import artefact
 from pipeline.errors import StudyError
 from stages.biped.question import WrongOption
-from stages.model_error.choice import Ladder, Stability, below_one
+from stages.model_error.choice import MULTIPLIER, Ladder, Stability, below_one
 from stages.model_error.measures import NAMES, Allowed, errors
 from stages.model_error.miss import Learnt, Miss, covering
 from stages.model_error.questions import map
 from stages.model_error.questions.ask import Options, ask, stability_in_words
 from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result
 from stages.model_error.run import design_of, further, further_draws, walked
-from stages.model_error.rungs import RUNGS, NoRung
+from stages.model_error.rungs import RUNGS, Found, NoRung
 from tests.asking import Asking
 
 
@@ -48,6 +49,17 @@ def test_what_is_asked_is_kept_against_the_twin_and_climbs_with_the_error(ladder
         floors = [ladder.learnt.at(rung, place, ladder.numbers).error for rung in range(before)]
         assert all(floor + 1e-6 > error for floor in floors)  # no cheaper one would have done
         assert len(found.passed_over) >= before
+
+
+@pytest.mark.parametrize("rung", range(PENALTY))
+def test_a_gait_whose_multiplier_with_its_known_bias_is_not_below_one_has_no_known_error(monkeypatch, ladder, rung):
+    bias = ladder.miss(rung, MULTIPLIER).bias
+    for largest, refused in ((1.0 - bias + 1e-9, True), (1.0 - bias - 1e-9, False)):
+        values = np.where(np.arange(len(NAMES)) == MULTIPLIER, largest, 0.5)
+        monkeypatch.setattr(ladder, "find", lambda *_, values=values: Found(values, 0.0 * values))
+        with pytest.raises(NoRung, match="not stable") if refused else nullcontext():
+            ladder.corrected(rung, NAMES.index("period"), 1e-6)
+    assert abs(bias) > 1e-6, "else the sign of the bias shows nothing"
 
 
 def test_an_error_in_the_measures_unit_is_that_share_of_it(ladder):
