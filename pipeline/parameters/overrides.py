@@ -118,7 +118,7 @@ def rewritten(folder: Path, values: Mapping[str, Any], settings: Sequence[str], 
             raise StudyError(f"{name}: an entry of a table cannot be written; change it in its file instead")
         described = entry.plain() if entry is not None else None
         unit = {"unit": described["unit"]} if isinstance(described, dict) and "unit" in described else {}
-        whole = isinstance(value, dict) and "value" in value  # an entry of its own, with an uncertainty
+        whole = isinstance(value, dict) and not {"value", "rows"}.isdisjoint(value)  # an entry of its own
         parts = {**(value if whole else {"value": value}), **unit, "source": source}
         line = f"{key}: {{{', '.join(f'{part}: {json.dumps(said)}' for part, said in parts.items())}}}\n"
         # an entry goes on over lines that are indented or close it

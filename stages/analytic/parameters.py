@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import ClassVar
 
 from stages.biped.accuracy.tolerances import Accuracy, ConstraintTolerance, accuracy
@@ -40,12 +40,31 @@ class Settings(ConstraintTolerance):
 
 
 @dataclass(frozen=True)
+class Correlation:
+    """How the errors of two values, by their file.key, go together."""
+
+    one: str = parameter("-", "a parameter, as biped.hip_mass")
+    other: str = parameter("-", "another")
+    correlation: float = parameter("1", "correlation of their errors", bound=Bound(minimum=-1, maximum=1))
+
+
+@dataclass(frozen=True)
 class DesignDigits:
     """How far the values of the design may be off, in their units: half of a last digit printed, or what is given."""
 
     FILE: ClassVar[str] = Biped.FILE
 
     half_widths: Mapping[str, float] = half_widths("half-widths of the design's values")
+    correlations: tuple[Correlation, ...] = parameter(
+        "-", "how errors of values go together", default=())
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """Errors that go together are those of parameters that there are."""
+        known = {f"{cls.FILE}.{each.name}" for cls in (Biped, Slope) for each in fields(cls)}
+        wrong = [name for each in self.correlations for name in (each.one, each.other)
+                 if name not in known or each.one == each.other]  # fmt: skip
+        yield from broken((bool(wrong), "correlations",
+                           f"of two parameters of the design, by file.key, not of {', '.join(wrong[:1])}"))  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -69,6 +88,11 @@ class Rounded:
         """How far parameters may be off, in their units, by file.key; exact ones are not in it."""
         both = self.design_digits, self.slope_digits
         return {f"{each.FILE}.{key}": width for each in both for key, width in each.half_widths.items()}
+
+    @property
+    def correlations(self) -> dict[tuple[str, str], float]:
+        """How errors of parameters go together, by file.key of both; others are independent."""
+        return {(each.one, each.other): each.correlation for each in self.design_digits.correlations}
 
 
 @dataclass(frozen=True)

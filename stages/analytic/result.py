@@ -52,7 +52,8 @@ class Uncertainty:
     unit: str = quantity("-", "its unit")
     value: float = quantity("-", "the number")
     worst: float = quantity("-", "all values of the design off by their half-widths, at the worst")
-    independent: float = quantity("-", "the same as independent errors: root of the sum of squares")
+    independent: float = quantity(
+        "-", "the same as independent errors, or as fitted ones go together: root of the sum of squares")
     decisive: str = quantity("-", "the parameter of the design that may move it most")
     decisive_part: float = quantity("-", "by how much that one may move it")
     slope_least: float = quantity("-", "its least on slopes within the slope's half-width; NaN: no gait on some")

@@ -144,7 +144,8 @@ def answers(
         varied = gait_derivatives(design, point, sensitive_names(design), tolerance)
     except (StepFailed, np.linalg.LinAlgError):  # a step at the edge of the walkable, a gait on a fold
         return (), ()
-    return elasticities_of(varied, parameters.half_widths), uncertainties_of(design, varied, parameters.half_widths)
+    return elasticities_of(varied, parameters.half_widths), uncertainties_of(
+        design, varied, parameters.half_widths, correlations=parameters.correlations)
 
 
 def solve(walker: Walker, z: Vector, settings: Settings) -> FixedPoint:

@@ -212,6 +212,7 @@ class Ladder:
         edges of its last digit. The multiplier is followed over the slopes that may be, of which it is not linear.
         """
         from stages.analytic.derivatives.numbers import sensitive_names
+        from stages.analytic.derivatives.uncertainty import together, uncertainties_of
 
         inexact = [each for each in sensitive_names(self.design_point) if self.parameters.half_widths.get(each)]
         if not inexact:
@@ -219,15 +220,15 @@ class Ladder:
         if self.derivatives is None or name in IMPULSIVE:
             return math.nan
         if name == "multiplier":
-            from stages.analytic.derivatives.uncertainty import uncertainties_of
-
-            every = uncertainties_of(self.design_point, self.derivatives, self.parameters.half_widths)
+            every = uncertainties_of(self.design_point, self.derivatives, self.parameters.half_widths,
+                                     correlations=self.parameters.correlations)
             found = next(each for each in every if each.name == "multiplier_1")
             found = found.of_a_step(len(self.derivatives.point.steps))
             return EVEN * WIDTH * math.hypot(found.independent, 0.5 * (found.slope_most - found.slope_least))
         gait = self.derivatives.only(inexact)
         widths = np.array([self.parameters.half_widths[each] for each in gait.changes.names]) / gait.changes.scales
-        return EVEN * WIDTH * float(np.linalg.norm(gait.elasticities()[DERIVED[name]] * widths))
+        parts = dict(zip(gait.changes.names, gait.elasticities()[DERIVED[name]] * widths, strict=True))
+        return EVEN * WIDTH * together(parts, self.parameters.correlations)
 
     @cached_property
     def design_point(self) -> DesignPoint:

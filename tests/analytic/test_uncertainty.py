@@ -10,7 +10,7 @@ import pytest
 from stages.analytic.derivatives.gait import gait_derivatives
 from stages.analytic.derivatives.multipliers import multiplier_derivatives
 from stages.analytic.derivatives.numbers import sensitive_names
-from stages.analytic.derivatives.uncertainty import elasticities_of, numbers_of, uncertainties_of
+from stages.analytic.derivatives.uncertainty import elasticities_of, numbers_of, together, uncertainties_of
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import fixed_point
@@ -89,6 +89,20 @@ def test_exact_values_leave_nothing_open_and_are_not_derived_by_twice(gait):
     assert all(one.worst == 0.0 and one.decisive == "" and one.slope_least < one.slope_most for one in alone)
     alone = gait.only(["biped.foot_com"])
     assert len(numbers_of(alone, multiplier_derivatives(alone))[0][3]) == 1
+
+
+def test_errors_that_go_together_are_added_so_and_impossible_ones_are_not_known(gait, uncertainties):
+    one, other = "biped.foot_com", "biped.leg_length"
+    found = uncertainties_of(DESIGN, gait, WIDTHS, correlations={(one, other): 0.9, (one, "ground.slope_deg"): 1.0})
+    mixed = next(each for each in found if each.name == "period_s")
+    alone = [uncertainties["period_s"].independent, *(
+        next(iter(uncertainties_of(DESIGN, gait, {name: WIDTHS[name]}))).worst for name in (one, other))]
+    crossed = mixed.independent**2 - alone[0] ** 2
+    assert abs(crossed) == pytest.approx(2 * 0.9 * alone[1] * alone[2])
+    assert mixed.worst == uncertainties["period_s"].worst
+    parts, whole = {"a": 1.0, "b": -1.0, "c": 1.0}, dict.fromkeys([("a", "b"), ("b", "c")], 1.0)
+    assert together(parts, {("a", "b"): 1.0}) == pytest.approx(1.0)
+    assert math.isnan(together(parts, whole | {("a", "c"): -1.0}))
 
 
 def test_a_parameter_that_is_zero_may_be_uncertain_too(gait):

@@ -1,7 +1,9 @@
 """What a model leaves out is named by its score, where it explains what a fit leaves, and rarely where nothing is."""
 
 import dataclasses
+import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from scipy.special import ndtr
 from stages.calibration import blind_score
 from stages.calibration.estimation.campaign import Joint, fit_campaign, side_by_side
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known
+from stages.calibration.estimation.run_fit import Equations
 from stages.calibration.information.identifiability import SLOPE, short
 from stages.calibration.intervals import left_out
 from stages.calibration.intervals.left_out import LEVEL, Cause, candidates, causes, in_words, limit, scores, widened
@@ -212,6 +215,28 @@ def test_a_robot_is_left_with_the_half_widths_of_its_intervals(unlike):
     for name, row in answer.plain["parameters"].items():
         left = answer.parameters[name]
         assert left["uncertainty"] == pytest.approx(HALF_WIDTH * row["sd"]) and left["unit"] == row["unit"]
+
+
+def test_a_robot_is_left_with_how_its_errors_go_together(unlike):
+    answer = answered(*unlike)
+    names, left = unlike[1].names, answer.parameters
+    half = np.array([left[name]["uncertainty"] for name in names])
+    shares = np.eye(len(names))
+    for row in left["biped.correlations"]["rows"]:
+        one, other = names.index(row["one"]), names.index(row["other"])
+        shares[one, other] = shares[other, one] = row["correlation"]
+    covariance = np.array(json.loads(answer.files["robot.json"])["covariance"])
+    assert shares * np.outer(half, half) == pytest.approx(HALF_WIDTH**2 * covariance, rel=1e-9)
+
+
+def test_the_other_legs_length_goes_along_with_what_each_run_shows_with_it():
+    """It is as long as the first leg in each run here, whose ramp shows nothing of either."""
+    equations = Equations(np.array([[2.0, 0.0, -1.0], [0.0, 4.0, 0.0], [-1.0, 0.0, 1.0]]), np.zeros(3), 0.0, 0.0, 1,
+                          {}, None)  # fmt: skip
+    robot = SimpleNamespace(names=("biped.leg_length",), own=(SLOPE, LENGTH), own_sd=np.array([0.05, 3.0]),
+                            covariance=np.array([[16.0]]))  # fmt: skip
+    found = sensor_report._with_other_length(SimpleNamespace(equations=[equations] * 2), robot)
+    assert found == pytest.approx(np.array([[16.0, 16.0], [16.0, 16.0 + 9.0]]))
 
 
 def test_a_robot_is_left_with_the_mass_that_was_weighed(unlike):

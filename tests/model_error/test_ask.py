@@ -13,6 +13,7 @@ import pytest
 
 from pipeline.cache import artefact
 from pipeline.errors import StudyError
+from stages.analytic.parameters import Correlation
 from stages.biped.question import WrongOption
 from stages.model_error.choice import MULTIPLIER, Ladder, Stability, below_one
 from stages.model_error.measures import NAMES, Allowed, errors
@@ -95,6 +96,22 @@ def test_digits_leave_what_the_printed_values_leave(parameters, small):
     one, longer = (RUNGS[0].find(design_of(each), 1e-8).values[0] for each in pair)
     even = 1e-4 / math.sqrt(3.0) * 1.96
     assert found == pytest.approx(even * (longer / one - 1.0) / 1e-5, rel=0.02)
+
+
+def test_errors_that_go_together_leave_what_they_leave_together(parameters, small):
+    """Wholly so, two parts are added or taken off each other."""
+    digits, widths = type(parameters.design_digits), {"leg_length": 1e-4, "foot_com": 1e-4}
+    exact = dataclasses.replace(parameters, slope_digits=type(parameters.slope_digits)())
+
+    def left(correlation, **some):
+        rows = (Correlation("biped.foot_com", "biped.leg_length", correlation),)
+        given = dataclasses.replace(exact, design_digits=digits(some or widths, rows))
+        return [Ladder(given, Learnt(small)).inputs(name, 0.5) for name in ("period", "multiplier")]
+
+    alone = np.array([left(0.5, **{key: width}) for key, width in widths.items()])
+    assert left(0.0) == pytest.approx(np.sqrt((alone**2).sum(axis=0)))
+    ends = np.sort([left(-1.0), left(1.0)], axis=0)
+    assert ends == pytest.approx(np.array([abs(alone[0] - alone[1]), alone.sum(axis=0)]), rel=1e-6)
 
 
 def test_digits_of_what_a_gait_does_not_depend_on_leave_nothing(parameters, small):

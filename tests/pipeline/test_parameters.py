@@ -14,6 +14,7 @@ from pipeline.cache.fingerprint import compact
 from pipeline.commands.run import _say_what_gives_way
 from pipeline.errors import StudyError
 from pipeline.parameters import loading, value, yaml_text
+from pipeline.parameters.overrides import rewritten
 from pipeline.parameters.value import half_width
 from pipeline.parameters.yaml_text import parse
 from pipeline.study import Study, locate
@@ -365,3 +366,18 @@ def test_results_of_a_higher_level_do_not_give_way_without_a_word():
         notes.clear()
         _say_what_gives_way(SimpleNamespace(store=store, settings=()), values, SimpleNamespace(note=notes.append))  # type: ignore[arg-type]
         assert bool(notes) == bool(words) and words in "".join(notes)
+
+
+def test_errors_that_go_together_stand_in_a_table_and_are_of_parameters_that_there_are(tmp_path):
+    shutil.copytree(HOME / "params", tmp_path / "params")
+    rows = {"rows": [{"one": "biped.hip_mass", "other": "biped.foot_com", "correlation": -0.5}]}
+    files = rewritten(tmp_path / "params", {"biped.correlations": rows}, (), "a fit")
+    for _ in range(2):  # and again in place of the first
+        (tmp_path / "params/biped.yaml").write_bytes(files["biped.yaml"])
+        found = locate(params=str(tmp_path / "params"), start=HOME).parameters(["analytic"])["analytic"]
+        assert found.correlations == {("biped.hip_mass", "biped.foot_com"): -0.5}
+        files = rewritten(tmp_path / "params", {"biped.correlations": rows}, (), "another fit")
+    text = (tmp_path / "params/biped.yaml").read_text().replace("biped.foot_com", "biped.foot_con")
+    (tmp_path / "params/biped.yaml").write_text(text)
+    with pytest.raises(StudyError, match=r"correlations.*two parameters of the design, by file.key, not of biped.*con"):
+        locate(params=str(tmp_path / "params"), start=HOME).parameters(["analytic"])

@@ -1,14 +1,16 @@
 """How far the numbers of a gait may be off because the values of its design are known to a last digit only.
 
 Linear, by exact derivatives: all half-widths at their worst together, and as independent errors (root of the sum of
-squares). The slope, which is not the design's, apart and solved for. Multipliers are derived only by values that are
-not exact.
+squares), or as fitted ones go together. The slope, which is not the design's, apart and solved for. Multipliers are
+derived only by values that are not exact.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import fields
+from types import MappingProxyType
 
 import numpy as np
 
@@ -27,6 +29,10 @@ SLOPE = "ground.slope_deg"
 MEASURES = ("period_s", "step_frequency_hz", "step_length_m", "speed_m_s")
 #: Gaits solved on the way to either edge.
 PARTS = 8
+#: What round-off may leave of a sum of squares, in shares of it.
+ROUNDED = 1e-9
+#: Errors of which none goes with another.
+INDEPENDENT: Mapping[tuple[str, str], float] = MappingProxyType({})
 
 
 def numbers_at(walker: Walker, point: FixedPoint, multipliers: int) -> dict[str, float]:
@@ -84,7 +90,7 @@ def elasticities_of(gait: GaitTangents, half_widths: Mapping[str, float]) -> tup
 
 def uncertainties_of(
     design: DesignPoint, gait: GaitTangents, half_widths: Mapping[str, float],
-    multipliers: MultiplierDerivatives | None = None,
+    multipliers: MultiplierDerivatives | None = None, correlations: Mapping[tuple[str, str], float] = INDEPENDENT,
 ) -> tuple[Uncertainty, ...]:  # fmt: skip
     """How far measures, leading multipliers and fixed point of the design's gait may be off; none if all is exact.
 
@@ -99,20 +105,31 @@ def uncertainties_of(
     slopes = over_slopes(design, inexact, half_widths[SLOPE], len(known.values)) if SLOPE in names else {}
     return tuple(
         uncertainty(name, unit, value, dict(zip(inexact.changes.names, change * widths, strict=True)),
-                    slopes.get(name, (value, value)))
+                    slopes.get(name, (value, value)), correlations)
         for name, unit, value, change in numbers_of(inexact, known))
 
 
 def uncertainty(
-    name: str, unit: str, value: float, parts: Mapping[str, float], slopes: tuple[float, float]
-) -> Uncertainty:
+    name: str, unit: str, value: float, parts: Mapping[str, float], slopes: tuple[float, float],
+    correlations: Mapping[tuple[str, str], float] = INDEPENDENT,
+) -> Uncertainty:  # fmt: skip
     """One number that each parameter may move by its part, and that lies between `slopes` on slopes that may be."""
-    sizes = {each: abs(float(part)) for each, part in parts.items() if each != SLOPE}
+    of_values = {each: float(part) for each, part in parts.items() if each != SLOPE}
+    sizes = {each: abs(part) for each, part in of_values.items()}
     of_design = np.array(list(sizes.values()))
     known = bool(np.isfinite(of_design).all())
     decisive = max(sizes, key=lambda each: sizes[each], default="") if known else ""
-    return Uncertainty(name, unit, value, float(of_design.sum()), float(np.sqrt((of_design**2).sum())), decisive,
+    return Uncertainty(name, unit, value, float(of_design.sum()), together(of_values, correlations), decisive,
                        sizes.get(decisive, 0.0 if known else float("nan")), *slopes)
+
+
+def together(parts: Mapping[str, float], correlations: Mapping[tuple[str, str], float]) -> float:
+    """Root of the sum of squares of parts by the names of their parameters, whose errors may go together; NaN of errors
+    that cannot go together so."""
+    squares = math.fsum(part**2 for part in parts.values())
+    total = math.fsum((squares, *(2.0 * parts[one] * parts[other] * share for (one, other), share in
+                                  correlations.items() if one in parts and other in parts)))  # fmt: skip
+    return math.sqrt(max(total, 0.0)) if total >= -ROUNDED * squares else math.nan
 
 
 def numbers_of(gait: GaitTangents, multipliers: MultiplierDerivatives) -> list[tuple[str, str, float, Vector]]:

@@ -65,7 +65,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     described = describe(walker, point)
     measures = {name: float(getattr(described, name)) for name in HEADS}
     multipliers = multiplier_derivatives(gait)
-    open_to = uncertainties_of(design, gait, parameters.half_widths, multipliers)
+    open_to = uncertainties_of(design, gait, parameters.half_widths, multipliers, parameters.correlations)
     found = Sensitivity(gait, multipliers, measures, what_is_left(gait) if names == every else None, open_to,
                         on_blocks(walker, point, tolerance))
 
@@ -133,7 +133,7 @@ def open_lines(uncertainties: Sequence[Uncertainty]) -> Iterator[str]:
     if of_gait:
         yield ""
         yield "Uncertainty from rounded or uncertain values: +- for all at their worst, and as"
-        yield "independent errors (linear); which leaves most; the range over slopes (solved)."
+        yield "independent errors, or as they were fitted (linear); by which most; over slopes."
         yield f"{'':17}{'value':>9}{'worst':>9}{'indep.':>9}  {'most by':18}{'over slopes'}"
     for one in of_gait:
         name = one.name.replace("multiplier_", "|mu") + ("|" if one.name not in UNITS else "")

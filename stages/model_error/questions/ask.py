@@ -118,8 +118,8 @@ def in_words(one: Answered) -> list[str]:
         f"{one.measure}: {one.value:.9g} {unit}".rstrip() + f", within {amount(one, one.solver + one.model)} of the "
         f"twin's ({requested} requested)",
         f"  error: solver {amount(one, one.solver)}, model {amount(one, one.model)}; " + (
-            f"beside it, the digits of the parameters leave {amount(one, one.inputs)} open"
-            if math.isfinite(one.inputs) else "what the digits of the parameters leave open is not known"),
+            f"beside it, errors of the parameters leave {amount(one, one.inputs)} open"
+            if math.isfinite(one.inputs) else "what errors of the parameters leave open is not known"),
         f"  by the {one.rung} at tolerance {one.tolerance:g}, corrected by {amount(one, one.correction)}; it takes "
         f"{one.price_s:g} s of processor time",
         *(f"  not by a cheaper one: {reason}" for reason in one.passed_over),
@@ -131,8 +131,8 @@ def stability_in_words(found: Stability) -> list[str]:
     """The answer to whether a gait is stable, in words."""
     return [
         f"stable: with a probability {in_digits(found.probability, 3)}",
-        f"  largest multiplier {found.multiplier:.4g} +- {found.solver + found.model:.2g}, by the {found.rung}; the "
-        f"digits of the parameters leave "
+        f"  largest multiplier {found.multiplier:.4g} +- {found.solver + found.model:.2g}, by the {found.rung}; errors "
+        f"of the parameters leave "
         + (f"{found.inputs:.2g} open" if math.isfinite(found.inputs) else "an unknown part open"),
     ]
 
