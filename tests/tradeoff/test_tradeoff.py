@@ -16,7 +16,7 @@ from stages.biped.accuracy.tolerances import LEVELS
 from stages.biped.design import BeyondModel
 from stages.tradeoff import penalty_ways
 from stages.tradeoff.result import Errors, Result, Row, cells, cost_at, front, gain
-from stages.tradeoff.run import Plan, constraint_plans, measure, plans, projected_plan, row_of, scene
+from stages.tradeoff.run import Plan, constraint_plans, measure, penalty_plans, plans, projected_plan, row_of, scene
 from stages.tradeoff.way import Walked, Way
 from tests.analytic.test_detailed import LAME, LAME_RIGID
 from tests.changed import changed
@@ -34,6 +34,12 @@ def kept(repository):
 @pytest.fixture(scope="session")
 def constraint(parameters, analytic):
     return [measure(with_some(plan)) for plan in constraint_plans(parameters, analytic)]
+
+
+@pytest.mark.parametrize(("resolution", "grounds"), [("few", 1), ("coarse", 1), ("full", 4)])
+def test_other_grounds_are_measured_in_full_alone(parameters, analytic, resolution, grounds):
+    whole = dataclasses.replace(parameters, settings=dataclasses.replace(parameters.settings, resolution=resolution))
+    assert len([*penalty_plans(whole, analytic)]) == grounds
 
 
 #: Tolerances at which the quick tests measure the compiled way: both ends of its order, and the study's own.
