@@ -26,7 +26,7 @@ class OnHeight(Passage):
         """The model and its steps to a fall, with their interval where one was seen."""
         low, most, high = map(written_out, (self.steps_low, self.steps_to_fall, self.steps_high))
         made = f"{most} steps to a fall ({low} to {high})" if self.falls else f"no fall in {self.walked} steps"
-        return f"{self.model} {made}"
+        return f"{self.model}, {made}"
 
 
 @dataclass(frozen=True)
@@ -66,5 +66,5 @@ class Result:
     def summary(self) -> str:
         """What was found on the least height, in one line."""
         rows = [self.of(model)[0] for model in (CONSTRAINT, PENALTY)]
-        return (f"on blocks of {1e3 * rows[0].block_height_rms:.2g} mm {', '.join(row.in_words() for row in rows)}; "
+        return (f"on blocks of {1e3 * rows[0].block_height_rms:.2g} mm: {'; '.join(row.in_words() for row in rows)}; "
                 f"gait sensitivity norm {self.sensitivity_norm:.3g} s/m")

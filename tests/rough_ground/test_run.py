@@ -41,7 +41,7 @@ def test_steps_to_a_fall_are_said_with_their_interval_and_of_each_model():
            "block_height_rms": 2.5e-4}  # fmt: skip
     rows = (OnHeight(**row, model=CONSTRAINT), OnHeight(**row | {"falls": 0, "walked": 500}, model=PENALTY))
     assert Result(rows, (), 72.6).summary() == (
-        "on blocks of 0.25 mm constraint model 4000 steps to a fall (718 to 158000), penalty contact no fall in 500 "
+        "on blocks of 0.25 mm: constraint model, 4000 steps to a fall (718 to 158000); penalty contact, no fall in 500 "
         "steps; gait sensitivity norm 72.6 s/m")
 
 
