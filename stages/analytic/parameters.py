@@ -59,12 +59,15 @@ class DesignDigits:
         "-", "how errors of values go together", default=())
 
     def broken_rules(self) -> Iterator[Broken]:
-        """Errors that go together are those of parameters that there are."""
+        """Errors that go together are those of parameters that there are, each pair once."""
         known = {f"{cls.FILE}.{each.name}" for cls in (Biped, Slope) for each in fields(cls)}
         wrong = [name for each in self.correlations for name in (each.one, each.other)
                  if name not in known or each.one == each.other]  # fmt: skip
+        pairs = [{each.one, each.other} for each in self.correlations]
         yield from broken((bool(wrong), "correlations",
-                           f"of two parameters of the design, by file.key, not of {', '.join(wrong[:1])}"))  # fmt: skip
+                           f"of two parameters of the design, by file.key, not of {', '.join(wrong[:1])}"),
+                          (any(pair in pairs[:row] for row, pair in enumerate(pairs)), "correlations",
+                           "each pair of parameters once"))  # fmt: skip
 
 
 @dataclass(frozen=True)

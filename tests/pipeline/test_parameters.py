@@ -377,7 +377,11 @@ def test_errors_that_go_together_stand_in_a_table_and_are_of_parameters_that_the
         found = locate(params=str(tmp_path / "params"), start=HOME).parameters(["analytic"])["analytic"]
         assert found.correlations == {("biped.hip_mass", "biped.foot_com"): -0.5}
         files = rewritten(tmp_path / "params", {"biped.correlations": rows}, (), "another fit")
-    text = (tmp_path / "params/biped.yaml").read_text().replace("biped.foot_com", "biped.foot_con")
-    (tmp_path / "params/biped.yaml").write_text(text)
-    with pytest.raises(StudyError, match=r"correlations.*two parameters of the design, by file.key, not of biped.*con"):
-        locate(params=str(tmp_path / "params"), start=HOME).parameters(["analytic"])
+    turned = {"one": "biped.foot_com", "other": "biped.hip_mass", "correlation": -0.5}
+    for wrong, words in (({**turned, "one": "biped.foot_con"}, "two parameters of the design, by file.key, not of biped"
+                          ".foot_con"), (turned, "each pair of parameters once")):  # fmt: skip
+        both = {"rows": [*rows["rows"], wrong]}
+        (tmp_path / "params/biped.yaml").write_bytes(
+            rewritten(HOME / "params", {"biped.correlations": both}, (), "by hand")["biped.yaml"])
+        with pytest.raises(StudyError, match=f"correlations.*{words}"):
+            locate(params=str(tmp_path / "params"), start=HOME).parameters(["analytic"])

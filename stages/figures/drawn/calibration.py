@@ -265,8 +265,9 @@ def caption_followed(given: Given) -> str:
     if np.isfinite(off).any():
         seen = np.isfinite(off)
         inside = np.mean(np.abs(off[seen]) <= HALF_WIDTH * one.angle_sd[seen])
-        words += (f" The inner leg's angle is off by {1e3 * math.sqrt(np.mean(off[seen] ** 2)):.1f} mrad (rms), for "
-                  f"{100 * inside:.0f} % inside, with clocks put together by the heel strikes.")  # fmt: skip
+        words += (f" The inner leg's angle is off by {1e3 * math.sqrt(np.mean(off[seen] ** 2)):.1f} mrad (rms), and "
+                  f"inside of its interval for {100 * inside:.0f} % of the samples, with clocks put together by the "
+                  "heel strikes.")  # fmt: skip
     if one.strikes[-1] - one.time[-1] > np.diff(one.strikes).max():
         words += f" After {one.time[-1]:.1f} s it is lost; the run goes on to {one.strikes[-1]:.1f} s."
     return words
