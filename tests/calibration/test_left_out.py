@@ -19,7 +19,7 @@ from stages.calibration.intervals.left_out import LEVEL, Cause, candidates, caus
 from stages.calibration.intervals.model_error import Judged
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, usable
 from stages.calibration.observation.prediction import predict
-from stages.calibration.reports import sensor_report
+from stages.calibration.reports import parameters_left, sensor_report
 from stages.calibration.result import HALF_WIDTH
 from tests.calibration.runs import BIPED, DESIGN, PARAMETERS, SETTINGS, disturbed, drawn, fitted
 
@@ -235,7 +235,7 @@ def test_the_other_legs_length_goes_along_with_what_each_run_shows_with_it():
                           {}, None)  # fmt: skip
     robot = SimpleNamespace(names=("biped.leg_length",), own=(SLOPE, LENGTH), own_sd=np.array([0.05, 3.0]),
                             covariance=np.array([[16.0]]))  # fmt: skip
-    found = sensor_report._with_other_length(SimpleNamespace(equations=[equations] * 2), robot)
+    found = parameters_left.with_other_length(SimpleNamespace(equations=[equations] * 2), robot)
     assert found == pytest.approx(np.array([[16.0, 16.0], [16.0, 16.0 + 9.0]]))
 
 

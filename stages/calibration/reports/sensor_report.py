@@ -8,7 +8,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from stages.biped.quantity import count_of
 from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.estimation.campaign import ODD, CampaignFit, fit_campaign
 from stages.calibration.estimation.held_out import explained, trace
-from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified
+from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.following.change import Comparison
@@ -44,6 +43,7 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters, Settings
 from stages.calibration.recordings import drawn_design, guess, looked_for, none_of, read_runs
 from stages.calibration.reports import change_report
+from stages.calibration.reports.parameters_left import OTHER_LENGTH, parameters_left
 from stages.calibration.result import HALF_WIDTH, HeldOut
 
 #: What is known of the sensors is said to be wrong beyond so many of its standard errors.
@@ -52,10 +52,6 @@ FAR_OFF = 3.0
 OTHER_CUT = 0.15
 #: Residuals this many times the sensors' noise are the model's.
 NOISY = 1.2
-#: What a parameter folder of another robot says of the twin: the bill of parts is that of this one.
-PLANAR = {"twin.inertia": "planar"}
-FRAME = "biped.frame_mass"
-HIP, OTHER_LENGTH = "biped.hip_mass", "biped.other_leg_length"
 #: Parameters that a model without frames gets wrong, however well it fits.
 OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
@@ -230,7 +226,7 @@ def answered(result: Calibrated) -> Answer:
         },
         draw=partial(_draw, fit),
         files={NAME: robot.content()} if robot else {},
-        parameters=_left(result, robot) if robot else {},
+        parameters=parameters_left(result, robot) if robot else {},
         no=not fit.converged,
     )  # fmt: skip
 
@@ -314,54 +310,6 @@ def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
         said.append(f"lever arm: the foot sensor sits {1e3 * higher:+.1f} mm higher on the leg than imu.lever_arm "
                     "has it; measure it")
     return said
-
-
-def _left(result: Calibrated, robot: FittedRobot) -> dict[str, Any]:
-    """Parameters as a folder keeps them: with the half widths of their intervals and how errors go together, and the
-    mass that was weighed, without which a study's own fit does not know its scale.
-
-    A robot from the bill of parts is left as Table 1 counts it, which all stages take: frames are the hip's.
-    """
-    design, names, values, covariance = result.design, robot.names, [*result.estimate.values], robot.covariance
-    left: dict[str, Any] = {}
-    if not result.of_parts and OTHER_LENGTH in robot.own:
-        if _legs_differ(design, robot):
-            names, values = (*names, OTHER_LENGTH), [*values, robot.design.value(OTHER_LENGTH)]
-            covariance = _with_other_length(result.fit, robot)
-        else:
-            left[OTHER_LENGTH] = {"value": None, "unit": "m"}
-    sd = np.sqrt(np.diag(covariance))
-    left |= {name: {"value": float(value), "uncertainty": float(HALF_WIDTH * own), "unit": design.unit(name)}
-             for name, value, own in zip(names, values, sd, strict=True)}  # fmt: skip
-    for one in (one for one in result.known if one.name == TOTAL_MASS):
-        left |= {"calibration.weighed_mass": one.value, "calibration.weighed_sd": one.sd / one.value}
-    if result.of_parts:
-        frame = left.pop(FRAME, {"value": design.biped.frame_mass, "uncertainty": 0.0, "unit": "kg"})
-        hip = {"value": design.biped.hip_mass + 2.0 * frame["value"], "uncertainty": 2.0 * frame["uncertainty"]}
-        left = {"biped.leg_inertia": design.biped.leg_inertia, HIP: {**frame, **hip}, **left}
-        names = tuple(HIP if name == FRAME else name for name in names)
-    shares = np.clip(covariance / np.outer(sd, sd), -1.0, 1.0)
-    left["biped.correlations"] = {"rows": [
-        {"one": names[one], "other": names[other], "correlation": float(shares[one, other])}
-        for one, other in combinations(range(len(names)), 2)]}  # fmt: skip
-    return left if design.biped.frame_mass and not result.of_parts else left | PLANAR
-
-
-def _legs_differ(drawn: DesignPoint, robot: FittedRobot) -> bool:
-    """Whether legs differ in length by more than they usually do from run to run, or were drawn so."""
-    (first, other), sd = robot.design.biped.leg_lengths, float(robot.own_sd[robot.own.index(OTHER_LENGTH)])
-    return len({*drawn.biped.leg_lengths}) > 1 or abs(other - first) > HALF_WIDTH * sd
-
-
-def _with_other_length(fit: CampaignFit, robot: FittedRobot) -> np.ndarray:
-    """Covariance (d + 1, d + 1) of the robot's parameters and the other leg's length, which each run's own fit makes go
-    along with them and which runs have apart."""
-    d, place = len(robot.names), robot.own.index(OTHER_LENGTH)
-    along = np.mean([one.others(-one.matrix[d:, :d])[place] for one in fit.equations], axis=0)
-    both = np.vstack([np.eye(d), along])
-    covariance = both @ robot.covariance @ both.T
-    covariance[d, d] += robot.own_sd[place] ** 2
-    return np.asarray(covariance)
 
 
 def _tables(result: Calibrated, units: Sequence[str]) -> list[tuple[str, list[str], list[list[str]]]]:
