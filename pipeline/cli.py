@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import io
 import os
 import re
 import shlex
@@ -157,10 +158,15 @@ def main(arguments: list[str] | None = None) -> NoReturn:
 
 
 def _have_streams() -> None:
-    """Open those that whoever started this has closed: the next file that is opened would take their numbers."""
+    """Open those that whoever started this has closed: the next file that is opened would take their numbers.
+
+    A letter that standard output lacks, as a terminal of Latin 1 or ASCII may, is written as standard error has it.
+    """
     for name, mode in {"stdin": "r", "stdout": "w", "stderr": "w"}.items():
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115 - until the process ends
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _ending(error: BaseException) -> tuple[int, tuple[str, ...]]:

@@ -12,8 +12,8 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-#: Columns that every text fits, also where there is no terminal; a wider terminal is used.
-NARROWEST = 80
+#: Columns where there is no terminal, and the least that a text is folded to.
+_USUAL, _NARROWEST = 80, 60
 _GAP = 2
 #: A column of words gets so much before it goes on below.
 _READABLE = 16
@@ -21,8 +21,8 @@ _NUMBER = re.compile(r"[-+]?(\d[\d_]*\.?\d*([eE][-+]?\d+)?|nan|inf)%?|-|none|")
 
 
 def width() -> int:
-    """Columns to write in: those of the terminal, at least 80."""
-    return max(NARROWEST, shutil.get_terminal_size((NARROWEST, 24)).columns)
+    """Columns to write in: those of the terminal, at least 60; 80 where there is none."""
+    return max(_NARROWEST, shutil.get_terminal_size((_USUAL, 24)).columns)
 
 
 def folded(line: str, hang: int | None = None, columns: int | None = None) -> list[str]:

@@ -65,7 +65,7 @@ def show(study: Study, artefact: str, where: str | None, why: bool, form: option
     if where is not None:
         _give_part(content, inside, form)
         return
-    lines = [f"{name}: {_made_by(about)}"]
+    lines = layout.folded(f"{name}: {_made_by(about)}")
     lines += [line for text in options.verifications(study, about) for line in layout.folded(text)]
     if without := artefacts.without_errors(content, name):
         lines += layout.folded(f"its numbers carry no errors: {without}")
@@ -205,9 +205,10 @@ def _line(field: Field, above: int = 0) -> str:
     value = f"array {_size(field.shape)}" if field.value is None else layout.short(field.value)
     start = max(_NAMES, len(name)) + 1
     head = f"{name:<{start}}" + ("none" if field.value is None and field.shape == () else f"{value}{near}{unit}")
-    if len(head) <= _VALUES:
-        return layout.beside(f"{head:<{_VALUES}} ", field.description)
-    below = [layout.beside(" " * _VALUES + " ", field.description)] if field.description else []
+    column = min(_VALUES, layout.width() - _NAMES)
+    if len(head) <= column:
+        return layout.beside(f"{head:<{column}} ", field.description)
+    below = [layout.beside(" " * column + " ", field.description)] if field.description else []
     return "\n".join([*layout.folded(head, start), *below])
 
 

@@ -12,6 +12,7 @@ import pytest
 from pipeline.commands import show
 from pipeline.errors import STOPPING
 from pipeline.study import locate
+from tests import commands
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -217,6 +218,11 @@ def test_with_closed_streams_it_does_its_work(ran, closed):
     before, again = ran.results(), f"os.execv(sys.executable, [sys.executable, '-c', {ran.code()!r}, *sys.argv[1:]])"
     code, _, errors = ran.command("run-all", "--force", before=f"import os, sys; [*map(os.close, {closed})]; {again}; ")
     assert (code, errors, ran.results()) == (0, "", before)
+
+
+def test_a_letter_that_the_terminal_lacks_stops_nothing(tmp_path):
+    done = commands.afresh("init", "ω", cwd=tmp_path, PYTHONIOENCODING="latin-1")
+    assert (done.returncode, done.stderr) == (0, "") and "a new study is in \\u03c9; next" in done.stdout
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a folder in use stays there")

@@ -79,6 +79,12 @@ def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed
     assert bipedstudy(mine, "status")[0][0] == 0
 
 
+def test_dvc_makes_by_the_last_stage_all_that_run_all_makes(laid_out):
+    """It stops at a frozen stage that never ran, so the pages name `figures`."""
+    stages = graph.read(laid_out[0])
+    assert stages.needed_for(("figures",)) == stages.usual
+
+
 def test_a_new_study_brings_its_checks_for_github_and_gitlab(laid_out):
     github, gitlab = (yaml_text.read(laid_out[0] / check, check).value for check in CHECKS)
     steps = github["jobs"].value["figures"].value["steps"].value

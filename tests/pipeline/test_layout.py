@@ -1,4 +1,4 @@
-"""What commands print fits the terminal: 80 columns, or more where it is wider."""
+"""What commands print fits the terminal: 80 columns, more where it is wider, down to 60 where it is narrower."""
 
 import csv
 import io
@@ -47,19 +47,20 @@ def test_a_command_and_an_answer_fit_80_columns(typed, study):
         assert code == 0 and text and not too_wide(text, 80), f"{words}: {text}{errors}"
 
 
-def test_commands_of_the_toy_study_fit_80_columns_and_rows_of_a_sweep_are_told_as_csv(ran):
+def test_commands_of_the_toy_study_fit_narrow_terminals_and_rows_of_a_sweep_are_told_as_csv(ran):
     (ran.root / "sweep.yaml").write_text(SWEEP)
-    for words in ("run-all --force", "sweep sweep.yaml"):
-        text = ran.says(words, environment={"COLUMNS": "80"})
-        assert text and not too_wide(text, 80), text
+    for words in ("run-all --force", "sweep sweep.yaml", "show fall"):
+        for columns in (60, 80):
+            text = ran.says(words, environment={"COLUMNS": str(columns)})
+            assert text and not too_wide(text, columns), text
     rows = list(csv.DictReader(io.StringIO(ran.answers("sweep sweep.yaml --csv")["sweep sweep.yaml --csv"][1])))
     assert [float(row["fall.height"]) for row in rows] == [0.5, 1.0, 2.0]
     assert {row["outcome"] for row in rows} == {"computed"}
 
 
-def test_a_wider_terminal_is_used_and_a_narrower_one_is_not(monkeypatch):
+def test_a_terminal_is_used_as_it_is_from_60_columns_on(monkeypatch):
     line = "word " * 60
-    for columns, wanted in ((40, 80), (80, 80), (132, 132)):
+    for columns, wanted in ((40, 60), (60, 60), (80, 80), (132, 132)):
         monkeypatch.setenv("COLUMNS", str(columns))
         longest = max(map(len, layout.folded(line)))
         assert wanted - 5 < longest <= wanted
