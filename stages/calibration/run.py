@@ -28,6 +28,7 @@ from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.calibration.estimation.held_out import explained, trace
 from stages.calibration.estimation.least_squares import covariance_of, information_of
 from stages.calibration.estimation.run_fit import Model, design_sizes, fit_run, one_step
+from stages.calibration.following.fitted import unexplained
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.robot_file import OF_MOUNTING, mounted
@@ -181,9 +182,12 @@ def followed(
     """What was known after each sample of the hip; None where the robot cannot be followed."""
     mounting = np.array([(fit.unknowns[model.layout.place(name)], sd)
                          for name, sd in zip(OF_MOUNTING, MOUNTED, strict=True)])  # fmt: skip
+    there = mounted(model, mounting, fit.wider)
     follower = Follower(
-        model.robot(design, fit.design, fit.own), mounted(model, mounting, fit.wider),
-        block_diag(fit.covariance, np.diag(np.square(OWN * fit.own))), settings, fit.wider)
+        model.robot(design, fit.design, fit.own), there,
+        block_diag(fit.covariance, np.diag(np.square(OWN * fit.own))), settings, fit.wider,
+        unexplained((one.time, one.residual / there.noise_at(run.sampling, side))
+                    for side, one in zip(SIDES, (fit.hip, fit.foot), strict=True)))
     instants = list[Instant]()
     with contextlib.suppress(StepFailed):  # as far as it goes
         instants.extend(follow(follower, run))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -259,6 +260,14 @@ def test_strikes_are_late_as_those_of_the_robots_own_runs_were_after_their_forec
         learned.append(Learned(dataclasses.replace(run, strikes=found_late), np.zeros(1), unknowns))
     found = with_forecasts(dataclasses.replace(robot, learned=tuple(learned)), fitted, SETTINGS)
     assert found.late == pytest.approx(2e-3, abs=4e-4) and found.late_sd < 1e-3
+
+
+def test_only_strikes_that_were_forecast_show_how_late_they_come():
+    """Of a robot that was hardly followed there may be none."""
+    instants = [SimpleNamespace(time=0.1 * n + 0.05, strike=1.0 if n >= 8 else math.nan,
+                                strike_sd=1e-3 if n >= 8 else math.nan) for n in range(12)]  # fmt: skip
+    found = forecasts(instants, np.array([0.0, 0.5, 1.0]))
+    assert found.tolist() == [[0.0, 1e-3]] and lateness([forecasts(instants[:8], np.array([0.0, 0.5]))]) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("runs", [2, 9, 12])

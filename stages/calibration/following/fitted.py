@@ -32,10 +32,10 @@ from stages.calibration.estimation.run_fit import (
     run_equations,
 )
 from stages.calibration.following.change import Comparison
-from stages.calibration.following.robot_file import OF_MOUNTING, FittedRobot, Learned, restored
+from stages.calibration.following.robot_file import IN_A_ROW, OF_MOUNTING, FittedRobot, Learned, restored
 from stages.calibration.information.identifiability import SLOPE, first_model
 from stages.calibration.intervals.model_error import Judged
-from stages.calibration.observation.measured_run import MeasuredRun
+from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters
 
 #: A ramp that is set again, and a leg that is put on again, differ by these shares at least.
@@ -119,9 +119,20 @@ def fitted_robot(
         found, fit.names, spread * np.outer(more, more), model.own, np.maximum(_sd(fit.own), least),
         np.column_stack([mounted.mean(axis=0), mounting]), sigmas, wider, 0.0, 0.0,
         of_runs, fit.design, known, len(fit.runs), float(_sd(size)), of_parts, {}, design,
-        tuple(map(Learned, fit.runs, fit.own, fit.unknowns)))  # fmt: skip
+        tuple(map(Learned, fit.runs, fit.own, fit.unknowns)),
+        unexplained=max(unexplained((run.sampling.of(side), one.residuals[side] / wider) for side in SIDES)
+                        for run, one in zip(fit.runs, fit.equations, strict=True)))  # fmt: skip
     comparison = Comparison(robot, model)
     return _with_usual(robot, comparison, [*_shifts(comparison, model, fit), *_shifts_of(comparison, held_out)])
+
+
+def unexplained(sides: Iterable[tuple[Vector, np.ndarray]]) -> float:
+    """The mean square that all of `IN_A_ROW` residuals of a run have somewhere: by times (m,) and (m, 3) of each of its
+    `sides`, in standard deviations, NaN where nothing is used."""
+    times, left = map(np.concatenate, zip(*sides, strict=True))
+    used = np.isfinite(left).any(axis=1)
+    squares = np.nanmean(left[used] ** 2, axis=1)[np.argsort(times[used], kind="stable")]
+    return max((float(squares[at : at + IN_A_ROW].min()) for at in range(len(squares) - IN_A_ROW + 1)), default=0.0)
 
 
 def _shifts(comparison: Comparison, model: Model, fit: CampaignFit) -> Iterator[np.ndarray]:

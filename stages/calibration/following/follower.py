@@ -22,6 +22,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.run_fit import Model, begun
+from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.following.step import Estimate, Step
 from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.observation.measured_run import MeasuredRun, Sampling
@@ -55,7 +56,8 @@ class Follower:
 
     `covariance` (o, o) is that of the design's parameters `model.of_design`. By the `settings` samples count from some
     time after a mid-stance on, when the low pass has forgotten that its walk began there. The robot's fit left
-    residuals so many times as wide (`wider`) as noise makes them.
+    residuals so many times as wide (`wider`) as noise makes them, and some in a row that are `unexplained`, as
+    `FittedRobot` has it.
     """
 
     design: DesignPoint
@@ -63,6 +65,12 @@ class Follower:
     covariance: np.ndarray
     settings: Settings
     wider: float = 1.0
+    unexplained: float = 0.0
+
+    @classmethod
+    def of(cls, robot: FittedRobot, model: Model, settings: Settings) -> Follower:
+        """That of a robot of a file, of which a `model` is made."""
+        return cls(robot.design, robot.model(model), robot.of_design(), settings, robot.wider, robot.unexplained)
 
     @property
     def discrepancy(self) -> float:

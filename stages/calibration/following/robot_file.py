@@ -28,6 +28,8 @@ from stages.calibration.parameters import Parameters
 NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 7", "bipedstudy fitted robot of angles 2"
 #: What belongs to sensors that stay on the robot, and is known better after a fit: unknowns of a run.
 OF_MOUNTING = ("foot_place", "bandwidth")
+#: What the model does not explain shows in so many samples, of either sensor.
+IN_A_ROW = 4
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,8 @@ class FittedRobot:
     `known` beside them, the fit is the `estimate` (d,), in which the model's error still is. It `began` with a design;
     `of_parts`: with the bill of parts. In so many runs that were `compared`, parts look changed by `usual` amounts
     (mean, standard deviation between runs, its degrees of freedom), as the model lacks something. `learned` are the
-    runs. SI units."""
+    runs. All of `IN_A_ROW` samples are `unexplained` by mean squares of that somewhere in them, and an `innovation` is
+    typically so large at most, in standard deviations. SI units."""
 
     design: DesignPoint
     names: tuple[str, ...]
@@ -72,6 +75,8 @@ class FittedRobot:
     began: DesignPoint
     learned: tuple[Learned, ...] = ()
     compared: int = 1
+    unexplained: float = 0.0
+    innovation: float = 1.0
 
     def content(self) -> bytes:
         """The file."""

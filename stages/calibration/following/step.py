@@ -111,7 +111,9 @@ class Step:
 
     def about(self, at: Vector, walked: Walked) -> Step:
         """The step linearised about the unknowns `at` (n,), which have `walked` so."""
-        return Step(self._model, self._wrong, self._before, at, walked, self._taken)
+        step = Step(self._model, self._wrong, self._before, at, walked, self._taken)
+        step._innovations, step._count = self._innovations, self._count
+        return step
 
     def until(self, time: float) -> Step:
         """The step without what it took from a time [s] on."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from stages.analytic.model.walker import Vector
 from stages.calibration.estimation.run_fit import Model
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
-from stages.calibration.following.robot_file import FittedRobot
+from stages.calibration.following.robot_file import IN_A_ROW, FittedRobot
 from stages.calibration.following.step import Estimate, Sample, Step
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Settings
@@ -37,9 +37,12 @@ EARLY, SURE = 0.06, 0.006
 BEFORE, ENOUGH = 0.2, 9
 #: Forecasts with so many times the usual standard error, as the first ones of a run, do not show how late strikes are.
 VAGUE = 2.0
-#: A push is where all of so many samples are so improbable, in mean squares of their standard deviations. Then the step
-#: is linearised anew after each sample.
-LATELY, PUSHED = 4, 25.0
+#: Half of the mean squares of three normal numbers are below this.
+HALF = 0.789
+#: A push is where all of so many samples are so improbable, in mean squares of their standard deviations, and so many
+#: times as much as any of the robot's own runs: what the model lacks in each step, as a pair's second foot that lands
+#: later, is no push. Then the step is linearised anew after each sample.
+PUSHED, BEYOND = 25.0, 4.0
 
 
 def follow(follower: Follower, run: MeasuredRun) -> Iterator[Instant]:
@@ -52,7 +55,8 @@ def follow(follower: Follower, run: MeasuredRun) -> Iterator[Instant]:
 def forecasts(instants: Sequence[Instant], strikes: Vector) -> np.ndarray:
     """Heel strikes (s,) [s] less what was forecast `BEFORE` of a step before, and its standard errors, (f, 2)."""
     ahead = BEFORE * float(np.median(np.diff(strikes)))
-    seen = [(strike, [one for one in instants if strike - 2 * ahead < one.time < strike - ahead]) for strike in strikes]
+    told = [one for one in instants if math.isfinite(one.strike)]
+    seen = [(strike, [one for one in told if strike - 2 * ahead < one.time < strike - ahead]) for strike in strikes]
     return np.array([(strike - some[-1].strike, some[-1].strike_sd) for strike, some in seen if some]).reshape(-1, 2)
 
 
@@ -60,15 +64,23 @@ def with_forecasts(
     robot: FittedRobot, model: Model, settings: Settings, held_out: Sequence[MeasuredRun] = ()
 ) -> FittedRobot:
     """A robot whose heel strikes are as late as those of its own runs, and of ones held out, came after forecasts of
-    them; of the last nine runs."""
-    follower, found = Follower(robot.design, robot.model(model), robot.of_design(), settings, robot.wider), []
+    them, and whose innovations are as large; of the last nine runs."""
+    follower, found, sizes = Follower.of(robot, model, settings), [], [0.0]
     for run in [*(one.run for one in robot.learned), *held_out][-ENOUGH:]:
         instants = list[Instant]()
         with contextlib.suppress(StepFailed):  # as far as it goes
             instants.extend(follow(follower, run))
         found.append(forecasts(instants, run.strikes))
+        sizes.append(typical(one.innovation for one in instants))
     late, sd = lateness(found)
-    return replace(robot, late=late, late_sd=sd)
+    return replace(robot, late=late, late_sd=sd, innovation=float(np.nanmax(sizes)))
+
+
+def typical(innovations: Iterable[float]) -> float:
+    """Typical size of readings' innovations in their standard deviations, by mean squares of them; NaN without any. A
+    few outliers do not count."""
+    known = [one for one in innovations if math.isfinite(one)]
+    return math.sqrt(np.median(known) / HALF) if known else math.nan
 
 
 def lateness(found: Sequence[np.ndarray]) -> tuple[float, float]:
@@ -114,6 +126,7 @@ class Track:
 
     def __init__(self, follower: Follower, run: MeasuredRun, ahead: float = 0.0) -> None:
         self._follower, self._ahead = follower, ahead
+        self._pushes = max(PUSHED, BEYOND * follower.unexplained)
         self._waiting = list[Sample]()
         self._work: Iterator[None] | None = None
         self._period = self._usual = float(np.diff(run.strikes[:3]).mean())
@@ -172,13 +185,13 @@ class Track:
         settled = sample.time > self._pushed + settings.settling_s
         innovation = self._step.take(replace(sample, used=sample.used & (not near) & settled), kept)
         if math.isfinite(innovation):
-            self._lately = [*self._lately[1 - LATELY:], (innovation, sample.time)]
+            self._lately = [*self._lately[1 - IN_A_ROW:], (innovation, sample.time)]
         if self._pushed > -math.inf:
             if settled and sample.side == SIDES[0] and kept:
                 with contextlib.suppress(StepFailed):  # where no step is near, more samples may show
                     self._step = self._follower.nearer(self._step, self._period, sample.time)
                     self._end()
-        elif len(self._lately) == LATELY and min(self._lately)[0] > PUSHED:
+        elif len(self._lately) == IN_A_ROW and min(self._lately)[0] > self._pushes:
             self._push(min(time for _, time in self._lately))
 
     def _push(self, time: float) -> None:

@@ -43,14 +43,14 @@ QUESTION = Question(
     "follow",
     """Tell the state of a robot while it walks, after each sample of its hip sensor and from nothing later.
 
-    SOURCE is an SQLite file as `ingest` reads and writes it, with a hip and a foot sensor; the robot is the one that
-    calibrate --into left. Each row of --csv has state, energy, phase, next heel strike with errors, and shortly before
-    it the chance to fall in the steps after it. A run is followed from its second mid-stance on, or it ends with 3.
+    SOURCE is an SQLite file of `ingest`, with a hip and a foot sensor; the robot is the one that calibrate --into left.
+    Each row of --csv has state, energy, phase, next heel strike with errors, and shortly before it the chance to fall
+    in the steps after it. Runs are followed from their second mid-stance on; where none can be, or the twin does not
+    fit one, it ends with 3.
 
-    A CSV or C3D file is as for `calibrate`; its steps are followed one by one, and the answer says whether innovations
-    are white.
+    Of a CSV or C3D file, as for `calibrate`, each step is followed, and the answer says whether innovations are white.
 
-    With - for SOURCE it reads lines of CSV, the first of which names place, device_stamp, ax, ay, az, gx, gy and gz in
+    As SOURCE, - reads lines of CSV, the first of which names place, device_stamp, ax, ay, az, gx, gy and gz in
     any order. It answers in lines of JSON; given by --with, the first of them begins a broken stream anew.
     """,
     Options,
