@@ -84,8 +84,9 @@ def gathered(study: Study) -> tuple[list[Row], dict[str, Path], dict[str, str]]:
     if said := standing.sentence(names):
         raise StudyError(f"{shown(study.results)}: only results of the parameters and code at hand are packed; {said}")
     runs, settings = list[Row](), "".join(f" --set {shlex.quote(setting)}" for setting in study.settings)
-    places = {FILE_NAME: study.root / FILE_NAME}
-    words = {FILE_NAME: "the graph of stages: what each reads and makes"}
+    places = {f"params/{left.name}": left for left in study.params.glob("[!.]*.json")}
+    words = dict.fromkeys(places, "what a command left beside the parameters")
+    places[FILE_NAME], words[FILE_NAME] = study.root / FILE_NAME, "the graph of stages: what each reads and makes"
     for name, values in study.parameters(names).items():
         stage, entry = study.graph.stages[name], study.store.current(name)
         assert entry is not None

@@ -1,6 +1,7 @@
 """A robot that is followed: its state, held against the walk that the recording was made from, and its file."""
 
 import dataclasses
+import hashlib
 import json
 import math
 from types import SimpleNamespace
@@ -42,7 +43,7 @@ def model():
     values = np.array([DESIGN.value(name) for name in found.shared])
     robot = FittedRobot(DESIGN, found.shared, np.diag(sd[:d] ** 2), found.own, sd[d:], mounting, 1.0, 1.0, 0.0, 1e-3,
                         np.diag(sd[:d] ** -2), values, (), 9, 0.01, False,
-                        {"slope_deg": (0.01, 0.1)}, DESIGN)  # fmt: skip
+                        {"slope_deg": (0.01, 0.1, 9.0)}, DESIGN)  # fmt: skip
     return robot, robot.model(found)
 
 
@@ -454,6 +455,45 @@ def test_a_robot_is_read_as_it_was_left_and_one_that_was_changed_is_refused(tmp_
     file.unlink()
     with pytest.raises(WrongOption, match=r"has no robot\.json, which calibrate --into leaves; fit the robot again"):
         robot_file.read(tmp_path)
+
+
+@pytest.mark.parametrize(("where", "value", "sentence"), [
+    (("design", "biped", "hip_mass"), -0.3, "design: hip_mass must be >= 0"),
+    (("design", "biped", "hip_mass"), "heavy", "has not the rows and values of a fitted robot"),
+    (("design", "slope", "gravity"), True, "has not the rows and values of a fitted robot"),
+    (("names", 0), "biped.wings", "names must be numbers of the design"),
+    (("covariance", 0, 0), -1.0, "standard errors must be > 0"),
+    (("covariance", 1, 0), 1.0, "covariance must be that of numbers"),
+    (("covariance", 0), [1.0], "has not the rows and values of a fitted robot"),
+    (("mounting",), [[0.0, 1.0]], r"mounting must be numbers of the shape \(2, 2\)"),
+    (("own_sd",), ["a", "b"], "has not the rows and values of a fitted robot"),
+    (("wider",), 0, "standard errors must be > 0"),
+    (("runs",), 0, "runs must be 1 or more"),
+    (("own_sd",), None, "has not the rows and values of a fitted robot"),
+    (("usual", "slope_deg"), [0.1], "has not the rows and values of a fitted robot"),
+    (("learned", 0, "run", "samples", "hip"), [[0.0, 0.0, 0.0]], "learned must be numbers of the shape"),
+    (("learned", 0, "unknowns"), [0.0], r"learned must be numbers of the shape \(27,\)"),
+    (("more",), 1, "has not the rows and values of a fitted robot")],
+    ids=lambda one: " ".join(map(str, one)) if isinstance(one, tuple) else None)  # fmt: skip
+def test_a_robot_file_signed_anew_with_what_no_fit_leaves_is_refused(where, value, sentence, tmp_path):
+    robot, fitted = model()
+    run, _, unknowns = made(1, 4)
+    own = np.zeros(len(fitted.own))
+    plain = json.loads(dataclasses.replace(robot, learned=(Learned(run, own, unknowns),)).content())
+    del plain["sha256"]
+    inner = plain
+    for key in where[:-1]:
+        inner = inner[key]
+    inner[where[-1]] = value
+    file = tmp_path / robot_file.NAME
+
+    def left():
+        digest = hashlib.sha256(json.dumps(plain).encode()).hexdigest()
+        file.write_text(json.dumps({**plain, "sha256": digest}))
+        return robot_file.read(tmp_path)
+
+    with pytest.raises(WrongOption, match=sentence):
+        left()
 
 
 @pytest.mark.slow

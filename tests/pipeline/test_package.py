@@ -118,6 +118,17 @@ def test_tables_that_no_stage_made_stay_out_by_name(ran):
     assert said.count("which no stage made") == 2 and "results/map.h5" not in described(ran.root / "results.zip")[1]
 
 
+def test_what_a_command_left_beside_the_parameters_goes_with_it(ran):
+    """As calibrate --into leaves robot.json."""
+    for name in ("robot.json", ".hidden.json", "notes.txt"):
+        (ran.root / "params" / name).write_text("{}")
+    packed(ran, "results.zip")
+    found, _ = described(ran.root / "results.zip")
+    assert found["params/robot.json"]["contentSize"] == "2"
+    assert not {"params/.hidden.json", "params/notes.txt"} & found.keys()
+    ran.says("recompute results.zip --json")
+
+
 def test_a_recording_goes_with_it(ran):
     (ran.root / "lab.txt").write_text("41")
     setting = "--set side.table=lab.txt"

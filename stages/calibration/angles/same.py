@@ -21,7 +21,7 @@ from stages.calibration.angles.fit import AngleFit, fit_robot
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import AngleSetup
 from stages.calibration.estimation.least_squares import NotIdentified
-from stages.calibration.following.robot_file import OF_ANGLES, restored, signed, signed_content
+from stages.calibration.following.robot_file import OF_ANGLES, left_in, signed_content
 from stages.calibration.following.score_test import Change, Part, Verdict, by_chance, shifts, verdict
 from stages.calibration.information.identifiability import short
 from stages.calibration.reports.change_report import answered
@@ -68,7 +68,7 @@ class FittedEncoders:
 
 def read(folder: Path) -> FittedEncoders:
     """The robot of a folder. Raises WrongOption where it has none that was fitted to angles."""
-    robot: FittedEncoders = restored(FittedEncoders, signed(folder, "as", OF_ANGLES))
+    robot: FittedEncoders = left_in(folder, "as", OF_ANGLES, FittedEncoders)
     return robot
 
 

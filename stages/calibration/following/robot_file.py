@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
@@ -17,12 +17,21 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.analytic.model.walker import Vector
+from stages.biped.quantity import Broken, broken, faults
 from stages.biped.question import WrongOption, refuse
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.observation.measured_run import Layout, MeasuredRun
+from stages.calibration.observation.measured_run import (
+    ERRORS,
+    OF_RUN,
+    SIDES,
+    START,
+    STRETCHES,
+    Layout,
+    MeasuredRun,
+)
 from stages.calibration.parameters import Parameters
 
 NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 7", "bipedstudy fitted robot of angles 2"
@@ -30,6 +39,10 @@ NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 7", "bipedstudy f
 OF_MOUNTING = ("foot_place", "bandwidth")
 #: What the model does not explain shows in so many samples, of either sensor.
 IN_A_ROW = 4
+#: What JSON has of plain types.
+PLAIN: Mapping[Any, Any] = {float: (int, float), int: int, str: str}
+#: By so much an eigenvalue of a covariance may be negative, of rounding, where its variances are one.
+ROUNDED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -78,6 +91,31 @@ class FittedRobot:
     unexplained: float = 0.0
     innovation: float = 1.0
 
+    def broken_rules(self) -> Iterator[Broken]:
+        """What no fit leaves: a design that cannot be, lists of other lengths, errors that are none."""
+        d, o, design = len(self.names), len(self.own), self.design
+        for key, point in (("design", design), ("began", self.began)):
+            yield from (Broken(f"{key}: {wrong.key}", wrong.allowed) for part in (point.biped, point.slope)
+                        for wrong in faults(part))  # fmt: skip
+        yield from broken((not {*self.names, *self.own} <= {*parameter_names()}, "names", "numbers of the design"))
+        start = len(START) - 2 * len(STRETCHES) * (design.biped.legs == "rigid")
+        sizes = {"covariance": (d, d), "own_sd": (o,), "mounting": (len(OF_MOUNTING), 2), "information": (d, d),
+                 "estimate": (d,)}  # fmt: skip
+        arrays = [(key, getattr(self, key), size) for key, size in sizes.items()]
+        for one in self.learned:
+            each = [getattr(one.run, key)[side] for key in ("samples", "used") for side in SIDES]
+            arrays += [("learned", array, (len(one.run.sampling.of(side)), 3))
+                       for side, array in zip(2 * SIDES, each, strict=True)]  # fmt: skip
+            unknown = start + len(OF_RUN) + len(SIDES) * len(ERRORS)
+            arrays += [("learned", one.own, (o,)), ("learned", one.unknowns, (unknown,))]
+        yield from broken(*((array.shape != size, key, f"numbers of the shape {size}") for key, array, size in arrays))
+        sd = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        least = min(*sd, *self.own_sd, *self.mounting[:, 1], *(one.sd for one in self.known), self.sigmas, self.wider)
+        yield from broken((least <= 0.0 or min(self.late_sd, self.sigmas_sd) < 0.0, "standard errors", "> 0"),
+                          (min(self.runs, self.compared) < 1, "runs", "1 or more"))  # fmt: skip
+        values = np.linalg.eigvalsh(self.covariance / np.outer(sd, sd))
+        yield from broken((bool(values.min() < -ROUNDED), "covariance", "that of numbers"))
+
     def content(self) -> bytes:
         """The file."""
         return signed_content(KIND, self)
@@ -124,9 +162,9 @@ def signed_content(kind: str, robot: Any) -> bytes:
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
-def signed(folder: Path, option: str, kind: str) -> dict[str, Any]:
-    """What a folder's file has, which an `option` names. Raises WrongOption where there is none of this `kind`, or one
-    that was changed."""
+def left_in(folder: Path, option: str, kind: str, of: Any) -> Any:
+    """What a folder's file has, which an `option` names, as a value `of` a type. Raises WrongOption where there is none
+    of this `kind`, or one that was changed."""
     path = folder / NAME
     try:
         plain: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -141,12 +179,18 @@ def signed(folder: Path, option: str, kind: str) -> dict[str, Any]:
             "angles, sensors at hip and foot with one of those"),
            (not said or found != kind,
             f"--{option}: {path} was changed, or is of another version; fit the robot again"))
-    return plain
+    try:
+        value = restored(of, plain)
+        wrong = next(value.broken_rules(), None) if isinstance(value, FittedRobot) else None
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise WrongOption(f"--{option}: {path} has not the rows and values of a fitted robot; fit it again") from None
+    refuse((wrong is not None, f"--{option}: {path}: {wrong and wrong.key} must be {wrong and wrong.allowed}"))
+    return value
 
 
 def read(folder: Path, option: str = "as") -> FittedRobot:
     """The robot of a folder that an `option` names. Raises WrongOption where it has none or one that was changed."""
-    robot: FittedRobot = restored(FittedRobot, signed(folder, option, KIND))
+    robot: FittedRobot = left_in(folder, option, KIND, FittedRobot)
     return robot
 
 
@@ -156,16 +200,23 @@ def plain_of(value: Any) -> Any:
 
 
 def restored(kind: Any, plain: Any) -> Any:
-    """The value of a type of which JSON has what is `plain`."""
+    """The value of a type of which JSON has what is `plain`. Raises KeyError, TypeError, ValueError without one."""
     inner = get_args(kind)
+    if kind in (float, int, str) and (isinstance(plain, bool) or not isinstance(plain, PLAIN[kind])):
+        raise ValueError("no such plain value")
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         hints = get_type_hints(kind)
         return kind(**{name: restored(hints[name], value) for name, value in plain.items()})
     if np.ndarray in (kind, get_origin(kind)):
-        return np.array(plain)
+        array = np.array(plain)
+        if array.dtype.kind not in "bif":
+            raise ValueError("no numbers")
+        return array
     if get_origin(kind) is UnionType:
         return None if plain is None else restored(inner[0], plain)
     if get_origin(kind) is tuple:
+        if ... not in inner and len(plain) != len(inner):
+            raise ValueError("not so many values")
         return tuple(restored(inner[0], value) for value in plain)
     return {name: restored(inner[1], value) for name, value in plain.items()} if get_origin(kind) is Mapping else plain
 
