@@ -10,6 +10,8 @@ import pytest
 
 from pipeline.parameters import yaml_text
 from pipeline.questions.command import Described
+from stages.analytic.errors import NoGait
+from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.request import Request
@@ -17,6 +19,7 @@ from stages.calibration.following import robot_file
 from stages.calibration.information.identifiability import (
     described,
     experiments,
+    first_model,
     gains,
     identifiability,
     is_scale_of_mass,
@@ -164,3 +167,11 @@ def test_a_lever_arm_that_is_not_measured_leaves_the_inertia_open_and_the_length
     wider = dict(zip(measured.names, open_.sd / measured.sd, strict=True))
     assert wider["biped.leg_inertia"] > 5.0 and wider["biped.foot_com"] > 3.0 and wider["biped.leg_length"] < 1.1
     assert open_.partners[measured.names.index("biped.leg_inertia")] == "foot_place"
+
+
+def test_a_first_guess_without_a_gait_is_said_to_be_one_with_where_it_stands():
+    """Whatever the recording shows: a fit begins with its walk."""
+    flat = DesignPoint(PARAMETERS.biped, dataclasses.replace(PARAMETERS.slope, slope_deg=0.3))
+    with pytest.raises(NoGait, match=r"the first guess has no gait.* 0\.3 deg \(ground\.slope_deg\).*params/biped\.yaml.*"
+                                     r"--set biped\.KEY=VALUE.* lost at 0\.45"):  # fmt: skip
+        first_model(flat, ("biped.foot_mass",), PARAMETERS)

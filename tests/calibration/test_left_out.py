@@ -264,7 +264,8 @@ def test_what_the_runs_say_of_the_sensors_is_said(narrow):
     for changed, parts in (({}, ("the sensors' low pass cuts off at 20.", "40.0 Hz is declared, or stiff legs")),
                            ({"runs": (silent,)}, ("bandwidth is not declared",)),
                            ({"runs": (wider,)}, ("at the hip and 30.", "40.0 Hz at the hip and 60.0 Hz")),
-                           ({"unknowns": moved}, ("lever arm", "+20.0 mm"))):  # fmt: skip
+                           ({"unknowns": moved}, ("lever arm", "20.0 mm higher")),
+                           ({"unknowns": -moved}, ("lever arm", "20.0 mm lower"))):  # fmt: skip
         (words,) = sensor_report._of_sensors(dataclasses.replace(fit, **changed), model)
         assert all(part in words for part in parts)
     assert sensor_report._of_sensors(dataclasses.replace(fit, unknowns=as_said), model) == []

@@ -172,6 +172,9 @@ SHARE, SHARE_OF_INERTIA = 0.03, 0.3
 HELD = 1.0
 #: Standard deviation of measured heel strikes [s], which count until the last.
 STRIKE_SD = 0.003
+#: Where a fit's first guess stands, and how another is given.
+GUESS = ("of a robot that was never fitted it is the design in params/biped.yaml (or, with design: parts, the parts in "
+         "params/twin.yaml): give a nearer one there, by --set biped.KEY=VALUE, or in another folder by --params")
 #: A fit is taken if its mean square residual is below this, in sigmas; else these factors of the noise are tried, and
 #: then horizons with samples for so long at least [s], at last from the gait's own start. Two fits that end with costs
 #: that are alike to this share are the same: what is left then is the model's error, and not the way's.
@@ -392,10 +395,7 @@ def _fit(
         except ValueError:
             again += 1
             if again > MOST_AGAIN or reached == 0.0:
-                raise StepFailed(
-                    f"the first guess does not walk for {horizon:.1f} s; of a robot that was never fitted it is the "
-                    "design in params/biped.yaml (or, with design: parts, the parts in params/twin.yaml): give a "
-                    "nearer one there, by --set biped.KEY=VALUE, or in another folder by --params") from None
+                raise StepFailed(f"the first guess does not walk for {horizon:.1f} s; {GUESS}") from None
             nearer = max(louder / QUIETER**again, 1.5)
             waiting = [(reached, nearer), (0.5 * (reached + horizon), nearer), (horizon, louder), *waiting]
             continue

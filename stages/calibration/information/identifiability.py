@@ -20,7 +20,7 @@ from stages.analytic.model.walker import Vector
 from stages.biped.accuracy.scales import powers
 from stages.biped.design import Biped
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, information_of
-from stages.calibration.estimation.run_fit import Equations, Model, run_equations
+from stages.calibration.estimation.run_fit import GUESS, Equations, Model, run_equations
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun, Sampling, layout_of, usable
 from stages.calibration.parameters import Parameters
 from stages.imu.parameters import filter_delay
@@ -72,7 +72,11 @@ def first_model(design: DesignPoint, names: Sequence[str], parameters: Parameter
 
     Raises NoGait where the design has no gait.
     """
-    walker, point = find_gait(design.biped, design.slope, FINE, None)
+    try:
+        walker, point = find_gait(design.biped, design.slope, FINE, None)
+    except NoGait as why:
+        raise NoGait(f"the first guess has no gait, which a fit begins with, on a slope of {design.slope.slope_deg:g} "
+                     f"deg (ground.slope_deg); {GUESS}. {why}") from None
     layout = layout_of(walker, point.z, FINE, parameters.priors)
     own = (SLOPE, *(name for name in names if name in EACH_RUNS and name != SLOPE))
     return Model(tuple(name for name in names if name not in own), own, layout, parameters.noise,

@@ -307,8 +307,8 @@ def _of_sensors(fit: CampaignFit, model: Model) -> list[str]:
     place = model.layout.place("foot_place")
     higher = float(fit.unknowns[:, place].mean())
     if abs(higher) > FAR_OFF * model.layout.prior[place]:
-        said.append(f"lever arm: the foot sensor sits {1e3 * higher:+.1f} mm higher on the leg than imu.lever_arm "
-                    "has it; measure it")
+        said.append(f"lever arm: the foot sensor sits {1e3 * abs(higher):.1f} mm {'higher' if higher > 0 else 'lower'} "
+                    "on the leg than imu.lever_arm has it; measure it")
     return said
 
 
