@@ -172,6 +172,6 @@ def test_a_lever_arm_that_is_not_measured_leaves_the_inertia_open_and_the_length
 def test_a_first_guess_without_a_gait_is_said_to_be_one_with_where_it_stands():
     """Whatever the recording shows: a fit begins with its walk."""
     flat = DesignPoint(PARAMETERS.biped, dataclasses.replace(PARAMETERS.slope, slope_deg=0.3))
-    with pytest.raises(NoGait, match=r"the first guess has no gait.* 0\.3 deg \(ground\.slope_deg\).*params/biped\.yaml.*"
+    with pytest.raises(NoGait, match=r"first guess has no gait.* 0\.3 deg \(ground\.slope_deg\).*params/biped\.yaml.*"
                                      r"--set biped\.KEY=VALUE.* lost at 0\.45"):  # fmt: skip
         first_model(flat, ("biped.foot_mass",), PARAMETERS)

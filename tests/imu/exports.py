@@ -19,6 +19,7 @@ def quantities(table: Table) -> dict[str, Sequence[object]]:
     return {
         "n": number, "ticks": 100 * number, "ns": 1_600_000_000_000_000_000 + 10_000_000 * number,
         "s": time, "ms": 1e3 * time, "us": 1e6 * time, "epoch_ms": 1.6e12 + 1e3 * time,
+        "sec": 1_600_000_000 + number // 100, "nanosec": 10_000_000 * (number % 100),
         "iso": [one.isoformat() for one in moments],
         "date": [one.strftime("%Y-%m-%d %H:%M:%S.%f")[:-3] for one in moments],
         "a": force, "a_zyx": force[:, ::-1], "g": force / G, "mg": 1e3 * force / G, "cm/s^2": 100 * force,
@@ -88,6 +89,10 @@ MAKERS: Mapping[str, Mapping[str, Export]] = {
         names("%time,field.header.seq,field.header.stamp,field.header.frame_id", "field.orientation.*",
               "field.orientation.w", "field.angular_velocity.*", "field.linear_acceleration.*", axes="xyz"),
         "ns:d n:d ns:d imu 0 0 0 1 w:.9f a:.9f")},
+    "ROS (rostopic, bagpy)": {"imu.csv": Export(
+        names("header.stamp.sec", "header.stamp.nanosec", "header.frame_id", "orientation.x", "orientation.y",
+              "orientation.z", "orientation.w", "angular_velocity.*", "linear_acceleration.*", axes="xyz"),
+        "sec:d nanosec:d imu 0 0 0 1 w:.9f a:.9f")},
     "Noraxon": {"trial.csv": Export(
         names("time", f"{NORAXON}-Accel Sensor A* (mG)", f"{NORAXON}-Gyroscope-* (deg/s)", axes="xyz"),
         "s:.4f mg deg")},
@@ -100,6 +105,7 @@ LAYOUTS: Mapping[str, Mapping[str, Export]] = {
     "UTF-16": {SINGLE: Export(XSENS, "n:.1f a w 0.1", "\t", encoding="utf-16")},
     "nanoseconds": {SINGLE: Export(
         names("time", "seconds_elapsed", "gyro_*", "acc_*", axes="xyz"), "ns:d s:.2f w a")},
+    "whole seconds": {SINGLE: Export(names("Secs", "nsecs", "acc_*", "gyro_*", axes="xyz"), "sec:d nanosec:d a w")},
     "ISO": {SINGLE: Export(names("received_at", "a*", "g*", "counter", axes="xyz"), "iso mg:.2f deg n:d")},
     "quoted": {SINGLE: Export(
         names('"Sample number"', '"Time (s)"', '"Acceleration * (m/s^2)"', '"Angular velocity * (rad/s)"', axes="xyz"),

@@ -17,7 +17,8 @@ A description of one experiment, as it stands in a YAML file:
 experiments stand as a list under the one key `runs`. A gyroscope that has a file of its own stands under `gyroscope`,
 with the same keys but `device`; its rows are brought to those of the accelerometer by packet and position where both
 files have them, else by stamp. A MATLAB or HDF5 file has names of arrays in the place of columns, a bag of ROS or an
-MCAP file topics with fields. Stamps may be in any unit that the nominal rate confirms, or written dates and times.
+MCAP file topics with fields. Stamps may be in any unit that the nominal rate confirms, or written dates and times;
+`nanoseconds` is the column beside a `device_stamp` of whole seconds.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ import numpy as np
 from stages.imu.sources.cells import device_from_row, experiment_from_row, in_seconds, number, recording_from_columns
 from stages.imu.sources.formats import read
 from stages.imu.sources.opening import SourceRefused, printable, refuse
-from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
+from stages.imu.sources.schema import NANOSECONDS, SAMPLE_VALUES, TABLES, Device, Experiment, Recording
 from stages.imu.sources.text_table import DELIMITERS, Layout
 
 NEEDED = ("ax", "ay", "az", "gx", "gy", "gz")
@@ -99,12 +100,15 @@ class CsvSource:
         refuse((outside, f"{printable(one.file)} lies outside of {printable(self.folder.name)}: a map names files "
                 "of its folder"))  # fmt: skip
         found = dict(read(path, one.layout, wanted, stamps))
-        table = np.full((len(next(iter(found.values()))), len(SAMPLE_VALUES)), np.nan)
+        table, more = np.full((len(next(iter(found.values()))), len(SAMPLE_VALUES)), np.nan), np.zeros(1)
         for name in wanted:
             values = found.pop(name)  # so that each is in memory once
             for column, value in enumerate(SAMPLE_VALUES):
                 if one.columns.get(value) == name:
                     table[:, column] = values
+            if one.columns.get(NANOSECONDS) == name:
+                more = 1e-9 * values
+        table[:, SAMPLE_VALUES.index("device_stamp")] += more
         # Rows of other, longer columns hold nothing of this sensor. Without stamp or number a row is a sample's place.
         known = np.isfinite(table).any(axis=1)
         return table if known.all() or not np.isfinite(table[:, :5]).any() else table[known]
@@ -182,7 +186,8 @@ def _table_map(
     file, delimiter, rows, header, decimal, sheet = (entry.get(key, value) for key, value in usual.items())
     within = partial(where, "columns")
     columns = {str(key): str(name) for key, name in mapping_of(entry.get("columns", {}), within).items()}
-    mapping_of(columns, within, set(SAMPLE_VALUES))
+    mapping_of(columns, within, {*SAMPLE_VALUES, NANOSECONDS})
+    needed = (*needed, *(["device_stamp"] if NANOSECONDS in columns else []))
     missing = [value for value in needed if value not in columns]
     refuse(
         (not isinstance(file, str), f"{where('file')}: needs the name of a file"),

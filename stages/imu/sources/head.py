@@ -110,7 +110,7 @@ MAKERS = (
           {"packet": r"header\Wseq$", "device_stamp": r"header\Wstamp$"}
           | {f"a{axis}": rf"linear_acceleration\W{axis}$" for axis in "xyz"}
           | {f"g{axis}": rf"angular_velocity\W{axis}$" for axis in "xyz"},
-          "its linear_acceleration has gravity; a stamp in two columns, sec and nanosec, is to be brought into one"),
+          "its linear_acceleration has gravity"),
     Maker("Noraxon (myoRESEARCH)", ("Noraxon|MyoMotion|Ultium",), "mg", "deg/s", {},
           "of several segments the first is taken: name the others' columns in entries of their own"),
 )  # fmt: skip

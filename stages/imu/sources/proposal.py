@@ -18,7 +18,7 @@ from stages.imu.sources.cells import UNITS, counted_on, moments
 from stages.imu.sources.formats import ARRAY_FILE, BAG, COLUMNS, IMU, format_of, groups_of, read, topics
 from stages.imu.sources.head import APDM, OTHER_UNITS, Head, Maker, head_of, maker_of
 from stages.imu.sources.opening import SourceRefused, printable, refuse
-from stages.imu.sources.schema import ACCELERATION_UNITS
+from stages.imu.sources.schema import ACCELERATION_UNITS, NANOSECONDS
 from stages.imu.sources.text_table import Layout
 
 USUAL_RATES = (10.0, 5000.0)  # Hz
@@ -39,6 +39,7 @@ _LETTER = re.compile(r"(?:^|[^a-z])([agw])[\W_]?[xyz](?:[^a-z]|$)", re.I)
 _PACKET = re.compile(r"packet|counter|sample.?(number|index|no)|frame(?!.?id)|^seq", re.I)
 _STAMP = re.compile(r"time|stamp|epoc|elapsed|clock|date|^t$", re.I)
 _SECONDS = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]", re.I)
+_NANOSECONDS, _WHOLE_SECONDS = re.compile(r"n(ano)?sec(onds|s)?$", re.I), re.compile(r"(?<![a-z])sec(onds|s)?$", re.I)
 _TICKS = re.compile("SampleTimeFine", re.I)  # of a length that only its maker knows
 _ARRIVED = re.compile(r"phone|host|receiv|arriv", re.I)
 _PLACE = re.compile(r"(?<![a-z])(hip|waist|pelvis|trunk|lumbar|foot|feet|ankle|shoe|toe)(?![a-z])[\W_]?", re.I)
@@ -246,6 +247,9 @@ def columns_of(head: Head, alone: str = "a", maker: Maker | None = None) -> dict
         first, last = (_stamps(head, beside.get(kind, beside["a"])) for kind in "ag")
         if not np.array_equal(first, last, equal_nan=True):
             found["gyroscope's stamp"] = beside["g"]
+    for column in range(1, len(names)):
+        if _NANOSECONDS.search(names[column]) and _WHOLE_SECONDS.search(names[column - 1]):
+            found |= {"device_stamp": column - 1, NANOSECONDS: column}
     return found
 
 
@@ -290,8 +294,10 @@ def _rate(head: Head, columns: dict[str, int]) -> tuple[float, str]:
         return float(written[1]), f"rate {written[1]} Hz: written above the names"
     if stamp is None:
         return 100.0, "no stamps: the rate of 100 Hz is a guess"
-    said = head.stated_unit(stamp, tuple(UNITS))
-    return _rate_of(_stamps(head, stamp), (said,) if said else tuple(UNITS), head.name(stamp))
+    said, stamps = head.stated_unit(stamp, tuple(UNITS)), _stamps(head, stamp)
+    if NANOSECONDS in columns:
+        said, stamps = "s", stamps + 1e-9 * head.values(columns[NANOSECONDS])
+    return _rate_of(stamps, (said,) if said else tuple(UNITS), head.name(stamp))
 
 
 def _rate_of(stamps: np.ndarray, units: Sequence[str], name: str) -> tuple[float, str]:

@@ -66,6 +66,8 @@ TABLES: dict[str, tuple[tuple[str, str, str], ...]] = {
     ),
 }
 SAMPLE_VALUES = tuple(name for name, _, _ in TABLES["sample"][3:])
+#: What a file's device_stamp of whole seconds has in a column beside it, as ROS writes it.
+NANOSECONDS = "nanoseconds"
 Row = tuple[int, tuple[float | int | None, ...]]
 _COLUMNS = tuple(name for name, _, _ in TABLES["sample"][1:])
 _SAMPLE = f"INSERT INTO sample ({', '.join(_COLUMNS)}) VALUES ({', '.join('?' * len(_COLUMNS))})"
