@@ -61,7 +61,7 @@ def test_cells_become_numbers_or_nothing(tmp_path: Path) -> None:
         (("files", 0, "device", "rate_hz"), "fast", "rate_hz"),
         (("files", 0, "device", "accelerometer_unit"), "furlong", "accelerometer_unit"),
         (("files", 0, "columns"), {"ax": "X"}, "columns lack ay"),
-        (("files", 0, "columns"), {name: "X" for name in ("ax", "ay", "az", "gx", "gy", "gz", "nanoseconds")},
+        (("files", 0, "columns"), dict.fromkeys(("ax", "ay", "az", "gx", "gy", "gz", "nanoseconds"), "X"),
          "columns lack device_stamp"),
         (("files", 0, "columns", "az"), "W", "no column 'W'"),
         (("files", 0, "columns", "blood"), "W", "unknown key 'blood'"),

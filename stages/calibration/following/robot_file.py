@@ -40,7 +40,7 @@ OF_MOUNTING = ("foot_place", "bandwidth")
 #: What the model does not explain shows in so many samples, of either sensor.
 IN_A_ROW = 4
 #: What JSON has of plain types.
-PLAIN: Mapping[Any, Any] = {float: (int, float), int: int, str: str}
+PLAIN: Mapping[Any, Any] = {float: (int, float)}
 #: By so much an eigenvalue of a covariance may be negative, of rounding, where its variances are one.
 ROUNDED = 1e-6
 
@@ -202,23 +202,31 @@ def plain_of(value: Any) -> Any:
 def restored(kind: Any, plain: Any) -> Any:
     """The value of a type of which JSON has what is `plain`. Raises KeyError, TypeError, ValueError without one."""
     inner = get_args(kind)
-    if kind in (float, int, str) and (isinstance(plain, bool) or not isinstance(plain, PLAIN[kind])):
-        raise ValueError("no such plain value")
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         hints = get_type_hints(kind)
         return kind(**{name: restored(hints[name], value) for name, value in plain.items()})
     if np.ndarray in (kind, get_origin(kind)):
-        array = np.array(plain)
-        if array.dtype.kind not in "bif":
-            raise ValueError("no numbers")
-        return array
+        return _of_numbers(np.array(plain))
     if get_origin(kind) is UnionType:
         return None if plain is None else restored(inner[0], plain)
     if get_origin(kind) is tuple:
-        if ... not in inner and len(plain) != len(inner):
-            raise ValueError("not so many values")
-        return tuple(restored(inner[0], value) for value in plain)
-    return {name: restored(inner[1], value) for name, value in plain.items()} if get_origin(kind) is Mapping else plain
+        kinds = inner[:1] * len(plain) if ... in inner else inner
+        return tuple(restored(one, value) for one, value in zip(kinds, plain, strict=True))
+    if get_origin(kind) is Mapping:
+        return {name: restored(inner[1], value) for name, value in plain.items()}
+    return _of_kind(PLAIN.get(kind, kind), plain)
+
+
+def _of_numbers(array: np.ndarray) -> np.ndarray:
+    if array.dtype.kind not in "bif":
+        raise ValueError("no numbers")
+    return array
+
+
+def _of_kind(kind: Any, plain: Any) -> Any:
+    if not isinstance(plain, kind) or isinstance(plain, bool) != (kind is bool):
+        raise TypeError("no such value")
+    return plain
 
 
 def _text(value: Any) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -247,10 +248,13 @@ def columns_of(head: Head, alone: str = "a", maker: Maker | None = None) -> dict
         first, last = (_stamps(head, beside.get(kind, beside["a"])) for kind in "ag")
         if not np.array_equal(first, last, equal_nan=True):
             found["gyroscope's stamp"] = beside["g"]
-    for column in range(1, len(names)):
-        if _NANOSECONDS.search(names[column]) and _WHOLE_SECONDS.search(names[column - 1]):
-            found |= {"device_stamp": column - 1, NANOSECONDS: column}
-    return found
+    return found | _in_two_columns(names)
+
+
+def _in_two_columns(names: Sequence[str]) -> dict[str, int]:
+    """A stamp of seconds with nanoseconds beside them, if there is one."""
+    return next(({"device_stamp": column, NANOSECONDS: column + 1} for column, pair in enumerate(pairwise(names))
+                 if _WHOLE_SECONDS.search(pair[0]) and _NANOSECONDS.search(pair[1])), {})  # fmt: skip
 
 
 def _holds_times(head: Head, column: int) -> bool:
