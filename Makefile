@@ -74,8 +74,10 @@ $(BIN)/python:
 	  || { echo 'bipedstudy needs Python 3.10 or later; name one with: make PYTHON=python3.12' >&2; exit 1; }
 	$(PYTHON) -m venv .venv
 
-# An environment that was copied with its folder, or restored elsewhere, runs the checkout that it was made in.
-ELSEWHERE := $(shell [ "$$(cat $(STUDY) 2>/dev/null)" = '$(CURDIR)' ] || echo elsewhere)
+# An environment that was copied with its folder, or restored elsewhere, runs the checkout that it was made in; one into
+# which pip put a copy of the code runs that.
+ELSEWHERE := $(shell [ "$$(cat $(STUDY) 2>/dev/null)" = '$(CURDIR)' ] \
+  && ls .venv/lib/python*/site-packages/__editable__*bipedstudy* >/dev/null 2>&1 || echo elsewhere)
 elsewhere:
 $(STUDY): requirements/study.txt pyproject.toml $(ELSEWHERE) | $(BIN)/python
 	@$(BIN)/python -m pipeline.wheels

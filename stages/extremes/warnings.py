@@ -151,8 +151,8 @@ def warning(engine: str, here: Place, tried: Sequence[Tried], accuracy_requested
     if nearest.status in fine and away <= REACH:
         return None
     said = f"{nearest.status} by {nearest.error:.1e} leg lengths" if nearest.status == INACCURATE else nearest.status
-    point = f"the nearest point tried, {engine} at {nearest.what}, came out as {said}"
+    point = f"the point tried that is most similar in ratios, {engine} at {nearest.what}, came out as {said}"
     point += f": {nearest.reason}" if nearest.reason and nearest.status != RIGHT else ""
     if nearest.status in fine:
         return f"these parameters are a factor {10**away:.2g} away from all that the map of extremes has tried; {point}"
-    return f"these parameters lie outside what the map of extremes found right; {point}"
+    return f"these parameters lie outside what the map of extremes (docs/extremes.md) found right; {point}"

@@ -165,6 +165,7 @@ def test_design_leaves_the_parameters_of_the_best_gait_it_found():
     answer, asking = answered(design, vary=("biped.foot_com", "biped.damping=50:60"), iterations=2)
     told, best = answer.plain["largest_multiplier"], answer.plain["parameters"]
     assert told["best"] < told["start"] and len(asking.said) == answer.plain["iterations"] > 0
+    assert asking.said[-1].split(":")[1] == f" largest multiplier {told['best']:.6g}", "without the unit 1"
     assert best["biped.foot_com"]["bounds"] == pytest.approx([0.08, 0.12])
     assert best["biped.damping"]["bounds"] == [50, 60]
     assert answer.parameters == {name: entry["best"] for name, entry in best.items()}

@@ -136,20 +136,32 @@ def test_an_audit_that_could_not_ask_is_no_success(repository):
     assert lines and all("--strict" in line for line in lines)
 
 
+def test_pages_put_no_copy_of_the_code_into_the_environment_of_a_checkout(repository):
+    pages = "".join(page.read_text(encoding="utf-8") for page in sorted((repository / "docs").glob("*.md")))
+    assert re.findall(r"pip\s+install\s+(\S*)\s?'\.\[", pages) == ["--editable"]
+
+
 def test_make_works_in_a_folder_whose_name_has_a_space(repository, tmp_path):
-    """The folder of machine code is one word, and the environment of a folder beside it is none of this one's."""
+    """The folder of machine code is one word, and the environment of a folder beside it is none of this one's, nor is
+    one into which pip put a copy of the code.
+    """
     folder = tmp_path / "my lab"
     (folder / ".venv/bin").mkdir(parents=True)
     (folder / "requirements").mkdir()
     shutil.copy(repository / "Makefile", folder)
     for name in ("pyproject.toml", "requirements/study.txt", ".venv/bin/python", ".venv/installed-study"):
         (folder / name).touch()
+    link = folder / ".venv/lib/python3.11/site-packages/__editable__.bipedstudy-0.2.0.pth"
+    link.parent.mkdir(parents=True)
+    link.touch()
     printed = [subprocess.run(["make", "-n", "wheel"], cwd=folder, text=True, capture_output=True).stdout]
-    for place in (folder, tmp_path / "my other"):
+    for place in (folder, tmp_path / "my other", folder):
+        if len(printed) == 3:
+            link.unlink()
         (folder / ".venv/installed-study").write_text(f"{place}\n")
         printed.append(subprocess.run(["make", "-n", "wheel"], cwd=folder, text=True, capture_output=True).stdout)
     assert all(f"NUMBA_CACHE_DIR={folder}/build/code" in shlex.split(text, comments=True) for text in printed)
-    assert ["--editable" in text for text in printed] == [True, False, True]
+    assert ["--editable" in text for text in printed] == [True, False, True, True]
 
 
 # --- Figures in CI: the script of docs/ci.md does what the page says, in a fresh clone with results that were kept.

@@ -18,7 +18,8 @@ PANELS = (("hip", 1, "hip, up the leg", "m/s²"), ("hip", 2, "hip, angular veloc
 STEPS, PARTS = 4, 10
 #: Room above and below the samples that count, as a share of their range; spikes at impacts may go beyond.
 MARGIN = 0.3
-SIDES = (("hip", style.ANALYTIC), ("foot", style.MULTIBODY))
+#: Colour, mark of a residual and line of their root mean squares: alike in grey they would be one.
+SIDES = (("hip", style.ANALYTIC, ".", "-"), ("foot", style.MULTIBODY, "x", "--"))
 
 
 def fit_picture(traces: Mapping[str, Trace], strikes: np.ndarray, called: str = "fit") -> Figure:
@@ -52,11 +53,12 @@ def fit_picture(traces: Mapping[str, Trace], strikes: np.ndarray, called: str = 
     figure.legend(handles=[*handles, wedge], loc="outside upper center", ncols=4)
     kinds = (((0, 1), "specific force", "m/s²", 1.0, "e"), ((2,), "rate", "mrad/s", 1e3, "f"))
     for axes, (columns, name, unit, scale, letter) in zip(grid[2], kinds, strict=True):
-        for side, color in SIDES:
+        for side, color, mark, line in SIDES:
             phase, residual = by_phase(traces[side], strikes, columns)
-            axes.plot(100 * phase, scale * residual, ".", color=color, markersize=2.0, alpha=0.5, label=side)
+            axes.plot(100 * phase, scale * residual, mark, color=color, markersize=2.0, alpha=0.5)
             middle, size = rms_by_part(phase, residual)
-            axes.plot(100 * middle, scale * size, color=color, linewidth=1.0)
+            axes.plot(100 * middle, scale * size, line, color=color, linewidth=1.0)
+            axes.plot([], [], mark + line, color=color, linewidth=1.0, markersize=4.0, label=side)
         axes.set(xlabel="part of the step [%]", ylabel=f"residual of the {name} [{unit}]")
         style.panel_label(axes, letter)
     grid[2, 0].legend(ncols=2)

@@ -75,6 +75,9 @@ def against_sensor(
     indexed, device, unit = trace.indexed, trace.indexed.recording.device, report.acceleration_unit
     if indexed.recording.rows < FEWEST_ROWS:
         return (Finding(False, (), f"only {indexed.recording.rows} usable rows"),)
+    if report.dead_axes:
+        said = f"dead axes: {', '.join(report.dead_axes)}: look for columns of one value; a broken sensor is left out"
+        return (Finding(True, (), said),)
     says = f"it is gravity in {unit}" if unit != "none" else "it is gravity in no known unit"
     share, swept = missing_share(trace), leg_sweep(trace, settings.slowest_stride_hz)
     look = (
@@ -82,7 +85,6 @@ def against_sensor(
         if indexed.numbered_by == BY_ROWS else f"(was the clock of the {report.stamp} stamps set?)"
     )  # fmt: skip
     rules = (
-        refusal(bool(report.dead_axes), f"dead axes: {', '.join(report.dead_axes)}"),
         refusal(not math.isfinite(report.static_reading), "no specific force to compare with gravity")
         or refusal(
             unit != declared_acceleration_unit(device),

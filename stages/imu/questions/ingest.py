@@ -121,8 +121,11 @@ def read(options: Options, asking: Asking, store: Path | None) -> Iterator[Run]:
             yield from kept(server, place)
         return
     if options.column_map is None and Path(source).is_dir():
-        raise WrongOption(f"{Path(source)}: is a folder; --map FILE must say what its files hold")
+        raise WrongOption(f"{Path(source)}: is a folder; --map FILE must say what its files hold, "
+                          "and --propose FILE writes a first one")
     if options.column_map is not None:
+        if Path(source).is_file():
+            raise WrongOption(f"{Path(source)}: is a file; --map FILE wants the folder that holds it")
         CsvSource(options.column_map, Path(source))  # here: the map's lines are not known where files are read
     yield from map(run_of, asking.reading(runs, Path(source), options.column_map, place, writes=store))
 

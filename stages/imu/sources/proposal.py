@@ -67,7 +67,9 @@ def proposal(path: Path, gravity: float = GRAVITY) -> tuple[str, list[str]]:
         lines += [f"  - experiment: {{name: {_quoted(name)}, origin: measured, slope_deg: null}}  # the ramp's slope ?",
                   "    files:", *entries]  # fmt: skip
     to_fill = ["slope_deg", *(["place"] if any(line.endswith("foot ?") for line in lines) else []), "forward_axis"]
-    return "\n".join(lines) + "\n", [*remarks, f"to be filled in: {', '.join(to_fill)} and up_axis"]
+    place = printable(str(path if folder else path.parent))
+    return "\n".join(lines) + "\n", [
+        *remarks, f"to be filled in: {', '.join(to_fill)} and up_axis; then: bipedstudy ingest {place} --map FILE"]
 
 
 def proposals(path: Path, gravity: float) -> Iterator[tuple[str, list[str]]]:

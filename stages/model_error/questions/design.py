@@ -92,7 +92,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         return search_design(
             design, point.z, bounds, targets=targets, tolerance=tolerance, iterations=options.iterations, goal=goal,
             maximise=options.maximise or options.goal == STEPS, starts=options.starts,
-            progress=lambda step, value: asking.note(f"iteration {step + 1}: {goal.title} {value:.6g} {goal.unit}"))
+            progress=lambda step, value: asking.note(f"iteration {step + 1}: {goal.title} {value:.6g}{_shown(goal)}"))
 
     def answer(found: DesignPoint) -> list[Answered]:
         return measured(parameters, result, found, allowed, asking)
@@ -284,13 +284,17 @@ def own_start(searches: Sequence[DesignSearch]) -> Candidate:
     return next(search.start for search in searches if search.own)
 
 
+def _shown(goal: Goal) -> str:
+    return "" if goal.unit == "1" else f" {goal.unit}"
+
+
 def in_words(
     searches: Sequence[DesignSearch], bounds: Bounds, held: Targets, goal: Goal, starts: int, twins: Targets
 ) -> Iterator[str]:
     """The searches in words, of targets that are `held` so that the twin has its own."""
     from stages.analytic.design.search import ENDINGS, HELD
 
-    found, own, unit = searches[0], own_start(searches), "" if goal.unit == "1" else f" {goal.unit}"
+    found, own, unit = searches[0], own_start(searches), _shown(goal)
     origin = "" if found.own else f" from another start, which has {found.start.value:.6g}"
     yield (f"{goal.title} {own.value:.6g} -> {found.best.value:.6g}{unit} in {len(found.history) - 1} steps{origin} "
            f"({found.gaits} gaits, {found.gradients} gradients)")
