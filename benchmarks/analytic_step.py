@@ -7,8 +7,6 @@ time, the best of several runs, so that other work on the machine disturbs it le
 lambdified right-hand side: a whole step with events (`readable.py`), and the single stance alone.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import time
 from collections.abc import Callable

@@ -8,8 +8,6 @@ Run: python -m benchmarks.ask stable [COUNT]. Of designs near a doubling, whethe
 the twin of a robot drawn within them; the others are exact.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import sys
 import time

@@ -8,8 +8,6 @@ many runs is fitted on all cores and timed; with --differences derivatives are d
 table into docs/calibration_tests.md.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -3,8 +3,6 @@
 python -m benchmarks.correction --runs 8 --seed 7
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import json

@@ -8,8 +8,6 @@ time, anchors apart. Then up to 300 designs that no neighbour answers are search
 answered, and 60 that are answered, for differences.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import sys
 import time

@@ -6,8 +6,6 @@ same computed at 1e-13. It prints, for each tolerance, for how many numbers an e
 the largest ratio of estimate and truth; truths below `ROUND_OFF` are left out. A minute for 50 designs.
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -11,8 +11,6 @@ Recall: marked strikes found within 0.15 s. Precision: strikes found that are wi
 those of the found ones, later positive.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import subprocess

@@ -5,13 +5,10 @@
 Writes docs/exports.md. Needs the packages mujoco, pin, drake and fmpy; none is a dependency of the study.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import importlib.metadata
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -163,7 +160,7 @@ def agreement(exported: Exported, parameters: Parameters) -> list[list[str]]:
     """Rows: program and format, its version, and by how much accelerations of a flight differ from Exudyn's."""
     high = np.zeros(COUNT)
     high[1] = 3.0
-    settings = dataclasses.replace(parameters.settings, tolerance=1e-10, longest_step=0.25)
+    settings = replace(parameters.settings, tolerance=1e-10, longest_step=0.25)
     start = Start(high, RATES, in_play=(True, True))
     flight = simulate_twin(exported.machine, exported.slope, exported.contact, start, settings, steps=1)
     rows = []

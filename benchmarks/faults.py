@@ -5,8 +5,6 @@ small study of tests/pipeline goes through the same executor, cache and lock as 
 milliseconds.
 """
 
-from __future__ import annotations
-
 import contextlib
 import sys
 import tempfile

@@ -7,8 +7,6 @@ ROWS.csv has rows of hip and foot as `follow -` reads them, ROBOT is what `calib
 reads are processes of their own. With --echo a loop of Python answers: what the machine and its pipes take.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import subprocess

@@ -8,8 +8,6 @@ round is a process of its own, in turns; processor time is the least of the roun
 what it had before.
 """
 
-from __future__ import annotations
-
 import argparse
 import multiprocessing
 import resource

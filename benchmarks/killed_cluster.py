@@ -3,8 +3,6 @@
 Run: python -m benchmarks.killed_cluster [kills]. Needs the extra cluster and openssl. `docs/faults.md` has the table.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 import tempfile

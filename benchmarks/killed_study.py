@@ -14,8 +14,6 @@ are *lost* if a stage that had finished computes again, *wrong* if a file in the
 in the undisturbed run.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -7,8 +7,6 @@ What decides them (`onset_error_s`, `toe_off_error_s`, `rolling_error` in params
 and 22. --walks keeps walks in a folder of this machine for the next time.
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A table's place in a page of the documentation: between its marks, which a benchmark fills anew."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 

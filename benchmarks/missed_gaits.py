@@ -7,8 +7,6 @@ each, the designs where the search finds no gait, or no stable one, or where `ga
 then the counts. Two processes; some minutes.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator

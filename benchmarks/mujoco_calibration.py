@@ -9,8 +9,6 @@ campaign.yaml; heel strikes are the first contacts with each set of blocks, off 
 begins with the bill of parts and knows the weighed mass; start, ramp, sensors and all other parameters are looked for.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import time

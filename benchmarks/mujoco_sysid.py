@@ -9,8 +9,6 @@ since it has no unknowns of a run, and the masses of the frames: with them free 
 scale of mass is not seen. Its sensors have no low pass.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import time

@@ -6,8 +6,6 @@ Designs of the box of `design_map.py`, tolerance 1e-8, processor time. A neighbo
 the leg; its coordinates are the guess as they are, and along the tangent.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 python -m benchmarks.one_leg --robots 20 --runs 2
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from typing import Any

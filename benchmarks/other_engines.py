@@ -10,8 +10,6 @@ toe-off; foot 1 acts once it is ahead, which is the ideal rule of the study over
 difference of the hip's position from Exudyn at tolerance 1e-11. Neither engine is a dependency of the study.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import importlib.util
 import math

@@ -7,8 +7,6 @@ difference of the hip's position from the tree assembly at tolerance 1e-11. Time
 second, the best of several runs; 1 is real time.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import time
 

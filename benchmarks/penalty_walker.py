@@ -9,8 +9,6 @@ its derivative, and a solved cycle with its multipliers; and what the gait's der
 and ground take, exact and by extrapolated differences of steps.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

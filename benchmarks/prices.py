@@ -7,8 +7,6 @@ Times are processor seconds on an otherwise idle machine. Results lie in results
 those that `python -m benchmarks.tradeoff` measured and kept.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import json

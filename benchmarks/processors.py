@@ -14,8 +14,6 @@ are listed, their differences are printed, and they stop nothing.
 Beside that stands how many numbers differ by more than the numerical error that the file states of them.
 """
 
-from __future__ import annotations
-
 import argparse
 import fnmatch
 import os

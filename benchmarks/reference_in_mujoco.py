@@ -7,8 +7,6 @@ Two legs in a plane, a sphere for each foot. As on stepping blocks the ground do
 behind the other one. `docs/reference_gaits.md` has what comes out.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys

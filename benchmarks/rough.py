@@ -5,8 +5,6 @@ of them of another size under another gravity: frequent falls against a million 
 ones against 80 falls. Half an hour on one core.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator

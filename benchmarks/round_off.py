@@ -5,8 +5,6 @@ steps over the phases of the gait of Table 1, so that three precisions make the 
 difference is round-off alone. Run: python -m benchmarks.round_off
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -8,8 +8,6 @@ changes by 1 %, up or down, or by what the Fisher information finds with a power
 runs are those of the Exudyn twin as drawn, sensed, sent and ingested.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import dataclasses

@@ -5,8 +5,6 @@ of the parameters, right where model errors of the steps are independent. Neithe
 every step, like a contact that is softer than the model's: that is for `discrepancy`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stages.calibration.estimation.least_squares import Known, information_of

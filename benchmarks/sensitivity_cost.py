@@ -6,8 +6,6 @@ Table 1 with rolling, with limited friction and with rigid legs, each from its g
 best of many rounds. Then the differences that the derivatives replace, and the derivatives of the multipliers.
 """
 
-from __future__ import annotations
-
 import dataclasses
 
 from benchmarks.analytic_step import TABLE_1, best_time

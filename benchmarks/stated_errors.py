@@ -9,8 +9,6 @@ covered, and the share of fields whose median stated error is at most `FIVE` tim
 ones, where these are above round-off.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import subprocess

@@ -4,8 +4,6 @@ Run: python -m benchmarks.strange [place ...]. All of them take some minutes; `d
 1 and what went wrong if a file is not survived.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from pathlib import Path

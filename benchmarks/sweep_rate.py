@@ -5,8 +5,6 @@ machine (extra cluster). Compiled code must be there (run the study once before)
 processors meanwhile is printed too (Linux): only where that is little do two lines compare.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

@@ -8,8 +8,6 @@ Reads results/analytic.h5. Times are processor times of the integration alone, t
 step of the compiled constraint model at 1e-10, timed between the ways so that it shares the machine's mood.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import datetime

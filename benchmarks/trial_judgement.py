@@ -10,8 +10,6 @@ no remark names. The second table is of the clocks alone: the true error of the 
 error that is reported.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import pickle

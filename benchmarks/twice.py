@@ -4,8 +4,6 @@ Run: python -m benchmarks.twice [file for the hashes]. Ends with 1 and the names
 calls this; a run takes twice as long as `bipedstudy run-all` does from nothing.
 """
 
-from __future__ import annotations
-
 import hashlib
 import subprocess
 import sys

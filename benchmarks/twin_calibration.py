@@ -9,8 +9,6 @@ are held against their truth. The lower legs' inertia keeps the drawing's value:
 together. With --keep what is done stays, and a stopped command goes on.
 """
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import json

@@ -15,13 +15,10 @@ at a time, and for the ten designs in all numbers together, in the proportions i
 difference at which a multiplier of the stride passes one in magnitude, and that at which the gait is lost.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import math
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from itertools import islice
 
 import numpy as np
@@ -80,13 +77,13 @@ class Beside:
 def drawn(seed: int, like: Biped) -> Iterator[tuple[Biped, Biped]]:
     """Designs with legs alike and with legs that differ, without end."""
     generator = np.random.default_rng(seed)
-    names = [field.name for field in dataclasses.fields(Leg)]
+    names = [field.name for field in fields(Leg)]
     while True:
-        alike = dataclasses.replace(like, **{key: float(generator.uniform(*ends)) for key, ends in RANGES.items()})
+        alike = replace(like, **{key: float(generator.uniform(*ends)) for key, ends in RANGES.items()})
         off = dict(zip(names, generator.uniform(-1.0, 1.0, len(names)), strict=True))
         other = {f"other_{name}": getattr(alike, name) * (1.0 + DIFFERENCE * part) for name, part in off.items()}
         other["other_leg_length"] = alike.leg_length + LENGTH_DIFFERENCE * off["leg_length"]
-        yield alike, dataclasses.replace(alike, **other)
+        yield alike, replace(alike, **other)
 
 
 def beside_exudyn(biped: Biped, slope: Slope, contact: ContactLaw, constraint: ConstraintGait) -> Beside:
@@ -175,14 +172,14 @@ def limits(parameters: Parameters, designs: int, seed: int) -> Iterator[tuple[st
         for sign, word in ((1.0, "more"), (-1.0, "less")):
 
             def one(share: float, key: str = key, sign: float = sign) -> Biped:
-                return dataclasses.replace(own, **{f"other_{key}": getattr(own, key) * (1.0 + sign * share)})
+                return replace(own, **{f"other_{key}": getattr(own, key) * (1.0 + sign * share)})
 
             yield f"Table 1, {key}, {word}", "%", followed(one, slope, 1e-6, 0.9)
     for number, ((alike, unequal), _) in enumerate(islice(accepted(parameters, seed), designs), 1):
 
         def all_of(times: float, alike: Biped = alike, unequal: Biped = unequal) -> Biped:
-            names = [field.name for field in dataclasses.fields(Leg)]
-            return dataclasses.replace(alike, **{
+            names = [field.name for field in fields(Leg)]
+            return replace(alike, **{
                 f"other_{name}": getattr(alike, name) + times * (
                     unequal.number(f"other_{name}") - getattr(alike, name)) for name in names})
 

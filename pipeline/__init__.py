@@ -5,8 +5,6 @@ results. So what is kept of this program's own packages, and of a study's stages
 end, which Python itself passes over. Without the right one the source is compiled again.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from hashlib import sha256

@@ -3,8 +3,6 @@
 Nothing here imports a stage, so that a press of the key answers at once. Where there is no study nothing is offered.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable
 from functools import partial

@@ -1,7 +1,5 @@
 """What the pipeline says when it cannot do what was asked: sentences, an exit code, never a traceback."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """The graph of the study, read from dvc.yaml: the one register of stages, their inputs, parameters and outputs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath

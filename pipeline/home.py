@@ -20,8 +20,6 @@ numbers an error, unless its `run` says in `ONCE` why not. Where beginning anew 
 `again(parameters, inputs, result)`, which gives the closer result from the one that was found.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import sys

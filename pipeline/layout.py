@@ -3,8 +3,6 @@
 A word is never broken: a path, a key or an address that is longer than the line stands in a line of its own.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import shutil

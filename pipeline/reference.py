@@ -3,15 +3,12 @@
 `python -m pipeline.reference` writes it; a test holds the file against the code.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
-import typing
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import click
 
@@ -106,7 +103,7 @@ def _field(field: dataclasses.Field[Any], kind: Any) -> str:
 
 def _rows(field: dataclasses.Field[Any], kind: Any) -> type | None:
     """The class of a table's rows; None for what is no table, or a word beside which a row is allowed."""
-    kinds = [kind, *typing.get_args(kind)] if not field.metadata["choices"] else []
+    kinds = [kind, *get_args(kind)] if not field.metadata["choices"] else []
     return next((item for item in kinds if isinstance(item, type) and dataclasses.is_dataclass(item)), None)
 
 

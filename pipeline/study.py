@@ -1,7 +1,5 @@
 """A study on disk: its root with dvc.yaml, its parameters, its results, and the package of stages it runs."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

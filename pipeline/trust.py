@@ -6,8 +6,6 @@ or the system knows no owners, it is to the content: another content is requeste
 was installed from is trusted, whoever owns it, as its code runs already.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

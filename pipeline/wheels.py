@@ -5,8 +5,6 @@ x86_64 and aarch64, for macOS 11 on both kinds of Mac, and for Windows on x86_64
 more, for 3.15 on Windows alone). Needs Python alone.
 """
 
-from __future__ import annotations
-
 import platform
 import sys
 

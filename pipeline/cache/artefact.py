@@ -14,15 +14,12 @@ finds the same numbers to the last bit is another matter: on another processor i
 A field `files` (path -> content) is not stored here; the pipeline writes it beside the artefact.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import io
 import re
-import typing
 from collections.abc import Iterator, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import h5py
 import numpy as np
@@ -170,7 +167,7 @@ def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
             found = hdf5.read_fields(file[where], cls)
             kept = file[where].get(_FILES, {})
             files = {path: kept[path][()].tobytes() for path in hdf5.members_of(kept)}
-            return typing.cast(T, dataclasses.replace(found, files=files) if files else found)
+            return cast(T, dataclasses.replace(found, files=files) if files else found)
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
             raise StudyError(f"{name}: its fields do not fit this version of the study ({reason})") from None

@@ -4,8 +4,6 @@ What was last put into the results folder is current and always stays. An earlie
 another took its place. A study's file cache.yaml holds bounds after each run; without it all stay until `clean`.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import time

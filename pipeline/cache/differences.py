@@ -1,7 +1,5 @@
 """The numerical errors of a result: parameters that compute it more closely, and how far its numbers then are off."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 from typing import Any

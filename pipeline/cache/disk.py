@@ -5,8 +5,6 @@ are read, and large ones in blocks: a pipe never ends, a device has no size, and
 on disk. A lock of the system ends with the process that holds it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import hashlib

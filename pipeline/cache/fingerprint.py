@@ -4,8 +4,6 @@ The versions of packages are found without importing any of them. Nothing of tim
 processor decides last bits.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys

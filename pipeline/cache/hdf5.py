@@ -4,14 +4,11 @@ Names of dimensions and their scales are netCDF-4's. A field whose values have d
 a row lie together in a group with the row's number.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
-import typing
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, get_args, get_origin, get_type_hints
 
 import h5py
 import numpy as np
@@ -43,7 +40,7 @@ _Parts = dict[str, tuple[Mapping[str, Any], Any]]
 @cache
 def declared(cls: type) -> dict[str, tuple[Mapping[str, Any], Any]]:
     """Metadata and type of a dataclass's fields; those of `files` are not stored."""
-    hints = typing.get_type_hints(cls)
+    hints = get_type_hints(cls)
     return {field.name: (field.metadata, hints[field.name]) for field in dataclasses.fields(cls)
             if field.name != "files"}  # fmt: skip
 
@@ -327,24 +324,24 @@ def of_kind(value: Any, kind: Any) -> Any:
     if kind is np.ndarray:
         return np.array(value)
     plain = python(value)
-    if typing.get_origin(kind) is tuple:
-        return tuple(typing.get_args(kind)[0](part) for part in plain)
+    if get_origin(kind) is tuple:
+        return tuple(get_args(kind)[0](part) for part in plain)
     return kind(plain) if kind in (float, int, bool, str) else plain
 
 
 def row_class(kind: Any) -> Any:
     """The class of the rows, if the type is that of a table, a tuple of dataclasses; else None."""
-    arguments = typing.get_args(present(kind))
-    table = typing.get_origin(present(kind)) is tuple and arguments and hasattr(arguments[0], "__dataclass_fields__")
+    arguments = get_args(present(kind))
+    table = get_origin(present(kind)) is tuple and arguments and hasattr(arguments[0], "__dataclass_fields__")
     return arguments[0] if table else None
 
 
 def is_mapping(kind: Any) -> bool:
     """Whether a type is that of a mapping."""
-    return typing.get_origin(kind) in (dict, Mapping)
+    return get_origin(kind) in (dict, Mapping)
 
 
 def part_kind(kind: Any) -> Any:
     """The type of a mapping's values; `object` where it is not said."""
-    arguments = typing.get_args(present(kind))
+    arguments = get_args(present(kind))
     return arguments[1] if len(arguments) == 2 else object

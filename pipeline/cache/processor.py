@@ -9,8 +9,6 @@ are the same within rounding errors, not bit by bit. `words` says all of this, s
 differ.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import platform

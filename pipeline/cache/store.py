@@ -7,8 +7,6 @@ A seal shows damage, not forgery: whoever sends a results folder can write any m
 written and removed, whatever manifests and records say, and never through a link that leads out of the folder.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import hashlib

@@ -5,8 +5,6 @@ system's own and cannot be set, so an edit shows that keeps the text's time. Wha
 at may change again within the same tick of the clock, and is not relied upon.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

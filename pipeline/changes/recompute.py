@@ -4,8 +4,6 @@ Nothing of the results is believed but the parameters that they name: neither ca
 computed here, by the program and machine code of whoever asks, is held against every number and word of theirs.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import json

@@ -4,8 +4,6 @@ Beside them stands what results/proof.json says, a proof of the study's design. 
 was made or checked here is known by its digest, which is kept where the user's agreements are, not among the results.
 """
 
-from __future__ import annotations
-
 import functools
 import json
 from collections import Counter

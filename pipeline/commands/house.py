@@ -1,7 +1,5 @@
 """Housekeeping: `bipedstudy init` lays out a study, `doctor` looks at the machine, `clean` removes what is old."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import importlib

@@ -6,17 +6,14 @@ which nothing is asked, `parsed(text)`, and `level(value)`, the study's level th
 `verified(asked, result)` and `line(found)` show what a run reached.
 """
 
-from __future__ import annotations
-
 import contextlib
 import csv
-import dataclasses
 import functools
 import io
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -84,7 +81,7 @@ def requests(function: Command) -> Command:
     @functools.wraps(function)
     def with_requests(found: Study, verify: bool = False, **options: Any) -> Any:
         texts = {request.NAME: options.pop(request.NAME) for request in offered}
-        study = dataclasses.replace(found, requested=tuple((name, text) for name, text in texts.items() if text))
+        study = replace(found, requested=tuple((name, text) for name, text in texts.items() if text))
         if not verify:
             return function(study, **options)
         chosen = to_verify(study, options.get("stages") or tuple(study.graph.stages))
@@ -111,7 +108,7 @@ def cached(function: Command) -> Command:
         if cache is not None:
             hidden = cache.absolute() / ".cache"
             place = hidden if hidden.is_dir() else cache.absolute()
-            found = dataclasses.replace(found, cache=place)
+            found = replace(found, cache=place)
             if not any(place.glob(f"*/{MANIFEST}")):
                 click.echo(f"note: {shown(cache)} has no stored results: what is not in results is computed", err=True)
         return function(found, **options)

@@ -1,7 +1,5 @@
 """`bipedstudy run STAGE`, `run-all`, and `sweep SPEC.yaml`, one stage at many points: lock, plan, compute, report."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

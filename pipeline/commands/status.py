@@ -4,8 +4,6 @@ What is not current is said before a result is shown: the stages, what changed, 
 That ends no command: where it is not known, that is said.
 """
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """What a run says while it runs: one plain line for each stage, and on a terminal a live bar."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterable

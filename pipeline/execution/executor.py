@@ -5,8 +5,6 @@ code ends that stage and nothing else. Whatever ends the run, the results comput
 by whole-file renames.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import json

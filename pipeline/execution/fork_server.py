@@ -10,8 +10,6 @@ It computes nothing and starts no thread, as a forked process has none of its pa
 if some package starts threads when it is loaded, workers are started afresh from then on.
 """
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import json

@@ -8,8 +8,6 @@ None, and it says why, by name. A field
 stages that read these files too: what others made of them they made of those beside the result itself.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re

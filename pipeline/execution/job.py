@@ -9,11 +9,10 @@ a job runs no code that came with it.
 from __future__ import annotations
 
 import base64
-import dataclasses
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from pipeline.cache.fingerprint import Ingredients, attributes, entry_modules
@@ -76,7 +75,7 @@ class Job:
     def text(self) -> str:
         """The job as one line of JSON."""
         contents = {path: base64.b64encode(content).decode() for path, content in self.contents.items()}
-        return json.dumps({**dataclasses.asdict(self), "contents": contents})
+        return json.dumps({**asdict(self), "contents": contents})
 
     @classmethod
     def of(cls, text: str) -> Job:

@@ -11,8 +11,6 @@ while a stage runs, and a compiled file beside it can be older than an edit made
 reads the source itself and compiles that text, and checks afterwards that this is what the key says.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import importlib.abc

@@ -3,8 +3,6 @@
 The same files give the same bytes, and a stranger's package is unpacked within bounds.
 """
 
-from __future__ import annotations
-
 import contextlib
 import datetime
 import hashlib

@@ -4,8 +4,6 @@ Each run of a stage is a CreateAction: its instrument is the program, its object
 are files with digests. Where a result comes from is said in terms of W3C PROV too. Nothing here is of the clock.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ A stage's `Parameters` is a dataclass whose fields are parameter classes; each n
 may share a file. A key is known if a class of any stage declares it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ A table's entry is reached by its row: `--set fall.parts.2.mass=0.1` (rows count
 into the text of the files.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping, Sequence

@@ -13,17 +13,14 @@ An entry may say what its value is at each level of accuracy, the least accurate
 at all levels, as one does that is given with `--set`.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re
 import types
-import typing
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from decimal import Decimal
 from functools import cache
-from typing import Any
+from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 
 from pipeline.errors import nearest
 from pipeline.parameters.yaml_text import Node
@@ -100,7 +97,7 @@ def without(section: Any, keys: Collection[str]) -> Any:
 @cache
 def declared(cls: type) -> dict[str, tuple[dataclasses.Field[Any], Any]]:
     """Name -> (field, type) of a parameter dataclass; without what follows from parameters (`derived`)."""
-    hints = typing.get_type_hints(cls)
+    hints = get_type_hints(cls)
     fields = (field for field in dataclasses.fields(cls) if field.name not in derived(cls))
     return {field.name: (field, hints[field.name]) for field in fields}
 
@@ -145,12 +142,12 @@ def checked(node: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
         kind = (isinstance(node.value, dict) and _row_of(kind, node.value)) or present(kind)
     if kind is Any:
         return node.plain()
-    if typing.get_origin(kind) is Mapping:
+    if get_origin(kind) is Mapping:
         items = _of(node, dict, f"is not a table; allowed: {allowed(field)}")
-        return {name: _inner(item, field, typing.get_args(kind)[1], f": {name}") for name, item in items.items()}
-    if typing.get_origin(kind) is tuple:
+        return {name: _inner(item, field, get_args(kind)[1], f": {name}") for name, item in items.items()}
+    if get_origin(kind) is tuple:
         items = _of(node, list, "is not a list")
-        return tuple(_inner(item, field, typing.get_args(kind)[0], f"[{at}]") for at, item in enumerate(items))
+        return tuple(_inner(item, field, get_args(kind)[0], f"[{at}]") for at, item in enumerate(items))
     if hasattr(kind, "__dataclass_fields__"):
         return _row(node, kind)
     if kind is bool:
@@ -205,7 +202,7 @@ def shown(value: Any) -> str:
 
 def options_of(kind: Any) -> tuple[Any, ...]:
     """The types that a value may have: of `float | None` both."""
-    return typing.get_args(kind) if typing.get_origin(kind) in (typing.Union, types.UnionType) else (kind,)
+    return get_args(kind) if get_origin(kind) in (Union, types.UnionType) else (kind,)
 
 
 def present(kind: Any) -> Any:
@@ -215,8 +212,8 @@ def present(kind: Any) -> Any:
 
 def _row_of(kind: Any, keys: Iterable[str] = ()) -> Any:
     """The dataclass among several types that has most of the keys, or None."""
-    options = [option for option in typing.get_args(kind) if dataclasses.is_dataclass(option)]
-    fitting = [len({*keys} & {*declared(typing.cast(type, option))}) for option in options]
+    options = [option for option in get_args(kind) if dataclasses.is_dataclass(option)]
+    fitting = [len({*keys} & {*declared(cast(type, option))}) for option in options]
     return options[fitting.index(max(fitting))] if options else None
 
 

@@ -3,19 +3,15 @@
 A question declares name, help, options and the function that answers; it is known here by these attributes only.
 """
 
-from __future__ import annotations
-
-import functools
 import io
 import sys
-import typing
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import MISSING, Field
-from functools import cache
+from functools import cache, partial
 from inspect import cleandoc
 from pathlib import Path
-from typing import Any
+from typing import Any, get_origin
 
 import click
 
@@ -132,7 +128,7 @@ def _command(stage: str, question: Question) -> click.Command:
     return click.command(question.name, help=cleandoc(question.help), epilog=ending)(function)
 
 
-_note = functools.partial(click.echo, err=True)
+_note = partial(click.echo, err=True)
 
 
 def _give_no_answer(question: Question, form: options.Form, reason: str) -> None:
@@ -192,7 +188,7 @@ class Option:
         """The decorator that gives a command this option."""
         about, default, kind = self.field.metadata, self.field.default, self.kind
         if about["positional"]:
-            named = kind is Path or typing.get_origin(kind) is Mapping or about["metavar"] == "FILE"
+            named = kind is Path or get_origin(kind) is Mapping or about["metavar"] == "FILE"
             complete = completion.files if named else completion.for_option(about)
             return click.argument(self.name, required=default is MISSING, shell_complete=complete,
                                   nargs=-1 if self.repeated else 1)  # fmt: skip
@@ -208,7 +204,7 @@ class Option:
             self.name,
             **fallback,
             type=_PATH if kind is Path else str,
-            shell_complete=completion.files if typing.get_origin(kind) is Mapping else completion.for_option(about),
+            shell_complete=completion.files if get_origin(kind) is Mapping else completion.for_option(about),
             required=default is MISSING,
             multiple=self.repeated,
             show_default=given,
@@ -222,7 +218,7 @@ class Option:
             return text
         if self.field.metadata["read"]:
             return self.field.metadata["read"](text, self.flag)
-        if typing.get_origin(self.kind) is Mapping:
+        if get_origin(self.kind) is Mapping:
             node = yaml_text.read(Path(text), shown(Path(text)))
             if not isinstance(node.value, dict):
                 raise StudyError(f"{shown(Path(text))}: expected lines of the form key: value")
@@ -232,7 +228,7 @@ class Option:
 
     def taken(self, given: Any) -> Any:
         """The value of what Python gives: a text as it is typed, a number, a mapping, or words. Raises as `value`."""
-        if typing.get_origin(self.kind) is Mapping and isinstance(given, Mapping):
+        if get_origin(self.kind) is Mapping and isinstance(given, Mapping):
             return Described(Node.of(dict(given)), self.name)
         if self.kind is Path and given is not None:
             return Path(given)

@@ -1,7 +1,5 @@
 """`bipedstudy figures`: what is drawn, figures drawn from the artefacts as they lie there, folders of them compared."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import io

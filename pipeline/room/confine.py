@@ -9,8 +9,6 @@ stages' parameters and results itself. Here is also the one list of what every p
 confined processes may read, and what a stage may without its being an input.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import mimetypes

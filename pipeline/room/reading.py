@@ -6,8 +6,6 @@ it is begun afresh. Processor time, memory, and what is unpacked have limits, wh
 What an HDF5 file says of itself is looked at before anything in it is read: its size, and whether all of it is there.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

@@ -3,8 +3,6 @@
 The others are brought up to date once, like for `bipedstudy run`, and their results are handed to every worker.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import os

@@ -5,8 +5,6 @@ dask worker that dies costs its chunks, which dask gives to another. What dask c
 of the function `work`, none of this program's objects. At the end stand the options that request a cluster.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import json

@@ -6,8 +6,6 @@ killed loses what was on its way and nothing else. A line that was torn or edite
 written.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

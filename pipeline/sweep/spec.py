@@ -4,13 +4,10 @@ The same spec gives the same points. A varied parameter is a map from a share be
 unit, bound and choices, as stages declare parameters.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, field
 from functools import cached_property
 from pathlib import Path
 from statistics import NormalDist
@@ -51,11 +48,11 @@ _ANY = Between()
 
 def entry(
     description: str, *, unit: str = "1", bound: Between | str = _ANY, choices: tuple[str, ...] = (),
-    default: Any = dataclasses.MISSING,
+    default: Any = MISSING,
 ) -> Any:  # fmt: skip
     """A field of a dataclass that is read from a file. `bound` limits a number, or says in words what is allowed."""
     metadata = {"unit": unit, "description": description, "bound": bound, "choices": choices}
-    return dataclasses.field(metadata=metadata, default=default)
+    return field(metadata=metadata, default=default)
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,15 @@ is a row, in the order of the spec, also those without a result: their outputs a
 says why. On one kind of processor the same sweep gives the same bytes.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import json
 import time
-import typing
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import h5py
 import numpy as np
@@ -100,7 +97,7 @@ def about(cls: type, column: str) -> Mapping[str, str]:
     """Unit, symbol and description of a column of a result class; empty where it has none."""
     first, _, rest = column.partition(".")
     said, kind = hdf5.declared(cls).get(first, ({}, None))
-    inner = next((each for each in (kind, *typing.get_args(kind)) if dataclasses.is_dataclass(each)), None)
+    inner = next((each for each in (kind, *get_args(kind)) if dataclasses.is_dataclass(each)), None)
     if rest and isinstance(inner, type):
         return about(inner, rest)
     return {key: str(said[key]) for key in ("unit", "symbol", "description") if said.get(key)}

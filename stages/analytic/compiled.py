@@ -1,15 +1,12 @@
 """How this package's functions are compiled, and chosen by the kind of walker; the machine code is kept on disk."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numba
 import numpy as np
-from numba import carray, types  # type: ignore[attr-defined]
+from numba import carray, typeof, types  # type: ignore[attr-defined]
 from numba.extending import intrinsic, models, register_model, typeof_impl
 
 from stages.biped import quantity
@@ -25,7 +22,7 @@ Jacobians = tuple[Numbers, Numbers, Numbers]
 
 F = TypeVar("F", bound=Callable[..., Any])
 #: Numba's own annotations are partly missing.
-type_of: Any = numba.typeof
+type_of: Any = typeof
 FOLDER = Path(__file__).parent
 #: What is worth saying while nothing is compiled yet.
 COMPILING = "compiling the equations of motion: some 30 s, once after an install or an edit"

@@ -1,7 +1,5 @@
 """What the analytic stage needs to know."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from typing import ClassVar

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,7 +61,7 @@ class Uncertainty:
     def of_a_step(self, steps: int) -> Uncertainty:
         """What this, of a multiplier's magnitude over so many steps, is of one step's, to first order."""
         change = self.value ** (1.0 / steps - 1.0) / steps
-        return dataclasses.replace(
+        return replace(
             self, value=self.value ** (1.0 / steps), worst=change * self.worst, independent=change * self.independent,
             decisive_part=change * self.decisive_part, slope_least=self.slope_least ** (1.0 / steps),
             slope_most=self.slope_most ** (1.0 / steps))

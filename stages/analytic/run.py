@@ -3,8 +3,6 @@
 Inputs: none. Settings: params/analytic.yaml, the rubber of twin.yaml. Output: `Result`, eqs. (1)-(8) of the paper.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

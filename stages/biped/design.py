@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import MISSING, asdict, dataclass, fields, replace
 from typing import ClassVar
 
 from stages.biped.quantity import Bound, Broken, broken, parameter
@@ -139,7 +138,7 @@ class Biped:
 
     def leg(self, index: int) -> Leg:
         """The numbers of leg 0, the first, or of leg 1, the other."""
-        names = [field.name for field in dataclasses.fields(Leg)]
+        names = [field.name for field in fields(Leg)]
         first = {name: getattr(self, name) for name in names}
         if index == 0:
             return Leg(**first)
@@ -159,8 +158,8 @@ class Biped:
     def details(self) -> tuple[str, ...]:
         """The keys of a detailed design that are given a value other than "not there", in the file's order."""
         return tuple(
-            field.name for field in dataclasses.fields(self)
-            if field.default is not dataclasses.MISSING and getattr(self, field.name) != field.default)
+            field.name for field in fields(self)
+            if field.default is not MISSING and getattr(self, field.name) != field.default)
 
     @property
     def detailed(self) -> bool:
@@ -177,10 +176,10 @@ class Biped:
         """The same machine with its legs exchanged: the other leg is called the first."""
         if self.alike:
             return self
-        first, other = dataclasses.asdict(self.leg(0)), dataclasses.asdict(self.leg(1))
+        first, other = asdict(self.leg(0)), asdict(self.leg(1))
         others = {f"other_{name}": value for name, value in first.items()
                   if getattr(self, f"other_{name}") is not None}  # fmt: skip
-        return dataclasses.replace(self, **other, **others, hip_rest_angle=-self.hip_rest_angle)
+        return replace(self, **other, **others, hip_rest_angle=-self.hip_rest_angle)
 
     @property
     def weighed_hip(self) -> float:
@@ -206,13 +205,13 @@ class Biped:
         """The design without its details, of two legs that have the numbers of one."""
         leg = vars(self.leg(index))
         return Biped(**{
-            field.name: leg.get(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)
+            field.name: leg.get(field.name, getattr(self, field.name)) for field in fields(self)
             if field.name not in DETAILS})  # fmt: skip
 
     def broken_rules(self) -> Iterator[Broken]:
         """Rules between the values: the foot and the mass lie below the hip; compliant legs carry mass everywhere."""
         yield from leg_rules(self.leg(0), "")
-        given = [field.name for field in dataclasses.fields(Leg) if getattr(self, f"other_{field.name}") is not None]
+        given = [field.name for field in fields(Leg) if getattr(self, f"other_{field.name}") is not None]
         if given:
             yield from leg_rules(self.leg(1), "other_", given)
         frames, timed = self.leg(0).frame_mass + self.leg(1).frame_mass, self.strike_time is not None
@@ -236,7 +235,7 @@ class Biped:
 
 
 #: The keys that a detailed design may add.
-DETAILS = frozenset(field.name for field in dataclasses.fields(Biped) if field.default is not dataclasses.MISSING)
+DETAILS = frozenset(field.name for field in fields(Biped) if field.default is not MISSING)
 
 
 #: The models of a detailed design, as a refusal names them.

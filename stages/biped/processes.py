@@ -1,7 +1,5 @@
 """Independent calls of one function, spread over a process for each core, and how far a stage has come."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence

@@ -4,8 +4,6 @@ Parameters and results are frozen dataclasses. Their fields are declared with `p
 and everything that shows a number (error messages, HDF5 attributes, axis labels, tables) reads it from here.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass

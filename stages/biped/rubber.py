@@ -1,10 +1,7 @@
 """A layer of rubber under the feet: it lengthens the legs, widens the feet, and weighs something."""
 
-from __future__ import annotations
-
-import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple
 
 from stages.biped.design import Biped, Leg
@@ -65,7 +62,7 @@ def soled(biped: Biped, rubber: Rubber, thickness: float, mass: float) -> Biped:
     """
     first, other = (soled_leg(biped.leg(index), rubber, thickness, mass) for index in (0, 1))
     others = {f"other_{key}": value for key, value in other.items()} if biped.leg(0) != biped.leg(1) else {}
-    return dataclasses.replace(biped, **first, **others)
+    return replace(biped, **first, **others)
 
 
 def soled_leg(leg: Leg, rubber: Rubber, thickness: float, mass: float) -> dict[str, Any]:

@@ -3,8 +3,6 @@
 A periodic gait is named as the command line prints it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

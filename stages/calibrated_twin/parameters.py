@@ -1,7 +1,5 @@
 """What the calibrated twin depends on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stages.calibration.parameters import Parameters as CalibrationParameters

@@ -1,11 +1,8 @@
 """The Exudyn twin as a robot whose numbers and start are given: what its sensors would show of a run."""
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,7 +55,7 @@ class TwinRobot:
             raise StepFailed("the twin begins on the leg with the sensors")
         value = dict(zip(self.layout.names, unknowns, strict=True))
         record = self.walk(design, unknowns, len(like.strikes))
-        twin = dataclasses.replace(self.twin, signals=(IMU_IN_SPACE,))
+        twin = replace(self.twin, signals=(IMU_IN_SPACE,))
         sensed = sample(record, uniform_times(float(record.time[-1]), self.rate_hz), twin)
         began = value["mid_stance"]
         strikes = np.concatenate([[0.0], began + sensed.walk.heel_strike_time])
@@ -75,7 +72,7 @@ class TwinRobot:
             samples[side] = as_sensed(true, value, side)
             used[side] = usable(like.sampling.of(side), strikes, began + self.settings.settling_s,
                                 self.settings.before_strike_s, self.settings.after_strike_s)
-        return dataclasses.replace(like, samples=samples, used=used, strikes=strikes[: len(like.strikes)])
+        return replace(like, samples=samples, used=used, strikes=strikes[: len(like.strikes)])
 
     def walk(self, design: DesignPoint, unknowns: Vector, steps: int) -> Record:
         """The twin's walk from the mid-stance that `unknowns` begin with. Raises StepFailed."""
@@ -89,7 +86,7 @@ class TwinRobot:
             swing_angle=value["start_psi"], swing_length=biped.leg_lengths[1] + stretches[1],
             stance_rate=value["start_theta_rate"], stance_length_rate=rates[0],
             swing_rate=value["start_psi_rate"], swing_length_rate=rates[1])  # fmt: skip
-        machine = dataclasses.replace(with_numbers_of(self.machine, biped), drawn_lengths=biped.leg_lengths)
+        machine = replace(with_numbers_of(self.machine, biped), drawn_lengths=biped.leg_lengths)
         pressed = (biped.total_mass * design.slope.gravity if rigid else
                    -first.stiffness * stretches[0] - first.damping * rates[0])  # fmt: skip
         start = rolling_start(machine, self.contact, begin, pressed)
@@ -107,4 +104,4 @@ class TwinRobot:
         start = layout_of(walker, point.z, FINE, priors).middle
         record = self.walk(design, start, steps)
         times = uniform_times(float(record.time[-1]), self.twin.sampling_rate_hz)
-        return sample(record, times, dataclasses.replace(self.twin, signals=(IMU,))).walk
+        return sample(record, times, replace(self.twin, signals=(IMU,))).walk

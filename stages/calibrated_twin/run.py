@@ -6,7 +6,6 @@ end. Settings: params/calibration.yaml and what the twin needs. Output: `Result`
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -225,7 +224,7 @@ class Fitted:
 
 def design_of(drawn: DesignPoint, names: Sequence[str], values: Vector) -> DesignPoint:
     """The robot with legs alike on the nominal ramp."""
-    biped = dataclasses.replace(drawn.biped, other_leg_length=None)
+    biped = replace(drawn.biped, other_leg_length=None)
     return DesignPoint(biped, drawn.slope).with_values(dict(zip(names, values.tolist(), strict=True)))
 
 

@@ -1,7 +1,5 @@
 """Blind campaigns fitted and held against their truth: which intervals hold it, and how wide they are."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

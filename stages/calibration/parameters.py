@@ -1,7 +1,5 @@
 """What the calibration needs to know."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What a fit begins with: the robot as drawn, and runs of a database, from an early mid-stance to the last strike."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import tempfile

@@ -1,7 +1,5 @@
 """What the calibration hands on."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

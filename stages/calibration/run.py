@@ -5,13 +5,10 @@ for the truth once all is fitted. Robots are fitted from what the databases hold
 nothing else. Settings: params/calibration.yaml, the sensors of params/campaign.yaml. Output: `Result`.
 """
 
-from __future__ import annotations
-
 import contextlib
-import dataclasses
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -231,7 +228,7 @@ def _judged(
     fits = [fit for fit in found if isinstance(fit, FittedRun)]
     for place, fit in enumerate(fits):
         if fit.name in truths:
-            fits[place] = dataclasses.replace(fit, truth=_true(truths[fit.name].robot, names))
+            fits[place] = replace(fit, truth=_true(truths[fit.name].robot, names))
     return tuple(fits)
 
 

@@ -1,7 +1,5 @@
 """The truth behind the synthetic measurements: for scoring the ingest, never for the ingest."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,11 +1,8 @@
 """The synthetic measurement campaign: walks of the twin through a sensor model into a database. Nothing is measured."""
 
-from __future__ import annotations
-
-import dataclasses
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -72,7 +69,7 @@ def spike(share: float, state: StanceState, normal_force: float, parameters: Par
     """Peaks and time above range of a short walk on one member of the family, begun at the same mid-stance."""
     law = family_member(parameters.contact, share)
     settings = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
-    settings = dataclasses.replace(settings, signals=(IMU,))
+    settings = replace(settings, signals=(IMU,))
     machine = build(parameters.biped, settings)
     start = rolling_start(machine, law, state, normal_force)
     record = simulate_twin(machine, parameters.slope, law, start, settings, steps=STRIKES)
@@ -149,10 +146,10 @@ def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
     hold these runs alone, for who fits them.
     """
     if not result.runs:
-        return dataclasses.replace(result, files={})
+        return replace(result, files={})
     usual, bare = min(FEW, len(result.runs)), min(1, len(result.bare))
     truths, spikes, files = made(parameters, inputs, usual, bare, SHARES[-1:])
-    return dataclasses.replace(
+    return replace(
         result, runs=(*truths[:usual], *result.runs[usual:]), bare=(*truths[usual:], *result.bare[bare:]),
         spikes=(*result.spikes[:-1], *spikes), files=files)
 

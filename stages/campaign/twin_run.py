@@ -5,10 +5,7 @@ legs together, then rocked back and pushed by hand. The inner leg, which carries
 and rolls. Its angle follows a quintic from rest to the angle, rate and acceleration with which the walk begins.
 """
 
-from __future__ import annotations
-
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BPoly
@@ -45,7 +42,7 @@ class Variation:
 
     def start(self, state: StanceState) -> StanceState:
         """The state in which the hand lets go."""
-        return dataclasses.replace(
+        return replace(
             state, stance_rate=state.stance_rate * self.stance_push, swing_rate=state.swing_rate * self.swing_push
         )
 
@@ -199,8 +196,8 @@ def walk_twin(
     for attempt in range(MOST_ATTEMPTS):
         variation = draw_variation(settings, parameters.slope, generator(settings.seed, number, attempt))
         if bare:
-            variation = dataclasses.replace(variation, build=dataclasses.replace(variation.build, outsole=0.0))
-        slope = dataclasses.replace(parameters.slope, slope_deg=variation.slope_deg)
+            variation = replace(variation, build=replace(variation.build, outsole=0.0))
+        slope = replace(parameters.slope, slope_deg=variation.slope_deg)
         signals = _signals(variation, slope, state, normal_force, parameters)
         if signals is not None:
             hip, foot = _with_stand(signals, variation, slope, parameters)
@@ -229,7 +226,7 @@ def _signals(
 ) -> Signals | None:
     """The twin's walk on a fine grid, or None if it did not reach the end."""
     twin = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
-    twin = dataclasses.replace(twin, signals=(IMU_IN_SPACE,))
+    twin = replace(twin, signals=(IMU_IN_SPACE,))
     machine = build(parameters.biped, twin, variation.build)
     start = rolling_start(machine, parameters.contact, variation.start(state), normal_force)
     record = simulate_twin(machine, slope, parameters.contact, start, twin, steps=parameters.runs.steps)

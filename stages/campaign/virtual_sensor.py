@@ -5,8 +5,6 @@ noise, clipping at full scale, rounding to counts. The readings go out in packet
 lost, and are stamped.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

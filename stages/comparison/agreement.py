@@ -1,7 +1,5 @@
 """How far the models agree: the constraint model with Exudyn's (figure 8), the simple model with the twin."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -9,8 +9,6 @@ The constraint model has exact derivatives. The models of Exudyn have none; thei
 constraint model's, so they are given its elasticities: the same share of their own numbers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

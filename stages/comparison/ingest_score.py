@@ -1,7 +1,5 @@
 """How well the ingest reads the synthetic campaign, leg by leg too. Its truth is known: the method is tested."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """How far measurements agree with the twin and the simple model: signals, frequency, leg, hip path."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Settings of the comparison."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stages.analytic.parameters import Rounded

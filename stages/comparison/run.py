@@ -4,8 +4,6 @@ Inputs: the results of the models, of their studies and of the ingest. Settings:
 `Result`, claims.yaml.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """The results that both the comparison and the figures are made from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

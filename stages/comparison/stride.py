@@ -1,7 +1,5 @@
 """Strides of a simulated walk, stretched to a common phase so that walks of different period can be compared."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TypeVar
 

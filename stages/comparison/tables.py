@@ -1,7 +1,5 @@
 """Tables of results of one class side by side: a row for each field, in the units that a reader expects."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

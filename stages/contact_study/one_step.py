@@ -5,11 +5,8 @@ tends to as its contact hardens: the same friction, no depth, no creep. What set
 therefore what no contact parameter can remove.
 """
 
-from __future__ import annotations
-
-import dataclasses
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
@@ -134,7 +131,7 @@ class Scene:
 
 def take_step(scene: Scene, law: ContactLaw, signals: Collection[str] = SIGNALS) -> Run:
     """Walk for one step period; the standing foot starts at its static penetration."""
-    solver = scene.solver if GROUND_REACTION in signals else dataclasses.replace(scene.solver, between=0)
+    solver = scene.solver if GROUND_REACTION in signals else replace(scene.solver, between=0)
     return scene.upright.walk(law, solver, duration=scene.period, signals=signals)
 
 
@@ -145,7 +142,7 @@ def cost(scene: Scene, law: ContactLaw, walked: Run | None = None) -> int:
     """
     if walked is not None and scene.solver.tolerance == scene.cost_tolerance:
         return walked.evaluations
-    coarse = dataclasses.replace(scene, solver=dataclasses.replace(scene.solver, tolerance=scene.cost_tolerance))
+    coarse = replace(scene, solver=replace(scene.solver, tolerance=scene.cost_tolerance))
     return take_step(coarse, law, signals=()).evaluations
 
 

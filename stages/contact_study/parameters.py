@@ -1,7 +1,5 @@
 """Settings of the contact study."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar

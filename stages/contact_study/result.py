@@ -1,7 +1,5 @@
 """What the contact study hands on: steps against the constraint model, distances from the rigid limit, friction."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

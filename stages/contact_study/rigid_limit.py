@@ -14,8 +14,6 @@ order); the rest is what the two leave. The parts add up to the difference, and 
 never less than the difference itself.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

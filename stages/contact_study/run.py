@@ -5,8 +5,6 @@ friction coefficients, and the set it holds, to say whether that is the choice. 
 that of the contact sets.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Iterator, Sequence

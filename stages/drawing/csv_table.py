@@ -1,7 +1,5 @@
 """Tables as CSV, as people open them in a spreadsheet."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import io

@@ -4,8 +4,6 @@ A figure has beside it the numbers behind it, every curve, set of points and map
 into pieces that a phone shows one below the other; a box is left, top, right, bottom.
 """
 
-from __future__ import annotations
-
 import io
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Settings of the error budget."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The path from the constraint model to the penalty model, one effect at a time, over one step and between cycles."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Collection
 

@@ -4,8 +4,6 @@ Inputs: none; both models are walked here, on a path from one to the other on wh
 Settings: params/error_budget.yaml, the contact set of ground.yaml. Output: `Result`.
 """
 
-from __future__ import annotations
-
 from stages.analytic.errors import NoGait, StepFailed
 from stages.biped.design import require_alike, require_own_strikes
 from stages.biped.processes import Progress, ignore

@@ -3,8 +3,6 @@
 And what a gait says of itself: its derivatives by the parameters, and the estimate of its error.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from contextlib import suppress
 from functools import lru_cache

@@ -5,9 +5,8 @@ Here stand the words of the map too: which engines it tries, and what their answ
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 from stages.analytic.parameters import Settings as AnalyticSettings
@@ -76,14 +75,14 @@ class Parameters(OnGround):
 
         Raises KeyError for a name no section has.
         """
-        sections = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        sections = {field.name: getattr(self, field.name) for field in fields(self)}
         for name, value in changes:
             file, _, key = name.partition(".")
             owners = [field for field, section in sections.items() if file == section.FILE and hasattr(section, key)]
             if not owners:
                 raise KeyError(name)
             for owner in owners:
-                sections[owner] = dataclasses.replace(sections[owner], **{key: value})
+                sections[owner] = replace(sections[owner], **{key: value})
         return Parameters(**sections)
 
     def refusal(self, names: tuple[str, ...]) -> str:

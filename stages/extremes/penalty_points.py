@@ -1,7 +1,5 @@
 """The penalty models at a point: one step from the constraint model's mid-stance, beside a reference run of it."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from functools import lru_cache, partial

@@ -4,10 +4,7 @@ Designs with frames, legs that differ, and springs, friction or a counterweight 
 to matter to too large to walk.
 """
 
-from __future__ import annotations
-
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -40,7 +37,7 @@ MASS_RATIO, SIZE, LEG_LENGTH, FRICTION = "hip to foot mass", "size, similar", "l
 RIGID_LEGS, RESTITUTION, COUNTERWEIGHT = "slope_deg, rigid legs", "ground.restitution", "counterweight"
 SEED = 7
 #: Units of the biped's numbers.
-UNITS = {field.name: str(field.metadata["unit"]) for field in dataclasses.fields(Biped) if "unit" in field.metadata}
+UNITS = {field.name: str(field.metadata["unit"]) for field in fields(Biped) if "unit" in field.metadata}
 #: Powers of size by which what has a unit grows in designs that walk alike, of the same material.
 OF_SIZE = {"m": 1.0, "kg": 3.0, "N/m": 2.0, "N s/m": 2.5, "kg m^2": 5.0, "N m/rad": 4.0, "N m s/rad": 4.5, "N m": 4.0,
            "rad": 0.0, "s": 0.5}

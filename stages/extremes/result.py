@@ -3,8 +3,6 @@
 An answer is right, inaccurate, refused, failed, unconfirmed, or wrong without a sign.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections import Counter

@@ -3,8 +3,6 @@
 Inputs: none. Settings: params/extremes.yaml. Output: `Result`, a row a point.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Sequence
 
 from stages.analytic.errors import NoGait

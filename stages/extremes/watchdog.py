@@ -1,7 +1,5 @@
 """Computes points in processes of their own, so that one that dies or never returns costs that point alone."""
 
-from __future__ import annotations
-
 import contextlib
 import time
 from collections.abc import Callable, Sequence

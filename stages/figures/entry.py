@@ -1,7 +1,5 @@
 """What a figure is, and what it is drawn from."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -3,8 +3,6 @@
 Numbers of the gait are the constraint model's, corrected by what it is known to miss of the twin, as `ask` gives them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

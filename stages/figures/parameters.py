@@ -1,7 +1,5 @@
 """What the figures show beside results, and how pictures are made."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stages.biped.quantity import Bound, parameter

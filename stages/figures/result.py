@@ -1,7 +1,5 @@
 """What the drawing hands on: captions, pictures, and the animation."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stages.biped.quantity import quantity

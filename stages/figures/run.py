@@ -4,8 +4,6 @@ Inputs: the results of the stages they show. Settings: params/comparison.yaml. O
 captions.yaml.
 """
 
-from __future__ import annotations
-
 import traceback
 from collections.abc import Mapping
 from pathlib import Path

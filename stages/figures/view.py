@@ -1,7 +1,5 @@
 """The twin from its bill of parts: its bodies as triangles, its poses in a walk, a camera, and how that is painted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache

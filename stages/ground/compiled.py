@@ -4,8 +4,6 @@ A compiled function that calls `law.force` or `law.coefficient` is compiled for 
 calls that law's own method: there is no number or name of a law that could be mistaken for another.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

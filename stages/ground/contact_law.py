@@ -16,9 +16,8 @@ in the law itself; it then flies for a time that no share shortens, and nothing 
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from stages.biped.accuracy.scales import Following, Scales, similar
@@ -87,7 +86,7 @@ class ContactLaw:
 
     def shared_by(self, feet: int) -> ContactLaw:
         """The law of one of `feet` equal feet that stand side by side and together act as this law."""
-        return dataclasses.replace(
+        return replace(
             self,
             contact_stiffness=self.contact_stiffness / feet,
             contact_damping=self.contact_damping / feet,
@@ -103,7 +102,7 @@ class OnGround(OnSlope):
 
 def with_impact(law: ContactLaw, share: float) -> ContactLaw:
     """The law with the part `share` of what its finite stiffness does."""
-    return dataclasses.replace(
+    return replace(
         law,
         contact_stiffness=law.contact_stiffness * share**-law.contact_exponent,
         contact_damping=law.contact_damping / share,
@@ -114,7 +113,7 @@ def with_impact(law: ContactLaw, share: float) -> ContactLaw:
 
 def with_creep(law: ContactLaw, share: float) -> ContactLaw:
     """The law with the part `share` of its creep."""
-    return dataclasses.replace(
+    return replace(
         law, stiction_velocity=law.stiction_velocity * share, friction_velocity=law.friction_velocity * share
     )
 
@@ -160,7 +159,7 @@ class DefaultSet:
 
     def law(self, contact: ContactLaw) -> ContactLaw:
         """The default set with the laws and the friction coefficients of `contact`."""
-        return dataclasses.replace(
+        return replace(
             contact,
             contact_stiffness=self.default_stiffness,
             contact_exponent=self.default_exponent,

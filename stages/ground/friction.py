@@ -9,8 +9,6 @@ foot creeps, with a cubic from no friction at rest to the law's coefficient. So 
 whatever the law. With stepping blocks each leg has its own lane of them; its foot swings through the gaps in it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Settings of the ingest, and what a sensor's low pass delays."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -84,7 +83,7 @@ class SensorReport(FrameFit, ClockFit, RowCounts):
     def of(cls, *found: RowCounts | ClockFit | FrameFit, **own: Any) -> SensorReport:
         """From what was found of the recording's rows, clock and frame, and the report's own fields by name."""
         said = {field.name: getattr(one, field.name) for part in cls.__bases__ for one in found if isinstance(one, part)
-                for field in dataclasses.fields(part)}  # fmt: skip
+                for field in fields(part)}  # fmt: skip
         return cls(**said, **own)
 
 
@@ -123,7 +122,7 @@ class Evidence:
 
     def at(self, place: str) -> dict[str, float]:
         """The numbers of one place, by their names without it."""
-        own = dataclasses.asdict(self)
+        own = asdict(self)
         return {name.removeprefix(f"{place}_"): one for name, one in own.items() if name.startswith(f"{place}_")}
 
 

@@ -3,12 +3,9 @@
 Knows nothing of where the measurements come from, synthetic or not: it reads the database, read-only, and its settings.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -102,7 +99,7 @@ def run_of(trial: Trial) -> Run:
         heel_strike_time=trial.strikes.time - start,
         heel_strike_leg=trial.strikes.leg,
         strides=trial.strides,
-        leg=dataclasses.replace(
+        leg=replace(
             trial.leg,
             time=trial.leg.time - start,
             stance_start=trial.leg.stance_start - start,

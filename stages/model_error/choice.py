@@ -9,10 +9,9 @@ design of the block that has one.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -85,7 +84,7 @@ class Ladder:
         self, parameters: Parameters, learnt: Learnt, progress: Progress = ignore, near: Mapping[str, Vector] = NOTHING
     ) -> None:
         self.parameters, self.learnt, self.progress = parameters, learnt, progress
-        self.design = dataclasses.replace(design_of(parameters), near=near)
+        self.design = replace(design_of(parameters), near=near)
         self.numbers = numbers(self.design)
         self.walked: dict[tuple[int, float], Found | NoRung] = {}
 

@@ -4,8 +4,6 @@ A robot of another length, mass or time scale with the same numbers has the same
 misses, as a share of a measure, is therefore a function of these numbers.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any, TypeVar

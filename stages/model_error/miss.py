@@ -5,8 +5,6 @@ walker's gaits are many; the twin's few, and near it. So a rung's miss is that o
 regression over all drawn designs, and on top of it what the twin's draws leave of the penalty walker.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from stages.analytic.parameters import DesignDigits, Rounded, SlopeDigits
@@ -44,5 +43,5 @@ class Parameters(Rounded, OnGround):
 
     def with_exact(self, biped: Biped, slope: Slope) -> Parameters:
         """These of another biped and slope, whose numbers are exact."""
-        return dataclasses.replace(self, biped=biped, slope=slope, design_digits=DesignDigits(),
+        return replace(self, biped=biped, slope=slope, design_digits=DesignDigits(),
                                    slope_digits=SlopeDigits())  # fmt: skip

@@ -1,7 +1,5 @@
 """What the model error stage hands on: measures of the gaits of drawn designs by every rung."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from statistics import NormalDist
 

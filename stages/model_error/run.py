@@ -4,8 +4,6 @@ Inputs: none. Settings: params/model_error.yaml. Output: `Result`, the measures 
 follows from these (`stages.model_error.miss`).
 """
 
-from __future__ import annotations
-
 import dataclasses
 import warnings
 from collections.abc import Sequence

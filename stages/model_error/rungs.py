@@ -5,13 +5,10 @@ parts makes of it: the constraint model and the compiled penalty walker as it pr
 space.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -183,7 +180,7 @@ def constrained(walker: Walker, point: FixedPoint, tolerance: float) -> Found:
 def by_penalty(design: Design, tolerance: float) -> Found:
     """The penalty walker of the twin's machine; its second search starts at the first's gait."""
     stepper, cycle = design.penalty(tolerance)
-    looser = dataclasses.replace(stepper.settings, tolerance=LOOSER * tolerance)
+    looser = replace(stepper.settings, tolerance=LOOSER * tolerance)
     other = PenaltyStepper(design.projected, design.slope, design.contact, stepper.start, looser)
 
     def measured(walker: PenaltyStepper) -> np.ndarray:
@@ -210,7 +207,7 @@ def by_twin(design: Design, tolerance: float) -> Found:
     scales, side = (section_scales(design.biped, design.slope, each) for each in (UNITS, SIDE_UNITS))
 
     def search(one: float) -> Search:
-        settings = dataclasses.replace(design.twin, tolerance=one)
+        settings = replace(design.twin, tolerance=one)
         take = step_map(design.machine, design.slope, design.contact, settings)
         return Search(take, (scales, side), one, ALONG)
 

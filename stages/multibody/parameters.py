@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stages.biped.accuracy.estimate import finer_explicit
 from stages.biped.accuracy.tolerances import CLOSER, Accuracy, PenaltyTolerance, accuracy
@@ -80,7 +79,7 @@ class Settings(PenaltyTolerance):
         share = max(by**0.5, 1e-7 / self.impact_step)
         if share >= 1.0:
             return None
-        return dataclasses.replace(self, rolling_step=self.rolling_step * share, impact_step=self.impact_step * share)
+        return replace(self, rolling_step=self.rolling_step * share, impact_step=self.impact_step * share)
 
     def broken_rules(self) -> Iterator[Broken]:
         """The fine step is not coarser than the coarse one; a signal is named once."""
@@ -99,7 +98,7 @@ class Parameters(OnGround):
 
     def at(self, tolerance: float) -> Parameters:
         """The same at another tolerance of the solver."""
-        return dataclasses.replace(self, settings=dataclasses.replace(self.settings, tolerance=tolerance))
+        return replace(self, settings=replace(self.settings, tolerance=tolerance))
 
     def broken_rules(self) -> Iterator[Broken]:
         """Bodies and joints have no frames on rigid legs."""

@@ -1,7 +1,5 @@
 """What the multibody stage hands on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

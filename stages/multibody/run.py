@@ -1,7 +1,5 @@
 """The multibody stage: an independent model of the biped in Exudyn, walking from the analytic gait's mid-stance."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import replace
 

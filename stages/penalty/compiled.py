@@ -3,8 +3,6 @@
 What the engine does for a penalty walker is compiled from the engine's own functions, and kept here.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -6,11 +6,8 @@ all as variations. Multipliers are had as those of the constraint model are, see
 `stages.analytic.derivatives.multipliers`: the matrix is exact, and so is the tangent along which it is differenced.
 """
 
-from __future__ import annotations
-
-import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -237,7 +234,7 @@ def changed(biped: Biped, slope: Slope, contact: ContactLaw, name: str, by: floa
     """The three with one of their numbers changed by so much. Raises KeyError."""
     section: Any = owner(name, (biped, slope, contact))
     key = name.partition(".")[2]
-    new = dataclasses.replace(section, **{key: getattr(section, key) + by})
+    new = replace(section, **{key: getattr(section, key) + by})
     if section is biped:
         return new, slope, contact
     return (biped, new, contact) if section is slope else (biped, slope, new)

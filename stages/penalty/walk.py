@@ -1,7 +1,5 @@
 """Let the penalty walker walk: the counterpart of `stages.multibody.walking.walk`, with the same words for the same."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, field

@@ -1,10 +1,7 @@
 """Where the energy of the walk goes: gravity's work against leg dampers, contact damping and friction."""
 
-from __future__ import annotations
-
-import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,7 +54,7 @@ def energy_balance(
     machine = np.diff(kinetic_energy(biped, place, motion) + spring_energy(biped, place))[0]
     ground = np.diff(contact_energy(
         contact, biped.foot_radii, place, motion, at_ends, trajectory.under(ends)))[0]  # fmt: skip
-    weighed = dataclasses.replace(biped, hip_mass=biped.weighed_hip)
+    weighed = replace(biped, hip_mass=biped.weighed_hip)
     gravity = np.diff(mass_moment(weighed, place) @ np.array(slope.gravity_vector))[0]
     losses = weight @ damper, weight @ normal_power - ground, weight @ friction_power
     stored = machine + ground

@@ -1,7 +1,5 @@
 """A walker's own gait on penalty ground: fixed point, period and multipliers of its step map."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass

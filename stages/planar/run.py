@@ -4,8 +4,6 @@ The motion is recorded at every solver step: events, energy and what is sampled 
 not named has no sensor in Exudyn and no rows in the result.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field

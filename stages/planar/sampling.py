@@ -1,7 +1,5 @@
 """What is read of a recorded run between the solver's steps: heel strikes and toe-offs, peaks, signals of `Walk`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -4,11 +4,8 @@ There the state has ten free numbers: the hip's x does not matter, the stance an
 so that one step maps the section onto itself.
 """
 
-from __future__ import annotations
-
-import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -110,5 +107,5 @@ def mid_stance_after(run: Run) -> SectionStep:
     length = state.hip_position[0] - float(trajectory.position[0, 0])
     if stance == 1:
         pairs = ("leg_angle", "leg_rate", "leg_length", "leg_length_rate", "in_play")
-        state = dataclasses.replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
+        state = replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
     return SectionStep(section_numbers(state), state, moment, length, run.solver_steps)

@@ -4,8 +4,6 @@ Z is a ball about a thin centre z, P the map over the steps, C close to (1 - P'(
 K = z + C (P(z) - z) + (1 - C (1 - P'(Z))) (Z - z) lies inside Z, there is one fixed point in Z, and it lies in K.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

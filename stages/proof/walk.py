@@ -1,7 +1,5 @@
 """One step of the walk, enclosed, with the theorem's conditions (docs/proof.md) on the tube of every step of time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What walks over blocks of drawn heights hand on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stages.biped.quantity import quantity

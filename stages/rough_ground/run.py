@@ -4,8 +4,6 @@ Inputs: the analytic gait. Settings: params/rough_ground.yaml. Output: `Result`:
 the ramp by model and height, and the gait sensitivity norm of the design and of others near it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice

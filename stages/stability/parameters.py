@@ -1,7 +1,5 @@
 """Settings of what becomes of the gait on other slopes and from other starts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """What the stability stage hands on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from stages.analytic.result import Basin, RecordedFamily

@@ -4,8 +4,6 @@ Inputs: the analytic gait. Settings: params/stability.yaml. Output: `Result`: th
 multipliers, the families of doubled period that leave it, and the basin of attraction over two coordinates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,10 +1,7 @@
 """What results of studies share: tables, rows as columns, the check of the compiled penalty walker against Exudyn."""
 
-from __future__ import annotations
-
-import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 import numpy as np
@@ -27,7 +24,7 @@ def shown(*values: float) -> tuple[float, ...]:
 def as_columns(kind: type[T], rows: Sequence[Mapping[str, Any]], **whole: Any) -> T:
     """Rows as a result whose fields are columns: words as tuples, numbers as arrays. `whole` has what is no column."""
     found = dict(whole)
-    for field in dataclasses.fields(kind):  # type: ignore[arg-type]
+    for field in fields(kind):  # type: ignore[arg-type]
         if field.name not in whole:
             values = [row[field.name] for row in rows]
             found[field.name] = tuple(values) if str(field.type).startswith("tuple") else np.array(values)

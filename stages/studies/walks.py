@@ -5,8 +5,6 @@ by Lagrange on one side, Exudyn's bodies, joints and integrator on the other. Bo
 own, whatever a study walks with, and each once more with others, which shows its own error.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

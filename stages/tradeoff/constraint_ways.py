@@ -6,8 +6,6 @@ Events are found by SciPy on its own interpolants. Rates come from the compiled 
 from `readable`: the derivation through numpy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -2,10 +2,7 @@
 spatial twin at several tolerances, its ground compiled or made of connectors.
 """
 
-from __future__ import annotations
-
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from typing import Any
 
@@ -67,7 +64,7 @@ class Scene:
     @cached_property
     def gait(self) -> tuple[LimitCycle, np.ndarray, np.ndarray]:
         """The gait at mid-stance, and its leading right and left eigenvectors with w v = 1."""
-        solver = dataclasses.replace(
+        solver = replace(
             self.planar, scene="ideal", assembly="tree", tolerance=GAIT_TOLERANCE, largest_step=2e-3)
         cycle = gait_near(SectionWalker(*self.ground, self.state, solver, ALONG), self.state)
         right, left = leading_pair(cycle.monodromy_matrix)
@@ -87,14 +84,14 @@ def leading_pair(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def tree_way(at: Scene, tolerance: float, largest_step: float, *, multiplier: bool = False, mark: str = "") -> Way:
     """Minimal coordinates with the adaptive explicit solver."""
     setting: dict[str, Any] = {"tolerance": tolerance, "largest_step": largest_step}
-    return way(at, TREE, dataclasses.replace(at.planar, assembly="tree", **setting), setting, multiplier, mark)
+    return way(at, TREE, replace(at.planar, assembly="tree", **setting), setting, multiplier, mark)
 
 
 def joints_way(at: Scene, solver: str, rolling: float, impact: float, *, multiplier: bool = False,
                mark: str = "") -> Way:
     """Bodies and joints with fixed implicit steps, finer around heel strike, as in the paper's script."""
     setting: dict[str, Any] = {"rolling_step": rolling, "impact_step": impact}
-    settings = dataclasses.replace(at.planar, assembly="joints", implicit_solver=solver, **setting)
+    settings = replace(at.planar, assembly="joints", implicit_solver=solver, **setting)
     return way(at, f"{JOINTS}, {solver.replace('_', ' ')}", settings, setting, multiplier, mark)
 
 
@@ -103,7 +100,7 @@ def penalty_way(at: Scene, tolerance: float, *, multiplier: bool = False) -> Way
     settings = CompiledSettings(tolerance, BETWEEN)
 
     def integrate() -> Run:
-        bare = dataclasses.replace(settings, between=0)
+        bare = replace(settings, between=0)
         return finished(at.upright.walk(at.contact, bare, steps=at.steps, signals=()))
 
     def walk() -> Walked:
@@ -136,7 +133,7 @@ def measured(at: Scene, run: Run) -> Walked:
 
 def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], multiplier: bool, mark: str) -> Way:
     """A way whose assembly is built once, so that a second walk costs integration only."""
-    settings = dataclasses.replace(settings, scene="ideal")
+    settings = replace(settings, scene="ideal")
     built = cache(partial(build, *at.ground, settings))
 
     def run(state: PlanarState, steps: int) -> Run:
@@ -161,7 +158,7 @@ def way(at: Scene, name: str, settings: Settings, setting: dict[str, Any], multi
 def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[SpatialTree] = SpatialTree,
              mark: str = "") -> Way:
     """The twin at one tolerance and largest step [s]. Raises ValueError if its parts do not add up to the design."""
-    settings = dataclasses.replace(at.twin, tolerance=tolerance, largest_step=largest_step)
+    settings = replace(at.twin, tolerance=tolerance, largest_step=largest_step)
     machine, ground = spatial.build(at.upright.biped, at.twin), (at.upright.slope, at.contact)
     start = rolling_start(machine, at.contact, at.upright.mid_stance, at.upright.standing_force)
     built = cache(partial(kind, machine, *ground))

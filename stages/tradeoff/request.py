@@ -1,7 +1,5 @@
 """`--accuracy`: the level of the whole study, or the largest errors of the walks, for which these are refined."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

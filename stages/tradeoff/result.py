@@ -1,7 +1,5 @@
 """What the study of speed against accuracy hands on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

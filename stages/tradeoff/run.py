@@ -11,10 +11,9 @@ implicit steps by phase on bodies and joints stand in for it.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -222,7 +221,7 @@ def penalty_plans(parameters: Parameters, analytic: Analytic) -> Iterator[Plan]:
         ("k_c x 10", {"contact_stiffness": ground.contact_stiffness * 10}),
         ("restitution", {"normal_force": "restitution"}),
     ):
-        at = dataclasses.replace(at, model=f"{PENALTY}, {name}", contact=dataclasses.replace(ground, **change))
+        at = replace(at, model=f"{PENALTY}, {name}", contact=replace(ground, **change))
         yield Plan(tree_way(at, 1e-10, loose), tree_way(at, 1e-9, loose), penalty_way(at, TIGHT),
                    (*(tree_way(at, value, loose) for value in (1e-4, 1e-6, 1e-8)),
                     *(penalty_way(at, value) for value in (1e-4, 1e-6, 1e-8))))

@@ -4,8 +4,6 @@ All ways of one model walk from the same mid-stance. Compared are the hip's path
 the last step, the leading multiplier and the peak of the ground's normal force: they converge at different rates.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ lies one step ahead for the outer pair, and so on in turn, so that a foot swings
 of its lane. All sets must find room on the ramp.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -1,10 +1,7 @@
 """What the twin stage hands on."""
 
-from __future__ import annotations
-
-import math
 from dataclasses import dataclass
-from math import nan
+from math import ceil, floor, isnan, log10, nan
 
 import numpy as np
 
@@ -66,9 +63,9 @@ def with_doubt(value: float, left: float) -> str:
     """
     if not left > 0.0:
         return f"{value:.3f} (what is left of the transient is unknown)"
-    first = -math.floor(math.log10(left))
+    first = -floor(log10(left))
     places = max(0, first + (left * 10.0**first < 1.95))
-    return f"{value:.{places}f} ± {math.ceil(left * 10.0**places) / 10.0**places:.{places}f}"
+    return f"{value:.{places}f} ± {ceil(left * 10.0**places) / 10.0**places:.{places}f}"
 
 
 @dataclass(frozen=True)
@@ -111,7 +108,7 @@ class Settling:
 
     def last_four(self) -> str:
         """Both, or that the walk ended before."""
-        return "there are fewer" if math.isnan(self.period_s) else f"{self.frequency_text()} and {self.length_text()}"
+        return "there are fewer" if isnan(self.period_s) else f"{self.frequency_text()} and {self.length_text()}"
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """The twin stage: the spatial machine, built from its parts, walking from the simple model's fixed point."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from stages.analytic.result import Inputs

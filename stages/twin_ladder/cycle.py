@@ -6,8 +6,6 @@ alike. A slope with a plane of symmetry keeps the two kinds of motion apart to f
 those of the planar model's section, and nine out of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Settings of the ladder from the simple model to the twin."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

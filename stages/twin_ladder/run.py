@@ -6,11 +6,8 @@ Output: `Result`, the gait of every rung, and of the constraint model of the sam
 plane. What a rung changes depends on what stands before it: the order is the issue.
 """
 
-from __future__ import annotations
-
-import dataclasses
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -71,11 +68,11 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
     The first two differ from the planar model only out of the plane. With the planar inertia of twin.yaml there are
     no parts to add. Raises ValueError as `build` does.
     """
-    bare = dataclasses.replace(settings, outsole=0.0, bearing_friction=0.0, slider_friction=0.0)
-    points = build(biped, dataclasses.replace(bare, inertia="planar"))
+    bare = replace(settings, outsole=0.0, bearing_friction=0.0, slider_friction=0.0)
+    points = build(biped, replace(bare, inertia="planar"))
     found = [
         ("paired legs", "two legs a pair, each with half the spring and mass, on feet without width",
-         dataclasses.replace(points, half_width=0.0)),
+         replace(points, half_width=0.0)),
         ("foot width", "feet are cylinders that touch with two edges", points),
     ]  # fmt: skip
     if settings.inertia == "parts":
@@ -83,15 +80,15 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
         feet = tuple(points.bodies[i] if i in FRAME_BODY else body for i, body in enumerate(parts.bodies))
         found += [
             ("distributed inertia", "the mass below the springs is spread as in the bill of parts",
-             dataclasses.replace(points, bodies=feet)),
+             replace(points, bodies=feet)),
             ("leg mass above the spring", "the mass above the springs swings with the legs instead of sitting at the "
              "hip's axis", parts),
         ]  # fmt: skip
-    rubbed = build(biped, dataclasses.replace(settings, outsole=0.0))
+    rubbed = build(biped, replace(settings, outsole=0.0))
     if settings.bearing_friction > 0.0 or settings.slider_friction > 0.0:
         found.append(("joint friction", "friction in bearings and sliders", rubbed))
     rubber = settings.outsole or outsole
-    soled = build(biped, dataclasses.replace(settings, outsole=rubber))
+    soled = build(biped, replace(settings, outsole=rubber))
     found.append(("rubber outsoles", f"{1e3 * rubber:g} mm of rubber: longer legs, wider feet, and its mass", soled))
     twin = len(found) - (1 if settings.outsole > 0.0 else 2)
     return [Rung(name, added, machine, number == twin, machine is points)
@@ -158,7 +155,7 @@ def _described(walker: Walker, point: FixedPoint, tolerance: float) -> Constrain
 
 def beside(name: str, own: ConstraintGait, simple: ConstraintGait, hip: np.ndarray) -> SameMachine:
     """The row of a rung: its own constraint model, and how far its `hip` (801, 2) is from that and the simple one's."""
-    return dataclasses.replace(
+    return replace(
         own.row,
         name=name,
         hip_apart_m=np.abs(hip - own.hip).max(axis=0),
@@ -182,9 +179,9 @@ def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
     gaits, pairs = {row.name: row for row in fewer.rungs}, {row.name: row for row in fewer.same_machine}
     own = constraint_gaits(parameters, (project(rung.machine) for rung in between))
     alone = {rung.name: one.row for rung, one in zip(between, own, strict=True)}
-    return dataclasses.replace(
+    return replace(
         fewer, rungs=tuple(gaits.get(row.name, row) for row in result.rungs),
-        same_machine=tuple(pairs[row.name] if row.name in pairs else dataclasses.replace(
+        same_machine=tuple(pairs[row.name] if row.name in pairs else replace(
             alone[row.name], name=row.name, hip_apart_m=row.hip_apart_m, hip_from_simple_m=row.hip_from_simple_m)
             for row in result.same_machine))  # fmt: skip
 
@@ -228,7 +225,7 @@ def planar_rung(parameters: Parameters, cycle: LimitCycle) -> Climbed:
     """The planar model as the first rung; it has no sideways motion and its two legs are one and the same."""
     start = section_state(cycle.section_state, STANDING)
     where = parameters.biped, parameters.slope, parameters.contact
-    settings = dataclasses.replace(
+    settings = replace(
         parameters.planar, assembly="tree", tolerance=parameters.settings.tolerance,
         largest_step=parameters.twin.largest_step,
     )  # fmt: skip
@@ -259,7 +256,7 @@ def climb(
     mid-stances differ; `constrained` has the planar model's first.
     """
     settings = parameters.settings
-    solver = dataclasses.replace(parameters.twin, tolerance=settings.tolerance)
+    solver = replace(parameters.twin, tolerance=settings.tolerance)
     in_plane, sideways = (section_scales(parameters.biped, parameters.slope, each) for each in (UNITS, SIDE_UNITS))
     side = np.ones((len(SIDE_UNITS), SIDEWAYS))
     length, before = parameters.biped.leg_length, constrained[0]
@@ -269,7 +266,7 @@ def climb(
         progress(number / (len(machines) + 1), f"gait with {rung.name}")
         named: dict[str, Any] = {"name": rung.name, "added": rung.added, "is_twin": rung.is_twin}
         if not settings.sideways and found is not None and rung.widened:
-            rows.append((dataclasses.replace(found[0].row, **named), found[1]))
+            rows.append((replace(found[0].row, **named), found[1]))
             continue
         longer = float(rung.machine.length.mean()) - length
         length += longer

@@ -3,8 +3,6 @@
 Inputs: the analytic gait to start from. Settings: params/twin_pushes.yaml. Output: `Result`, a walk for each push.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,6 @@
 """Runs that a twin does not fit: what it never explains is no push, and what is unlike its own runs is said."""
 
 import contextlib
-import dataclasses
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -28,13 +27,13 @@ def landed_twice(run, noise, size=40.0):
         since = times - run.strikes[np.searchsorted(run.strikes, times, "right") - 1]
         off[side] = np.repeat(np.where((since > 0.04) & (since < 0.08), size, 0.0)[:, None], 3, axis=1)
         samples[side] = run.samples[side] + off[side] * noise
-    return dataclasses.replace(run, samples=samples), [(run.sampling.of(side), off[side]) for side in SIDES]
+    return replace(run, samples=samples), [(run.sampling.of(side), off[side]) for side in SIDES]
 
 
 def test_what_a_robots_own_runs_have_in_each_step_is_no_push(monkeypatch):
     run, _, _ = made(1, 6)
     struck, off = landed_twice(run, model()[1].noise)
-    usual, pushes = dataclasses.replace(follower(), unexplained=unexplained(off)), []
+    usual, pushes = replace(follower(), unexplained=unexplained(off)), []
     taken = Track._push
     monkeypatch.setattr(Track, "_push", lambda self, time: pushes.append(time) or taken(self, time))
     assert usual.unexplained == pytest.approx(1600.0)
@@ -67,13 +66,13 @@ def test_a_run_that_the_twin_does_not_fit_is_said_to_be_so(noise, fits, monkeypa
     samples = {side: run.samples[side] + noise * np.array(fitted.noise) * rng.normal(size=run.samples[side].shape)
                for side in SIDES}  # fmt: skip
     monkeypatch.setattr(robot_file, "read", lambda _: robot)
-    monkeypatch.setattr(report, "named_runs", lambda *_: ({"a": dataclasses.replace(run, samples=samples)}, []))
+    monkeypatch.setattr(report, "named_runs", lambda *_: ({"a": replace(run, samples=samples)}, []))
     asking = SimpleNamespace(progress=lambda *_: None)
     found = report.followed(PARAMETERS, Path("lab.sqlite"), Path("robot"), (), asking)
     assert found.no is not fits and found.plain["unlike"] == ([] if fits else ["a"])
     assert [line.startswith("a: the twin does not fit: readings are typically") for line in found.lines] == [True] * (
         not fits)
-    limp = dataclasses.replace(robot, innovation=3.0)  # so large are those of its own runs
+    limp = replace(robot, innovation=3.0)  # so large are those of its own runs
     monkeypatch.setattr(robot_file, "read", lambda _: limp)
     assert not report.followed(PARAMETERS, Path("lab.sqlite"), Path("robot"), (), asking).no
 

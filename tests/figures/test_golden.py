@@ -6,10 +6,12 @@ what it wrote."""
 
 import dataclasses
 from pathlib import Path
+from typing import get_type_hints
 
 import matplotlib
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from pipeline.report.figures import TOLERANCE, difference, rms
 from stages.drawing import style
@@ -28,7 +30,7 @@ same_version = pytest.mark.skipif(
 
 
 #: All but the fragments of pages.
-PICTURES = [name for name in NAMES if figure(name).draw.__annotations__["return"] == "Figure"]
+PICTURES = [name for name in NAMES if get_type_hints(figure(name).draw)["return"] is Figure]
 #: Drawings of the robot, and errors over nine decades: a thousandth more in every number is not seen, a tenth is.
 DRAWINGS = (*(f"figure_{name}" for name in (
     "03_simple_model", "09_section", "12_ramp", "13_steps", "14_data_way", "15_sensors")),

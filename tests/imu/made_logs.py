@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -36,7 +35,7 @@ class TracedRecording(Recording):
     true_time: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def take(self, keep: np.ndarray) -> TracedRecording:
-        return dataclasses.replace(super().take(keep), true_time=self.true_time[keep])  # type: ignore[return-value]
+        return replace(super().take(keep), true_time=self.true_time[keep])  # type: ignore[return-value]
 
 
 @dataclass(frozen=True)
@@ -56,19 +55,19 @@ class Log:
     def changed(self, place: str, change: Callable[[TracedRecording], TracedRecording]) -> Log:
         """The log with the recordings of one place ("both": of all) changed."""
         made = tuple(change(one) if place in (one.device.place, "both") else one for one in self.recordings)
-        return dataclasses.replace(self, recordings=made)
+        return replace(self, recordings=made)
 
 
 def replaced(one: TracedRecording, **fields: object) -> TracedRecording:
     """The recording with other fields."""
-    return dataclasses.replace(one, **fields)
+    return replace(one, **fields)
 
 
 def with_errors(parameters: Parameters, times: float) -> Parameters:
     """The campaign with all errors of its sensors that many times as large."""
     sensor = parameters.sensor
     grown = {name: times * getattr(sensor, name) for name in ERRORS}
-    return dataclasses.replace(parameters, given_sensor=dataclasses.replace(sensor, **grown))
+    return replace(parameters, given_sensor=replace(sensor, **grown))
 
 
 def made_log(
@@ -76,7 +75,7 @@ def made_log(
 ) -> Log:
     """Run `number` of the campaign as its sensors and their radio tell it; `motions` in the place of the walk's own."""
     felt = motions or {"hip": walked.hip, "foot": walked.foot}
-    experiment, truth, sent = sensed_run(number, dataclasses.replace(walked, **felt), parameters)
+    experiment, truth, sent = sensed_run(number, replace(walked, **felt), parameters)
     of_place = {"hip": truth.hip, "foot": truth.foot}
     recordings = tuple(
         TracedRecording(**vars(recording_from_columns(experiment, device(place, parameters), rows.table())),

@@ -1,13 +1,12 @@
 """CSV and SQLite sources: what the column map may say, read-only in fact, clear when they cannot read."""
 
 import contextlib
-import functools
 import operator
 import os
 import re
 import sqlite3
 from copy import deepcopy
-from functools import partial
+from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +69,7 @@ def test_cells_become_numbers_or_nothing(tmp_path: Path) -> None:
 def test_what_is_wrong_is_named(path: tuple, value: object, words: str, tmp_path: Path) -> None:
     (tmp_path / "one.csv").write_text(TEXT)
     description = deepcopy(DESCRIPTION)
-    functools.reduce(operator.getitem, path[:-1], description)[path[-1]] = value
+    reduce(operator.getitem, path[:-1], description)[path[-1]] = value
     with pytest.raises(SourceRefused, match=words):
         list(CsvSource(description, tmp_path).runs())
 

@@ -1,7 +1,5 @@
 """A recording that goes on: hands that carry the robot back, stands in another pose, and more walks than one."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

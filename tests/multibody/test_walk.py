@@ -1,6 +1,5 @@
 """A walk of the multibody model: energy, momentum, convergence, two assemblies, failures that are told."""
 
-import dataclasses
 import math
 from dataclasses import replace
 from itertools import islice
@@ -172,7 +171,7 @@ BACK = {"hip_velocity": (-0.6, 0.0), "leg_rate": (2.0, 0.0)}
 ], ids=["fall", "fall of joints", "not finite", "no convergence"])
 def test_a_walk_that_ends_early_is_told_with_the_last_valid_state(scene, start, of_start, changes, outcomes, words):
     """It falls, its state is not finite, or Newton's iteration fails."""
-    run = scene.but(**changes).walk(dataclasses.replace(start, **of_start))
+    run = scene.but(**changes).walk(replace(start, **of_start))
     assert run.outcome in outcomes and words in run.message
     assert np.all(np.isfinite(run.trajectory.position))
     assert of_start is not BACK or run.trajectory.position[-1, 1] < 0.6 * scene.biped.leg_length

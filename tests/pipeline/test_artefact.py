@@ -1,14 +1,13 @@
 """Results go to HDF5 and come back, with the same bytes every time."""
 
 import contextlib
-import dataclasses
 import importlib
 import random
 import time
 import types
 import typing
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, make_dataclass, replace
 from pathlib import Path
 
 import h5py
@@ -203,12 +202,12 @@ def made(kind, chance):
         return None
     kind = hdf5.present(kind)
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
-    if dataclasses.is_dataclass(kind):
+    if is_dataclass(kind):
         hints = typing.get_type_hints(kind)
         for _ in range(100):
             with contextlib.suppress(EnginesDisagree, ValueError):  # numbers that it does not take
                 return kind(**{field.name: {} if field.name == "files" else made(hints[field.name], chance)
-                               for field in dataclasses.fields(kind)})  # fmt: skip
+                               for field in fields(kind)})  # fmt: skip
         raise AssertionError(f"no {kind.__name__} was found that may be")
     if typing.get_origin(kind) in (dict, Mapping):
         return {key: made(arguments[1], chance) for key in chance.choice(((), ("b", "a"), ("b", "a"), ("c",)))}
@@ -294,9 +293,9 @@ def test_a_table_is_a_dataset_for_each_column(tmp_path):
 
 
 #: A row whose heights lie along its times, and a table of them.
-Step = dataclasses.make_dataclass("Step", [("time", np.ndarray, quantity("s", "time")), (
+Step = make_dataclass("Step", [("time", np.ndarray, quantity("s", "time")), (
     "height", np.ndarray, quantity("m", "height", dimensions=("time",)))])  # fmt: skip
-Steps = dataclasses.make_dataclass("Steps", [("steps", tuple[Step, ...])])
+Steps = make_dataclass("Steps", [("steps", tuple[Step, ...])])
 
 
 def test_a_field_without_a_column_gives_no_dimension_its_name():
@@ -305,7 +304,7 @@ def test_a_field_without_a_column_gives_no_dimension_its_name():
 
 
 def test_rows_of_several_classes_are_no_table():
-    other = dataclasses.make_dataclass("Other", [("value", float)], frozen=True)
+    other = make_dataclass("Other", [("value", float)], frozen=True)
     with pytest.raises(TypeError, match="rows of several classes"):
         artefact.encode(example(rows=(inner(3), other(1.0))), {})
 

@@ -1,6 +1,5 @@
 """The gait over the slope and from other starts, against walks that know nothing of continuation."""
 
-import dataclasses
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -151,7 +150,7 @@ def test_kinds_of_ending_are_those_of_single_steps(basin, gait):
 
 
 def test_a_few_steps_are_not_enough_to_reach_the_gait(basin, gait):
-    few = starts_around(*_of(gait), dataclasses.replace(SETTINGS, most_steps=4))
+    few = starts_around(*_of(gait), replace(SETTINGS, most_steps=4))
     late = (basin.ending == REACHES) & (basin.steps > 4)
     assert late.any() and (few.ending[late] == WALKS_ON).all() and (few.steps[late] == 4).all()
     soon = (basin.ending != WALKS_ON) & (basin.steps < 4)

@@ -14,8 +14,6 @@ The study is the one around the working folder, else the one this package brings
 computes with the kernels and the one thread of the stored results, and gives the same bits.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import importlib

@@ -1,7 +1,5 @@
 """The command `bipedstudy`."""
 
-from __future__ import annotations
-
 import atexit
 import os
 import sys

@@ -6,10 +6,9 @@ dimensions move numbers of their own, and the sum rules that dimensions set are 
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, Field, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -46,7 +45,7 @@ class Changes:
 def sensitive_names(design: DesignPoint) -> tuple[str, ...]:
     """Every parameter on which the gait of a design of this kind depends, of the details those that are there."""
     return tuple(f"{owner.FILE}.{field.name}" for owner, field in _fields(design)
-                 if field.default is dataclasses.MISSING or getattr(owner, field.name) != field.default)
+                 if field.default is MISSING or getattr(owner, field.name) != field.default)
 
 
 def changes_of(design: DesignPoint, names: Iterable[str]) -> Changes:
@@ -72,14 +71,14 @@ def changes_of(design: DesignPoint, names: Iterable[str]) -> Changes:
 def moved(walker: Walker, change: Vector) -> Walker:
     """The walker with its numbers changed, in the same units."""
     numbers: Any = type(walker.p)
-    return dataclasses.replace(walker, p=numbers(*(np.array(walker.p) + change).tolist()))
+    return replace(walker, p=numbers(*(np.array(walker.p) + change).tolist()))
 
 
-def _fields(design: DesignPoint) -> list[tuple[Any, dataclasses.Field[Any]]]:
+def _fields(design: DesignPoint) -> list[tuple[Any, Field[Any]]]:
     """The numbers of the design that move the walker's, with the object that holds each."""
     numbers = {*present(design.walker().p), "a", "g"}
     owners = (design.biped, design.slope, *((design.friction,) if design.friction else ()))
-    return [(owner, field) for owner in owners for field in dataclasses.fields(owner)
+    return [(owner, field) for owner in owners for field in fields(owner)
             if field.metadata["symbol"] in numbers and getattr(owner, field.name) is not None
             and (not isinstance(owner, Friction) or any(owner.moved_by(field.name)))]
 
@@ -93,7 +92,7 @@ def sizes(biped: Biped, slope: Slope) -> dict[str, float]:
             "N m s/rad": torque * math.sqrt(length / slope.gravity)}  # fmt: skip
 
 
-def _row(design: DesignPoint, walker: Walker, field: dataclasses.Field[Any], change: float) -> Sequence[float]:
+def _row(design: DesignPoint, walker: Walker, field: Field[Any], change: float) -> Sequence[float]:
     """Change of the walker's numbers with one parameter, in units of the design."""
     slope, mass, length, time = design.slope, walker.mass, walker.length, walker.time
     inertia, symbol = mass * length**2, field.metadata["symbol"]
@@ -115,7 +114,7 @@ def _row(design: DesignPoint, walker: Walker, field: dataclasses.Field[Any], cha
     return [moved.get(name, 0.0) for name in walker.p._fields]
 
 
-def _moved(biped: Biped, field: dataclasses.Field[Any]) -> tuple[str, ...]:
+def _moved(biped: Biped, field: Field[Any]) -> tuple[str, ...]:
     """The walker's numbers that a parameter of the design is: of both legs, where the other one gives none."""
     symbol = field.metadata["symbol"]
     if symbol == "M" and biped.hip_gravity_mass is None:

@@ -10,8 +10,6 @@ indicator: D. G. E. Hobbelen and M. Wisse, A disturbance rejection measure for l
 norm, IEEE Transactions on Robotics 23 (2007).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

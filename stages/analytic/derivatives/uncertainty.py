@@ -5,8 +5,6 @@ squares), or as fitted ones go together. The slope, which is not the design's, a
 derived only by values that are not exact.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import fields

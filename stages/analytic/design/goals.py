@@ -10,8 +10,6 @@ variation at the event is taken. A hip with Coulomb friction ends phases inside 
 jump. Times count from the start of the phase.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

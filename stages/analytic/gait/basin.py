@@ -1,7 +1,5 @@
 """Basin of attraction: which starts lead to a gait and after how many steps, and how the other walks end."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 

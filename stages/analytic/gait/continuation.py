@@ -4,8 +4,6 @@ Keller's method: predict along the tangent of the branch in (section coordinates
 method at fixed distance along the tangent. Special points between two points of the branch are located on it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace

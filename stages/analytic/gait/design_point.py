@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import Field, dataclass, fields, replace
 from functools import cache
-from typing import Any
+from typing import Any, get_type_hints
 
 from stages.analytic.model.walker import Walker, build_walker
 from stages.biped.design import DETAILS, Biped
@@ -50,8 +49,8 @@ class DesignPoint:
             detailed = detailed or (owner is self.biped and key in DETAILS)
         biped, slope = changes[Biped.FILE], changes[Slope.FILE]
         return DesignPoint(
-            dataclasses.replace(self.biped, **biped) if biped else self.biped,
-            dataclasses.replace(self.slope, **slope) if slope else self.slope,
+            replace(self.biped, **biped) if biped else self.biped,
+            replace(self.slope, **slope) if slope else self.slope,
             self.friction,
             detailed,
         )
@@ -69,9 +68,9 @@ class DesignPoint:
         """Whether every value lies in its bounds and all rules hold."""
         return not any(True for owner in (self.biped, self.slope) for _ in faults(owner))
 
-    def _field(self, name: str) -> dataclasses.Field[float]:
+    def _field(self, name: str) -> Field[float]:
         owner, key = self._owner(name)
-        return next(field for field in dataclasses.fields(owner) if field.name == key)
+        return next(field for field in fields(owner) if field.name == key)
 
     def _owner(self, name: str) -> tuple[Biped | Slope, str]:
         file, _, key = name.partition(".")
@@ -87,6 +86,6 @@ def parameter_names() -> tuple[str, ...]:
     return tuple(
         f"{owner.FILE}.{field.name}"
         for owner in (Biped, Slope)
-        for field in dataclasses.fields(owner)
-        if field.type in ("float", "float | None")
+        for field in fields(owner)
+        if get_type_hints(owner)[field.name] in (float, float | None)
     )

@@ -1,7 +1,5 @@
 """A gait with all that is said of it: its measures, its energy audit, and whether the model's assumptions hold."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -4,8 +4,6 @@ A damped Newton's method with exact derivatives runs from many starts, so that u
 stable ones. Stiff walkers are reached from the rigid ones and by raising stiffness and damping in stages.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 from contextlib import suppress

@@ -4,8 +4,6 @@ Newton's method on it finds gaits from many starts, and cycles of two, four or e
 legs differ.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ dampers takes many integration steps; its legs hardly move along themselves, so 
 biped with rigid legs. A light foot makes the rates fast, but no stiff legs: where these lead nowhere the grid follows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import lru_cache

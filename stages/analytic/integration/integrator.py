@@ -3,8 +3,6 @@
 All sums of DOP853's tableau are written out, which is what makes it cheap.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

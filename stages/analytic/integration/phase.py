@@ -5,8 +5,6 @@ zero ends it, or the time at which a foot is put down. An event is found by taki
 length until the guard is zero, so its state carries the error of the integrator's step and no interpolant comes in.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import cos
 

@@ -9,8 +9,6 @@ Hairer and Wanner, Solving Ordinary Differential Equations II, sections IV.5 and
 polynomials, whose values at the nodes form a well-conditioned matrix.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numpy as np

@@ -5,8 +5,6 @@ else: no generated code, no written-out elimination, no variational equations, n
 times slower, and a test holds both paths to the same step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache

@@ -7,11 +7,10 @@ along the tangent and corrected by Newton's method, in parts where that is too f
 
 from __future__ import annotations
 
-import dataclasses
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -324,7 +323,7 @@ def anchor(walker: Walker, point: FixedPoint, tolerance: float) -> Anchor | None
 def with_numbers(walker: Walker, numbers: Vector) -> Walker:
     """The walker with other numbers, in the same units."""
     p: Any = walker.p
-    return dataclasses.replace(walker, p=judged(p._replace(**dict(zip(present(p), numbers.tolist(), strict=True)))))
+    return replace(walker, p=judged(p._replace(**dict(zip(present(p), numbers.tolist(), strict=True)))))
 
 
 def numbers_of(walker: Walker) -> Vector:

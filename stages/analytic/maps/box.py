@@ -1,7 +1,5 @@
 """The designs of a map: a grid, or points that fill a box evenly, by their number."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ that swing with the legs above their springs. Rigid legs are the same equations 
 values, so q = (theta, psi).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple

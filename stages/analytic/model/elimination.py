@@ -5,8 +5,6 @@ elimination starts there and ends in a 2 x 2 system for the stance leg. A mass o
 are first made free of each other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

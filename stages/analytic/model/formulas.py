@@ -1,7 +1,5 @@
 """Prints the equations of motion as formulas: `python -m stages.analytic.model.formulas` writes docs/equations.md."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import sympy as sp

@@ -9,8 +9,6 @@ a point; zeros are left out. The second turns them into the change for given cha
 walker of their own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from typing import NamedTuple

@@ -11,8 +11,6 @@ those of the swing leg end in _2; `derivation.Leg` says what they are. The legs 
 do their numbers (`terms.exchanged`).
 """
 
-from __future__ import annotations
-
 from functools import cache
 from math import inf
 from typing import NamedTuple

@@ -5,8 +5,6 @@ Their text is kept where machine code is kept. Two processes that need it at onc
 neither would be sooner by waiting; each leaves it whole, and the same.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Mapping
 from functools import partial

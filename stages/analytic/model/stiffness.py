@@ -1,7 +1,5 @@
 """How stiff a walker is: the rate of its fastest axial motion, and what that costs the integrator and accuracy."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any, TypeVar
 

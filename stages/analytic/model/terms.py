@@ -4,8 +4,6 @@ And their derivatives by the walker's numbers: NAME_by(..., p) are those of a te
 for a change `d` of the numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

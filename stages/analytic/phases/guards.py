@@ -14,8 +14,6 @@ A hip that rubs stops where its rate falls to zero; one that sticks lets go wher
 friction's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import cos, sin
 

@@ -14,8 +14,6 @@ Multibody dynamics with unilateral contacts, 1996, chapter 8. The law has one so
 foot (mu |W_NT| >= W_NN of the inverse contact mass W = Pi^T M^-1 Pi); where it has several or none, nothing is chosen.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

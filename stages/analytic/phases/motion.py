@@ -12,8 +12,6 @@ What is held is solved for, contacts first. Variations are tangents of the same 
 their rates, whether they vary the state alone or the walker's numbers too (`Directions`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

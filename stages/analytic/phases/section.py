@@ -8,8 +8,6 @@ map does not require v_N below zero; where it is at rest, v_T = 0 has no neighbo
 derivative are then zero: the derivative holds for the states that heel strikes lead to.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import acos, cos, sin
 

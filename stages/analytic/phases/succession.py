@@ -10,8 +10,6 @@ below friction's the hip sticks, above it rubs the other way. Where a trailing f
 that it bore ends at once, and it is decided anew whether a hip sticks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A design map: two axes as a map of the largest multiplier, more as all pairs of the axes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import combinations
 

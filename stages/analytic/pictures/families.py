@@ -1,7 +1,5 @@
 """Families of gaits over a parameter, and the basin of attraction of a gait."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Gaits of one design, how one answers to each parameter, and how searches for a better design went."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import textwrap
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -93,9 +92,9 @@ def in_words(
 
 def field_lines(record: Any, room: int = WORDS) -> Iterator[str]:
     """The fields of a result: description, folded to `room` columns, value, unit."""
-    for field in dataclasses.fields(record):
+    for field in fields(record):
         value, about, unit = getattr(record, field.name), field.metadata["description"], field.metadata["unit"]
-        if dataclasses.is_dataclass(value):
+        if is_dataclass(value):
             yield f"{about}:"
             yield from (f"  {line}" for line in field_lines(value, room - 2))
         elif isinstance(value, str):

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from collections.abc import Iterator
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -76,7 +75,7 @@ GROWTH = {"m": 1, "kg": 3, "N/m": 2, "N s/m": 2, "kg m^2": 5, "N m": 4, "N m/rad
 
 def scaled(biped: Biped, by: float) -> Biped:
     """A biped whose lengths are `by` times as long."""
-    powers = {field.name: GROWTH.get(field.metadata["unit"]) for field in dataclasses.fields(biped)}
+    powers = {field.name: GROWTH.get(field.metadata["unit"]) for field in fields(biped)}
     return replace(biped, **{name: value * by**power for name, power in powers.items()
                              if power is not None and (value := getattr(biped, name)) is not None})
 
@@ -117,7 +116,7 @@ def described(design: Design, asking: Asking) -> dict[str, Any]:
     except (NoGait, NotProven) as refused:
         raise type(refused)(f"design {design.name} ({design.words}): {refused}") from None
     gait, start = describe(walker, point), walker.stance_state(section_state(point.z, walker.p))
-    units = {field.name: field.metadata["unit"] for field in dataclasses.fields(start)}
+    units = {field.name: field.metadata["unit"] for field in fields(start)}
 
     def state(of: StanceState) -> dict[str, Any]:
         """A state as JSON."""
@@ -150,10 +149,10 @@ def parameters_of(design: Design) -> dict[str, Any]:
     from stages.biped.design import Biped, Leg
     from stages.ground.slope import Slope
 
-    units = {field.name: field.metadata["unit"] for kind in (Biped, Slope) for field in dataclasses.fields(kind)}
+    units = {field.name: field.metadata["unit"] for kind in (Biped, Slope) for field in fields(kind)}
     hip = {name: quantity_of(getattr(design.biped, key), units.get(key, "kg")) for name, key in HIP.items()}
     legs = {f"leg_{i}": {field.name: quantity_of(getattr(design.biped.leg(i), field.name), units[field.name])
-                         for field in dataclasses.fields(Leg)} for i in (0, 1)}  # fmt: skip
+                         for field in fields(Leg)} for i in (0, 1)}  # fmt: skip
     ground = {name: quantity_of(value, units[name]) for name, value in vars(design.slope).items()}
     return {"hip": {"legs": design.biped.legs, **hip}, "ground": ground, **legs}
 

@@ -8,12 +8,9 @@ Carried along: variations of the start, and of the walker's numbers, the torque 
 friction turns round or begins to stick, the rates jump and so do they (saltation); where it lets go the rates do not.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -247,7 +244,7 @@ def driven_stance(
 @functools.lru_cache(maxsize=4)  # the steps of a recording are those of one design, with either leg standing
 def _without_friction(design: DesignPoint, names: tuple[str, ...]) -> tuple[Walker, np.ndarray]:
     """Walker of a design whose hip does not rub, and how its numbers change with the parameters, (m, fields)."""
-    smooth = dataclasses.replace(design, biped=dataclasses.replace(design.biped, hip_friction=0.0), detailed=True)
+    smooth = replace(design, biped=replace(design.biped, hip_friction=0.0), detailed=True)
     changes = changes_of(smooth, [name for name in names if name != RUBS])
     walker, rows = smooth.walker(), iter(changes.along / changes.scales[:, None])
     return walker, np.array([np.zeros(len(walker.p)) if name == RUBS else next(rows) for name in names]).reshape(

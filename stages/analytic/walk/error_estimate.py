@@ -12,8 +12,6 @@ see Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.8 (gl
 computed, dimensionless.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Whether a gait walks so on a plain ramp, by what it needs of the ground; read without what computes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The state between two accepted steps is computed by one shorter step from the ea
 accurate as the integration itself.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Turns a recorded walk into the signals of `Walk`: hip motion, legs, ground reactions, virtual sensors."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -5,8 +5,6 @@ gait relies on forces that the ground could not give. With limited friction that
 alone, which rolls whatever it takes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial

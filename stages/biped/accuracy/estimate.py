@@ -7,10 +7,9 @@ pair is at the settings that should have half of what is requested, by what was 
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from stages.biped.accuracy.tolerances import Accuracy, scaled
@@ -91,7 +90,7 @@ def finer_explicit(settings: S, by: float) -> S | None:
     if tolerance == given.tolerance:
         return None
     step = given.largest_step * min(tolerance / given.tolerance, 1.0) ** ROOT
-    refined: S = dataclasses.replace(given, tolerance=tolerance, largest_step=step)
+    refined: S = replace(given, tolerance=tolerance, largest_step=step)
     return refined
 
 

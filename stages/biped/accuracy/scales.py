@@ -6,12 +6,9 @@ every size of robot and for every gravity. Settings that are null follow the rob
 each one's own time and size; rates go with its quickness, sensed forces go with gravity.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
@@ -55,8 +52,8 @@ class Scales:
         """Parameters of a file with every number in these scales; a stiffness of the ground as if these were SI's."""
         given: Any = section
         exponent = getattr(given, "contact_exponent", 1.0)
-        measured: S = dataclasses.replace(given, **{
-            field.name: value / self.size(field.metadata["unit"], exponent) for field in dataclasses.fields(given)
+        measured: S = replace(given, **{
+            field.name: value / self.size(field.metadata["unit"], exponent) for field in fields(given)
             if isinstance(value := getattr(given, field.name), float | complex)})  # fmt: skip
         return measured
 
@@ -101,14 +98,14 @@ def outsole(biped: Biped) -> float:
 def followed(section: S, **values: float | tuple[float, ...]) -> S:
     """Parameters of a file with these values in place of nulls."""
     given: dict[str, object] = {key: value for key, value in values.items() if getattr(section, key) is None}
-    return dataclasses.replace(section, **given)  # type: ignore[type-var]
+    return replace(section, **given)  # type: ignore[type-var]
 
 
 def similar(section: S, of_table_1: Mapping[str, float | tuple[float, ...]], own: Scales, exponent: float = 1.0) -> S:
     """Parameters of a file with values in place of nulls: as large in a robot's `own` scales as those given are in
     Table 1's. `exponent` is the e of "N/mm^e"."""
     given: Any = section
-    units = {field.name: field.metadata["unit"] for field in dataclasses.fields(given)}
+    units = {field.name: field.metadata["unit"] for field in fields(given)}
 
     def grown(unit: str, value: float | tuple[float, ...]) -> float | tuple[float, ...]:
         by = own.size(unit, exponent) / TABLE_1.size(unit, exponent)

@@ -9,8 +9,6 @@ What is compared is known no better than what it is compared with. So a stage's 
 say in a property what then holds: an edit or another level reaches all that stand beside it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar

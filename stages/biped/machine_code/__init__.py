@@ -10,8 +10,6 @@ stamp is a digest of whole folders of sources: any edit of them compiles afresh,
 sources elsewhere finds the code again.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

@@ -4,8 +4,6 @@ A step's start touches that step alone, so its four values are eliminated from e
 projection to first order), and what is left are equations for the robot.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

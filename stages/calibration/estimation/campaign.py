@@ -4,8 +4,6 @@ Each run's own unknowns meet the others' only through the design, so the normal 
 they are solved for run by run, and what is left are equations for the design alone.
 """
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor

@@ -5,8 +5,6 @@ over. The step durations after it show the push: the drawing's walker is started
 angles and rates, and the start whose steps last as long as those measured is followed to its mid-stance.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Sequence

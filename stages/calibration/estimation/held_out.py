@@ -1,7 +1,5 @@
 """A run that was not fitted: how well a robot explains it, and how well it predicts it from its beginning."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Every fit brings equations of its own (matrix and right side), with what touches one run or step alone eliminated.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

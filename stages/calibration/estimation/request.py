@@ -1,11 +1,8 @@
 """What a lab says beside its recordings: known values with their errors, and what is looked for."""
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -30,7 +27,7 @@ BIPED, PARTS = "biped", "parts"
 DECLARED: dict[str, Mapping[str, Any]] = {
     TOTAL_MASS: {"unit": "kg", "bound": Bound(above=0)},
     **{f"{owner.FILE}.{field.name}": field.metadata
-       for owner in (Biped, Slope) for field in dataclasses.fields(owner)}}  # fmt: skip
+       for owner in (Biped, Slope) for field in fields(owner)}}  # fmt: skip
 
 
 @dataclass(frozen=True)

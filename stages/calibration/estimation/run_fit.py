@@ -7,8 +7,6 @@ than it is at first, so that a wrong event does not outweigh the priors of desig
 Unknowns stand in the order of `Model.names`: shared parameters, the run's own ones, its start and sensors.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Iterable, Mapping, Sequence

@@ -5,11 +5,8 @@ derivatives. What moves the legs in no model is white noise in the rates of the 
 innovations of the steps that were fitted as large as they are said to be.
 """
 
-from __future__ import annotations
-
-import dataclasses
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -81,11 +78,11 @@ def with_noise(robot: FittedEncoders, steps: Sequence[DrivenStep]) -> FittedEnco
     some = [each[:: max(1, len(each) // ENOUGH)] for each in by_leg]
     design = robot.setup.robot.design
     usual = OPEN**2 * (design.slope.gravity / design.biped.leg_length) ** 1.5
-    found = dataclasses.replace(robot, encoded=np.array([_roughness(each) for each in by_leg]),
+    found = replace(robot, encoded=np.array([_roughness(each) for each in by_leg]),
                                 unmodelled=np.full((2, 2), usual))  # fmt: skip
     for _ in range(ROUNDS):
         larger = np.array([_larger(found, each) for each in some])
-        found = dataclasses.replace(found, unmodelled=found.unmodelled * larger**POWER)
+        found = replace(found, unmodelled=found.unmodelled * larger**POWER)
     return found
 
 

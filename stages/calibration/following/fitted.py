@@ -5,8 +5,6 @@ All runs are fitted together again, from where they were: one about which two nu
 what it held of one design is half a standard error off about another.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence

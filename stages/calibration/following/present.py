@@ -9,8 +9,6 @@ Whether the robot will fall follows from states drawn from what is known of its 
 step. Of the robot and its ground only the mean is walked. A fall is what the step map says: a step that has no end.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Callable, Sequence

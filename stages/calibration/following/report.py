@@ -1,7 +1,5 @@
 """Runs of a database followed: states and next heel strikes as text, JSON and rows."""
 
-from __future__ import annotations
-
 import gc
 import math
 from collections import deque

@@ -4,13 +4,10 @@ It has what these cannot hold: how the parameters' errors go together, how runs 
 the runs' own samples, so that a fit goes on with more runs as it would have been with all of them.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
@@ -122,13 +119,13 @@ class FittedRobot:
 
     def model(self, model: Model) -> Model:
         """A model that looks for this robot's parameters, with sensors that are mounted as they were."""
-        return dataclasses.replace(mounted(model, self.mounting, self.wider), shared=self.names, own=self.own)
+        return replace(mounted(model, self.mounting, self.wider), shared=self.names, own=self.own)
 
     def read_by(self, parameters: Parameters) -> Parameters:
         """The parameters that further runs are read by: what is null in them follows the design that the robot's own
         runs were read by, also where a study has the fitted one by now. Of the bill of parts that is the study's."""
         began = self.began
-        return parameters if self.of_parts else dataclasses.replace(parameters, biped=began.biped, slope=began.slope)
+        return parameters if self.of_parts else replace(parameters, biped=began.biped, slope=began.slope)
 
     @property
     def uncorrected(self) -> DesignPoint:
@@ -150,14 +147,14 @@ def mounted(model: Model, mounting: np.ndarray, wider: float) -> Model:
     prior, middle = model.layout.prior.copy(), model.layout.middle.copy()
     for name, (mean, sd) in zip(OF_MOUNTING, mounting, strict=True):
         middle[model.layout.place(name)], prior[model.layout.place(name)] = mean, sd
-    layout: Layout = dataclasses.replace(model.layout, prior=prior, middle=middle)
+    layout: Layout = replace(model.layout, prior=prior, middle=middle)
     forward, up, rate = (wider * noise for noise in model.noise)
-    return dataclasses.replace(model, layout=layout, noise=(forward, up, rate))
+    return replace(model, layout=layout, noise=(forward, up, rate))
 
 
 def signed_content(kind: str, robot: Any) -> bytes:
     """The file of a dataclass: JSON with its `kind`, one entry a line, and its digest."""
-    plain = {"kind": kind, **dataclasses.asdict(robot)}
+    plain = {"kind": kind, **asdict(robot)}
     lines = (f"{json.dumps(key)}: {_text(value)}" for key, value in {**plain, "sha256": _digest(plain)}.items())
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
@@ -196,13 +193,13 @@ def read(folder: Path, option: str = "as") -> FittedRobot:
 
 def plain_of(value: Any) -> Any:
     """A dataclass, with all that is in it, as JSON gives it back; `restored` makes the value of it."""
-    return json.loads(_text(dataclasses.asdict(value)))
+    return json.loads(_text(asdict(value)))
 
 
 def restored(kind: Any, plain: Any) -> Any:
     """The value of a type of which JSON has what is `plain`. Raises KeyError, TypeError, ValueError without one."""
     inner = get_args(kind)
-    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+    if isinstance(kind, type) and is_dataclass(kind):
         hints = get_type_hints(kind)
         return kind(**{name: restored(hints[name], value) for name, value in plain.items()})
     if np.ndarray in (kind, get_origin(kind)):

@@ -5,8 +5,6 @@ Phil. Soc. 44, 1948, 50), whose variance is the readings' information of the par
 over variance is the change, with its error. Parts and residuals together raise no more than `LEVEL` alarms by chance.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

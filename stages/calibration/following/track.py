@@ -4,8 +4,6 @@ What moves the robot in no model, a push, shows in samples that are all improbab
 robot is: with the places that were known, and rates that may be any near by.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Iterable, Iterator, Sequence

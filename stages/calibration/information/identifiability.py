@@ -5,8 +5,6 @@ A run that is planned shows the design's own gait. The information of a Gaussian
 smallest covariance an unbiased estimate can have (Cramer and Rao).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

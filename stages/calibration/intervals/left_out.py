@@ -5,12 +5,9 @@ over its information is chi-square with one degree of freedom where the paramete
 show most are fitted too: what that takes off the sum of squares is chi-square in the same way (S. S. Wilks, 1938).
 """
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from operator import attrgetter
 
 import numpy as np
@@ -36,7 +33,7 @@ LEVEL = 0.02
 #: At most so many are named: those whose likelihood is not less than the best one's by this factor.
 NAMED, WORSE = 3, 20.0
 #: Of a fit with one more parameter: what explains the residuals takes four to six.
-WITH_ONE_MORE = dataclasses.replace(JOINT, most=10)
+WITH_ONE_MORE = replace(JOINT, most=10)
 
 
 @dataclass(frozen=True)
@@ -49,7 +46,7 @@ class Cause:
     sigmas: float
     value: float = math.nan
     sd: float = math.nan
-    shift: Vector = dataclasses.field(default_factory=lambda: np.zeros(0))
+    shift: Vector = field(default_factory=lambda: np.zeros(0))
     drop: float = 0.0
     explains: bool = False
 
@@ -80,7 +77,7 @@ def scores(
 
     Sigmas are those of the residuals that would be left with it: their size, and how far neighbours hang together.
     """
-    d, wide = len(model.shared), dataclasses.replace(model, shared=(*model.shared, *names))
+    d, wide = len(model.shared), replace(model, shared=(*model.shared, *names))
     there = with_all(model.robot(design, fit.design), names)
     at = [run_equations(there, own, unknowns, run, wide)
           for own, unknowns, run in zip(fit.own, fit.unknowns, fit.runs, strict=True)]  # fmt: skip
@@ -113,8 +110,8 @@ def _with(one: Equations, step: Vector) -> Equations:
     """A run's equations with the residuals that a step (d,) of the shared parameters would leave."""
     moves, shown = np.concatenate([step, one.own_step(step)]), one.predicted.samples
     residuals = {side: one.residuals[side] - shown[side][:, :, 1:] @ moves / one.noise[side] for side in SIDES}
-    changed = dataclasses.replace(one, residuals=residuals)
-    return dataclasses.replace(changed, chi2=sum(float(np.nansum(changed.pulls(side) ** 2)) for side in SIDES))
+    changed = replace(one, residuals=residuals)
+    return replace(changed, chi2=sum(float(np.nansum(changed.pulls(side) ** 2)) for side in SIDES))
 
 
 def limit(count: int) -> float:
@@ -152,7 +149,7 @@ def _fitted(
 ) -> Cause:
     """The fit with that parameter looked for too, from where the fit without it is; or `anew`, from the first guess and
     what the score says of the parameter, each run alone first. It explains nothing where there is no fit."""
-    name, wide = score.name, dataclasses.replace(model, shared=(*model.shared, score.name))
+    name, wide = score.name, replace(model, shared=(*model.shared, score.name))
     there = with_all(design, [name])
     low = float(lowest(there, [name])[0])
     try:

@@ -6,9 +6,8 @@ errors.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -48,7 +47,7 @@ class Sampling:
     place: float = 0.0
     below_hip: float | None = None
     since: float = 0.0
-    rate_sd: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    rate_sd: Mapping[str, float] = field(default_factory=dict)
 
     def of(self, side: str) -> Vector:
         """The times of one side."""
@@ -78,9 +77,9 @@ class MeasuredRun:
     def upto(self, horizon: float) -> MeasuredRun:
         """The run without samples later than `horizon` [s]."""
         kept = {side: self.sampling.of(side) <= horizon for side in SIDES}
-        return dataclasses.replace(
+        return replace(
             self,
-            sampling=dataclasses.replace(self.sampling, hip=self.sampling.hip[kept["hip"]],
+            sampling=replace(self.sampling, hip=self.sampling.hip[kept["hip"]],
                                          foot=self.sampling.foot[kept["foot"]]),
             samples={side: self.samples[side][kept[side]] for side in SIDES},
             used={side: self.used[side][kept[side]] for side in SIDES},

@@ -3,8 +3,6 @@
 Last axes hold a value, then its derivatives: by the parameters of the design, then by the run's unknowns.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -9,12 +9,9 @@ filter is followed in the time since each stretch began. A derivative at a fixed
 equation, without any term of the events; at an event it takes over x at the end of the stretch, which moves with it.
 """
 
-from __future__ import annotations
-
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, exp, sin, sqrt
+from math import cos, exp, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -231,7 +228,7 @@ class LowPass:
     def __init__(
         self, pieces: Sequence[Piece], chosen: Sequence[int], bandwidth_hz: float, derived: bool = True
     ) -> None:
-        self._pieces, self._chosen, self._w = pieces, chosen, 2 * math.pi * bandwidth_hz
+        self._pieces, self._chosen, self._w = pieces, chosen, 2 * pi * bandwidth_hz
         self._columns = pieces[0].start.size if derived else 1
         self._piece, self._panel, self._powers = 0, 0, self._powers_of(pieces[0])
         self._x = np.tensordot((-1.0) ** np.arange(NODES), self._powers[0], 1)
@@ -253,7 +250,7 @@ class LowPass:
             if following == len(times):
                 return out, rates
             u = np.tensordot(np.ones(NODES), self._powers[-1], 1)  # at s = 1, the end
-            growth = w * w * (u[:, 0] - self._x[:, 0]) - math.sqrt(2) * w * self._speed[:, 0]
+            growth = w * w * (u[:, 0] - self._x[:, 0]) - sqrt(2) * w * self._speed[:, 0]
             self._x[:, 1:] += self._speed[:, :1] * piece.duration[1:columns]
             self._speed[:, 1:] += growth[:, None] * piece.duration[1:columns]
             self._speed += w * w * piece.impulse[self._chosen, :columns]

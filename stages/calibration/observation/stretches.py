@@ -4,8 +4,6 @@ Every derivative is total: of the state at a fixed time since its stretch began,
 with what is varied, and nothing is differentiated across a jump.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """A robot calibrated from its encoders, as text, JSON and pictures, and what of its file the fit contradicts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

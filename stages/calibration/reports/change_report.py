@@ -1,7 +1,5 @@
 """Whether runs of a database are of a fitted robot, as text and JSON."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import reduce

@@ -1,7 +1,5 @@
 """What runs can tell, as text, JSON and picture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial

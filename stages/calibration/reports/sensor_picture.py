@@ -1,7 +1,5 @@
 """A fitted run as a picture: samples and fit over a few steps, and residuals over the step they are of."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import matplotlib.pyplot as plt

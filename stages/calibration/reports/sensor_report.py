@@ -1,12 +1,9 @@
 """A robot calibrated from the sensors on its leg, as text, JSON and a picture."""
 
-from __future__ import annotations
-
 import contextlib
-import dataclasses
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -117,7 +114,7 @@ def calibrated(
                       parameters.settings.lever_arm_sd,
                       float(np.mean([model.layout.pull(one) for one in fit.unknowns])), asking.result())
     others = causes(design, fit, model, all_known, asking.progress)
-    estimate = dataclasses.replace(estimate, sd=widened(estimate.sd, others))
+    estimate = replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
         design, model, fit, estimate, parameters.settings, sigmas, wider, refused, held, others, of_parts, all_known,
         before, changed, [] if request.held_out else _alike(out, held)))

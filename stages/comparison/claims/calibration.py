@@ -1,7 +1,5 @@
 """Claims that a calibration decides. Where the runs are not measured it decides as a method, and says so."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

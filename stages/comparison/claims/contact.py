@@ -1,7 +1,5 @@
 """Claims on contact: constraints, friction, and the contact set."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

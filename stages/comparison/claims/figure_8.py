@@ -4,8 +4,6 @@ They are judged in a limit that needs no choice of a contact set: constraint mod
 penalty contact tends as it hardens, less the rolling constraint model. What the set of ground.yaml gives stands beside.
 """
 
-from __future__ import annotations
-
 import math
 
 from stages.comparison.agreement import farthest

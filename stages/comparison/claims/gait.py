@@ -1,7 +1,5 @@
 """Claims on the constraint model's gait: its frequency, its stability, and whether differences grow."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 The error of a number is what it differs by where all stages solved more closely.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import math

@@ -1,7 +1,5 @@
 """Claims on sensors and measurements. Runs that are not measured test the method; they decide nothing here."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 Work is counted in evaluations of the rates, or of an implicit step's residual: as many as its Newton iterations take.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -4,8 +4,6 @@ Their source and that of every sentence is Vasileiou, Smyrli, Drogosis and Papad
 (2021).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

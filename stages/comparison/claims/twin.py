@@ -1,7 +1,5 @@
 """Claims on the twin: settling, likeness to the simple model, pushes, the ramp."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """The register of figures: every module of this folder holds those of a subject as FIGURES, by name."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from html import escape

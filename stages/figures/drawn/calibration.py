@@ -1,7 +1,5 @@
 """The calibration: the robots that were found, a run that was fitted, and one that was held out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """The laws of the ground, and what each of their parameters does to a step: figures 4, 5 and 6."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Figure 9: the twin's design, and a frontal section through its hip, both from the bill of parts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 A fragment of a page without any outside reference; the report puts it in. Numbers are rounded to what a screen shows.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

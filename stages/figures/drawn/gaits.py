@@ -1,7 +1,5 @@
 """What becomes of disturbances and of gaits: multipliers, basin, slopes, the ladder to the twin, pushes."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Measurements: the way of their data, and their agreement with the models (figures 14 and 16)."""
 
-from __future__ import annotations
-
 import textwrap
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What the difference between the two models is made of, and what of it no contact set removes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

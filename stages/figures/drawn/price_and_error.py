@@ -1,7 +1,5 @@
 """What a number of the gait costs by each model, and how far it may be from the twin's."""
 
-from __future__ import annotations
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes

@@ -4,8 +4,6 @@ A fragment of a page without any outside reference. Where a browser has no WebGL
 drawing of the same machine. Both legs of a pair move as one, as in the walk that the twin hands on.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Iterator, Mapping

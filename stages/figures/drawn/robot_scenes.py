@@ -1,7 +1,5 @@
 """The robot in its scenes: the simplified model, the twin on its ramp and step by step, its sensors."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import matplotlib.pyplot as plt

@@ -1,7 +1,5 @@
 """Walks on blocks of drawn heights: steps to a fall, the chance to pass the ramp, and what the design does to both."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import matplotlib.pyplot as plt

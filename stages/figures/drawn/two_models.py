@@ -1,7 +1,5 @@
 """The constraint model beside penalty contact: forces, snapshots, motion of the hip (figures 2, 7 and 8)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import matplotlib.pyplot as plt

@@ -1,7 +1,5 @@
 """What the models cost and where they end: work and precision, and the map of extremes."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Sequence

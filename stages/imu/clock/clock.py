@@ -8,8 +8,6 @@ segments share the rate of the longest, and none ends after the next has begun. 
 stamps do, so the smallest bound holds.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -18,8 +18,6 @@ two stamps). It holds however the lateness is distributed, where least squares i
 The smallest delay of the radio stays in `a`: it cannot be observed from the stamps.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from operator import attrgetter
 

@@ -7,8 +7,6 @@ stamp and the same readings: its content shows no restart. Without a counter the
 samples, and only without those does the rank of a row, which knows of no loss.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

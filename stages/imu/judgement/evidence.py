@@ -15,8 +15,6 @@ A gyroscope that reads gamma times the true rate gives gamma theta. How far grav
 follows the rate's change shows A. What a stance's angle is off is one more number, which a drift lets grow.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """What one sensor's recording says about itself: losses, units, dead axes, resolution."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

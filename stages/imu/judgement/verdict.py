@@ -1,7 +1,5 @@
 """What is said against a trial, and what follows: accepted, accepted with remarks, or refused."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 ACCEPTED, WITH_REMARKS, REFUSED = "accepted", "accepted with remarks", "refused"

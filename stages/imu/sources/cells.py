@@ -6,8 +6,6 @@ the stamps advance at about that rate is meant. Where none is, the stamps are le
 follows from them is refused later, with both rates named.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

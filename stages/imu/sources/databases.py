@@ -6,8 +6,6 @@ users, hosts and databases. None of that is passed on: every error becomes a sen
 string is kept nowhere.
 """
 
-from __future__ import annotations
-
 import os
 import sqlite3
 import threading

@@ -6,8 +6,6 @@ field, such as "/imu/hip:linear_acceleration.x". Besides a message's own fields 
 sensor's clock, and `received`, when it was recorded.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

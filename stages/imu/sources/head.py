@@ -3,8 +3,6 @@
 Exports of common makers are recognised by their names, and with them what no name in them says.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Mapping, Sequence

@@ -3,8 +3,6 @@
 A file is opened only if it is a plain one: a pipe never ends, and a device has no size.
 """
 
-from __future__ import annotations
-
 import importlib
 import stat
 from collections.abc import Iterator, Sequence

@@ -4,8 +4,6 @@ Names show the columns, brackets or a row of units the units, and where they do 
 guess is said beside the map, and what no file holds (place, mounting, slope) is left to be filled in.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

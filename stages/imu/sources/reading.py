@@ -1,7 +1,5 @@
 """A lab's files as runs of numbers and words, which another process can read and hand over."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext

@@ -5,8 +5,6 @@ has no such standard, but a walk has: a step of length s on legs of length l swe
 knows no metre, no second and no gravity. The units of angular rate lie a factor of 57 and of 1000 apart.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

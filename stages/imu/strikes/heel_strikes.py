@@ -7,8 +7,6 @@ in all signals, and each is shifted until it lies best on the mean of them. A st
 the recording is expected between its neighbours and placed by what is left of it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from scipy.signal import find_peaks

@@ -7,8 +7,6 @@ for both legs. Where it is declared, the samples' times are already less its del
 full scale was there or beyond: hard impacts show their height by nothing else.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Step, stance and swing of each leg in time, and how far the legs differ, each with a standard error."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

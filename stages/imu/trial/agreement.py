@@ -1,7 +1,5 @@
 """How well a measured ensemble and a simulated curve agree: no number says it all, so here are the usual ones."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

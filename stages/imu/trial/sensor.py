@@ -5,11 +5,8 @@ turns it about all axes, and the stand of another pose is none to measure a walk
 from the stand before it to the next one, or to where it leaves its plane.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -86,11 +83,11 @@ def trace_sensor(recording: Recording, settings: Settings) -> SensorTrace:
 def part_of(trace: SensorTrace, rows: slice, experiment: Experiment, settings: Settings) -> SensorTrace:
     """These rows of a trace as a run of their own, with the still stand among them, on the clock of the whole."""
     whole, segment = trace.indexed, trace.indexed.segment[rows]
-    recording = dataclasses.replace(whole.recording.take(rows), experiment=experiment)
+    recording = replace(whole.recording.take(rows), experiment=experiment)
     if len(segment) == len(trace.time) and experiment == whole.recording.experiment:
         return trace
     indexed = numbered(recording, segment - segment[0], whole.index[rows], whole.batch_size, whole.numbered_by, 0, 0, 0)
-    return _traced(indexed, dataclasses.replace(trace.clock, time=trace.clock.time[rows]), trace.scale, settings)
+    return _traced(indexed, replace(trace.clock, time=trace.clock.time[rows]), trace.scale, settings)
 
 
 def _traced(indexed: IndexedRecording, clock: Clock, scale: Scale, settings: Settings) -> SensorTrace:

@@ -1,11 +1,8 @@
 """One run: its sensors judged, turned into the body's axes, synchronised and cut at heel strikes."""
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -69,11 +66,11 @@ def read_sensor(
     why = tuple(one.sentence for one in against)
     if frame is None:
         why = why or ("no still stand: the frame cannot be found",)
-        return None, dataclasses.replace(report, reasons=why), against
+        return None, replace(report, reasons=why), against
     turn = frame.rotation.T
     rate = (trace.angular_rate - trace.bias()) @ turn
     sensor = BodySensor(trace, frame, trace.time, trace.specific_force @ turn, rate)
-    return sensor, dataclasses.replace(report, accepted=not why, reasons=why), against
+    return sensor, replace(report, accepted=not why, reasons=why), against
 
 
 @dataclass(frozen=True)
@@ -147,7 +144,7 @@ def read_trials(
         return
     for number in range(max(count, 1)):
         name = f"{experiment.name}, walk {number + 1} of {count}" if count > 1 else experiment.name
-        mine = dataclasses.replace(experiment, name=name)
+        mine = replace(experiment, name=name)
         parts = [part_of(trace, one[number] if one else slice(None), mine, settings)
                  for trace, one in zip(traces, walks)]
         out = max((1.0 - len(part.time) / len(trace.time) for part, trace in zip(parts, traces) if len(trace.time)),
@@ -199,4 +196,4 @@ def _trial(
         leg=leg_of(sensors, common, used, corner, confirmed(evidence, parameters), drawing, parameters),
         evidence=evidence,
     )
-    return dataclasses.replace(trial, verdict=verdict_on(trial, left_out, parameters))
+    return replace(trial, verdict=verdict_on(trial, left_out, parameters))

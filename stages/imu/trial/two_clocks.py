@@ -5,12 +5,9 @@ them. Where the two then do not turn as one, or each is dated by its own clock, 
 other: the stand, the push and the transient after it are there once, where the walk repeats itself.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import fftconvolve
@@ -57,17 +54,17 @@ def brought_together(sensors: dict[str, BodySensor], settings: Settings, limits:
     if not own and _alike(near.sensors, settings) >= limits.usual_agreement:
         return near
     apart, other = _whole(sensors, settings)
-    far = dataclasses.replace(_by_stamps(_later(sensors, -apart), settings, own), other_lag=other)
+    far = replace(_by_stamps(_later(sensors, -apart), settings, own), other_lag=other)
     if own:
         return far
     if not _alike(far.sensors, settings) >= limits.agreement_by_motion:
         return near
-    return dataclasses.replace(far, lag=apart + far.lag)
+    return replace(far, lag=apart + far.lag)
 
 
 def _later(sensors: Mapping[str, BodySensor], by: float | np.ndarray) -> dict[str, BodySensor]:
     foot = sensors["foot"]
-    return {"hip": sensors["hip"], "foot": dataclasses.replace(foot, time=foot.time + by)}
+    return {"hip": sensors["hip"], "foot": replace(foot, time=foot.time + by)}
 
 
 def _rates(sensors: dict[str, BodySensor], settings: Settings) -> tuple[np.ndarray, ...]:

@@ -10,8 +10,6 @@ from where the leg would stand upright (paper, eq. 3). Over the other leg's stan
 nothing is said.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

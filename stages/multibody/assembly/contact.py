@@ -5,8 +5,6 @@ the plane, axes of the slope frame) and a marker at the centre of the foot's dis
 solver evaluates it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,9 +1,6 @@
 """What a scene really holds, counted in the assembled system and not in what was requested."""
 
-from __future__ import annotations
-
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -57,5 +54,5 @@ def bytes_of(*parts: Any) -> int:
         if isinstance(part, np.ndarray):
             total += part.nbytes
         else:
-            total += bytes_of(*(getattr(part, field.name) for field in dataclasses.fields(part)))
+            total += bytes_of(*(getattr(part, field.name) for field in fields(part)))
     return total

@@ -6,8 +6,6 @@ With rigid legs it is a revolute joint. A frame is a body of its own between the
 foot slides without turning.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 from typing import Any

@@ -4,8 +4,6 @@ A detailed design has at the hip a spring, a damper, friction, a counterweight. 
 between the coordinates that are the legs' angles, and a load. What a design does not have is not assembled.
 """
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Collection

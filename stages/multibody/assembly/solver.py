@@ -1,7 +1,5 @@
 """Runs an assembly through Exudyn's solvers and says how it ended: never a hang, never a silent NaN."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -7,8 +7,6 @@ build, without range checks, takes the same steps in 0.7 times the time; where t
 the other one by itself. A test walks with both.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

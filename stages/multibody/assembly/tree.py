@@ -4,8 +4,6 @@ Links: slide x, slide y (carries the hip mass), and for each leg a revolute join
 one, and a slide along the leg that carries the foot. With rigid legs the foot is part of the revolute joint's link.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import numpy as np

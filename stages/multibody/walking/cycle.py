@@ -2,8 +2,6 @@
 settled on it.
 """
 
-from __future__ import annotations
-
 from math import nan
 
 import numpy as np

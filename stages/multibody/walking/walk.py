@@ -1,7 +1,5 @@
 """Let the planar multibody biped walk: the one entry for everything that needs such a walk."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import sys

@@ -4,12 +4,9 @@ By complex steps through what makes the numbers of the parameters, so that no ru
 second time; only a slope's derivative stands here.
 """
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -67,7 +64,7 @@ def changes_of(
         if section is slope:
             gravity = complex(g_x, STEP * turned[key][0]), complex(g_y, STEP * turned[key][1])
         else:
-            moved = dataclasses.replace(section, **{key: complex(getattr(section, key), STEP)})
+            moved = replace(section, **{key: complex(getattr(section, key), STEP)})
             machine = moved if section is biped else biped
             if section is contact:
                 law = np.array(flat(own.measure(moved).numbers), dtype=complex)
@@ -86,7 +83,7 @@ def changes_of(
 def names_of(biped: Biped, slope: Slope, contact: ContactLaw) -> tuple[str, ...]:
     """Every parameter that moves the numbers of this walker; of the details those that the design has."""
     every = [f"{section.FILE}.{field.name}" for section in (biped, slope, contact)
-             for field in dataclasses.fields(section) if isinstance(getattr(section, field.name), float)
+             for field in fields(section) if isinstance(getattr(section, field.name), float)
              and (section is not biped or getattr(section, field.name) != field.default)]
     changes = changes_of(biped, slope, contact, every)
     moves = (changes.along != 0.0).any(axis=1) | (changes.laws.imag != 0.0).any(axis=1)
@@ -106,7 +103,7 @@ def owner(name: str, sections: tuple[Biped, Slope, ContactLaw]) -> Biped | Slope
 
 def unit_of(section: Biped | Slope | ContactLaw, key: str) -> str:
     """The unit of a parameter."""
-    return str(next(field for field in dataclasses.fields(section) if field.name == key).metadata["unit"])
+    return str(next(field for field in fields(section) if field.name == key).metadata["unit"])
 
 
 def flat(law: Sequence[Any]) -> list[Any]:

@@ -10,8 +10,6 @@ slope at the foot's radius, so that the power of F is F times the slip: its mome
 With rigid legs L has no equation; see `stages.penalty.motion.accelerations`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

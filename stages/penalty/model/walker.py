@@ -2,8 +2,6 @@
 derived functions of a leg's numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple

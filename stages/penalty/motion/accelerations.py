@@ -5,8 +5,6 @@ and length the mass matrix is inverted. A rigid leg has none for the length in i
 acceleration and its equation is left out. At the hip act its weight, and spring, damper and friction between the legs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

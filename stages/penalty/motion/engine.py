@@ -9,8 +9,6 @@ variations dy. The rates are continuous wherever the ground begins or ceases to 
 it and at every corner of the contact laws, so variations need no jump there: their own rates jump at most.
 """
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

@@ -11,8 +11,6 @@ walkers'. `end` is 1 or 2 while the step ends in the mid-stance of leg 0 or 1.
 The force of the ground on a foot, and its derivatives, by the contact laws of `stages.ground`.
 """
 
-from __future__ import annotations
-
 from math import cos, sin
 
 import numpy as np

@@ -8,8 +8,6 @@ Every design walks over the same numbers, and derivatives are differences of suc
 tangent.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

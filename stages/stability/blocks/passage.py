@@ -1,7 +1,5 @@
 """Mean first passage time to a fall on blocks of drawn heights, its interval, and the chance to pass a ramp."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any

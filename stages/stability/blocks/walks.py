@@ -5,8 +5,6 @@ on its height until it leaves. The first two blocks are level, and the walk star
 that does not end with a foot on its block and the hip between both feet is a fall.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ All frames of links stand at the middle of the hip axis while the machine stands
 hip axis. So the joints' values are the coordinates of `stages.twin.machine.tree`, in any format.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -245,7 +243,7 @@ def exported(parameters: Parameters) -> Exported:
 
 Element: TypeAlias = ElementTree.Element
 #: Text, or numbers that become text which gives the same bits when read.
-Value: TypeAlias = "str | float | Iterable[Any]"
+Value: TypeAlias = str | float | Iterable[Any]
 
 
 def text(value: Value) -> str:

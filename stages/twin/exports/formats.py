@@ -4,8 +4,6 @@ A format that shows motion takes it as a second argument of `write`; its CARRIES
 what they carry, so that formats can be compared.
 """
 
-from __future__ import annotations
-
 from types import ModuleType
 
 from stages.twin.exports import gltf, mjcf, sdf, urdf

@@ -3,8 +3,6 @@
 glTF knows no bodies. Masses, springs and the start stand in the `extras` of nodes, for those who look there.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from dataclasses import dataclass, field

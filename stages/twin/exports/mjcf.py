@@ -4,8 +4,6 @@ The ground is MuJoCo's: a soft constraint with its own time constant. Each pair'
 lane only, so a swinging foot goes down through the gaps of its lane as on the ramp, without a rule for scuffing.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ study's law at the force of one standing foot, and the law's largest damping, or
 it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from stages.ground.friction import static_penetration

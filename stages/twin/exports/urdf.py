@@ -3,8 +3,6 @@
 It has no springs, no start, no contact. The six coordinates of the inner frame need five links without mass.
 """
 
-from __future__ import annotations
-
 from stages.twin.exports.exported import COLOURS, QUARTER, Element, Exported, Link, Shape, Value, document, tag, tensor
 
 ENDING = "urdf"

@@ -9,8 +9,6 @@ arcs lose mass where that is not enough. So moments about the hip axis scale wit
 `twin.yaml` hold.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator, Sequence
 

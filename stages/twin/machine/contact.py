@@ -7,8 +7,6 @@ the feet stand. A cylinder's lowest line lies along -b, where b is the frame's u
 The laws are the texts of `stages.ground`. One call from Exudyn costs about 6 us where eight connectors cost 60 us.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path

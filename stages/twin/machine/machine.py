@@ -1,7 +1,5 @@
 """The twin as a mechanism: six rigid bodies put together from its bill of parts, four legs with springs, four feet."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 

@@ -11,8 +11,6 @@ The bill of parts is drawn for a plain design: equal legs, a hip mass, nothing a
 that design is added to the machine: legs that differ differ by as much, a frame is joined to the bill's.
 """
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -12,8 +12,6 @@ Exudyn itself turns each connector's force and torque into generalized forces, s
 the kinematics written there. It costs about four times as much.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -2,8 +2,6 @@
 energy goes.
 """
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

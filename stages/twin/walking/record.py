@@ -9,8 +9,6 @@ Sensor axes are those of the inner pair: forward, up the leg, lateral (along the
 machine stands straight). A sensor measures acceleration minus gravity, and the angular velocity, on these axes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property, partial
 

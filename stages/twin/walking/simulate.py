@@ -6,8 +6,6 @@ The ground acts on a pair while both its feet are over their blocks. A foot that
 air, so the force never jumps; if it touches then, or comes down where no block is, the run ends with that reason.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from functools import partial

@@ -4,8 +4,6 @@ One leg's part is that of `stages.penalty.model.derivation`, contact laws are th
 symbols, and `build_penalty` makes the walker's numbers of the parameters, which are symbols here as well.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

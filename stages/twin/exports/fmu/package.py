@@ -3,8 +3,6 @@
 The same design and compiler give the same bytes: no times, no paths, a token that is the source's digest.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import math
