@@ -8,13 +8,20 @@ must be quick to import: what computes the answer is imported when it is request
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from difflib import get_close_matches
+from numbers import Real
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, TypeVar
 
 from stages.biped.quantity import parameter
+
+Given = TypeVar("Given", bound=Collection[Any])
+#: Where an entry stands in the file, by its keys.
+Place = Callable[..., str]
 
 
 class WrongOption(ValueError):
@@ -26,6 +33,35 @@ def refuse(*rows: tuple[bool, str]) -> None:
     for holds, sentence in rows:
         if holds:
             raise WrongOption(sentence)
+
+
+def place_of(given: Any) -> Place:
+    """Where the entries of a file's content stand in it: file, line and key; of what was not read from one the key."""
+    place: Place = getattr(given, "place", lambda *keys: ".".join(map(str, keys)))
+    return place
+
+
+def only(
+    given: Given, allowed: Collection[str], place: Place, *keys: str, wrong: str = "there is no such entry; known are"
+) -> Given:
+    """What is `given` at some keys. Raises WrongOption where it has entries that are not `allowed`."""
+    for key in given:
+        if key not in allowed:
+            near = get_close_matches(str(key), allowed, 1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise WrongOption(f"{place(*keys, key)}: {wrong} {', '.join(allowed)}{hint}")
+    return given
+
+
+def number(
+    given: Any, where: str, least: float = -math.inf, most: float = math.inf, *, whole: bool = False
+) -> float:  # fmt: skip
+    """A number within limits. Raises WrongOption that says where it stands."""
+    is_number = not isinstance(given, bool) and isinstance(given, Real) and math.isfinite(given)
+    limits = f" from {least:g} to {most:g}" * math.isfinite(most)
+    refuse((not is_number or not least <= given <= most or (whole and given % 1 != 0),
+            f"{where}: {given!r}, must be a {'whole ' * whole}number{limits}"))
+    return float(given)
 
 
 def at_hand(reader: Callable[..., Iterator[Any]], source: Path, *given: Any) -> Iterator[Any]:

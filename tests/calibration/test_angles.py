@@ -125,7 +125,7 @@ def about(text):
     ("design:\n  legs: rigid\n  foot_com: {value: 2, unit: m}", "robot.yaml:3: design.foot_com: 2.0, must be <"),
     ("known:\n  torque_constant: {value: 0.1, unit: N m, uncertainty: -1}", "robot.yaml:2: known.torque_constant.unc"),
     ("free:\n  - hip_mass\n  - knee", "robot.yaml:3: free.1: knee is no number of the robot"),
-    ("recording: {begun_s: soon}", "robot.yaml:1: recording.begun_s: soon, must be a number from 0.02"),
+    ("recording: {begun_s: soon}", "robot.yaml:1: recording.begun_s: 'soon', must be a number from 0.02"),
     ("held_out: some", 'robot.yaml:1: held_out: some, must be "every other pair"'),
 ])
 def test_a_wrong_file_is_refused_with_line_and_key(text, message):

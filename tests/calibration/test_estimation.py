@@ -185,7 +185,7 @@ def test_a_run_is_the_same_in_plain_values(campaign):
     ("weight: 1", "known.yaml:1: weight: there is no such entry"),
     ("known:\n  mass: {value: 1, uncertainty: 1, unit: kg}", "known.yaml:2: known.mass: no such quantity"),
     ("known:\n  total_mass: {value: 1, uncertainty: 1, unit: g}", "known.yaml:2: known.total_mass.unit: g, must be kg"),
-    ("known:\n  leg_length: {value: long, uncertainty: 1, unit: m}", "known.yaml:2: known.leg_length.value: long"),
+    ("known:\n  leg_length: {value: long, uncertainty: 1, unit: m}", "known.yaml:2: known.leg_length.value: 'long'"),
     ("known:\n  leg_length: {value: 0.3, uncertainty: 0, unit: m}", "known.yaml:2: known.leg_length.uncertainty: 0"),
     ("fixed: [damping, colour]", "known.yaml:1: fixed.1: colour is no parameter of the design"),
     ("held_out: all", "known.yaml:1: held_out: expected a list"),

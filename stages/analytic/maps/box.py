@@ -1,16 +1,15 @@
 """The designs of a map: a grid, or points that fill a box evenly, by their number."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from stages.analytic.gait.design_point import DesignPoint
-from stages.biped.question import WrongOption, refuse
+from stages.biped.question import Place, WrongOption, number, only, place_of, refuse
 
 KINDS = ("sobol", "grid")
 KEYS = ("kind", "count", "seed", "vary")
@@ -92,77 +91,40 @@ def evenly(axes: int, seed: int, first: int, end: int) -> np.ndarray:
 
 def read(given: Mapping[str, Any], base: DesignPoint) -> Box:
     """The map that a file describes. Raises WrongOption, a sentence with key, value and what is allowed."""
-    at = partial(line, given)
-    known(given, KEYS, "a map", at)
+    at = place_of(given)
+    only(given, KEYS, at, wrong="a map has no such key; its keys are")
     kind = given.get("kind", KINDS[0])
     vary: Any = given.get("vary")
-    refuse((kind not in KINDS, f"{at('kind')}kind = {kind!r} is not allowed; allowed: {' or '.join(KINDS)}"),
+    refuse((kind not in KINDS, f"{at('kind')}: {kind!r}, must be {' or '.join(KINDS)}"),
            (not isinstance(vary, Mapping) or not vary,
-            f"{at('vary')}vary: allowed are names like ground.slope_deg, each with {{low: ..., high: ...}}"))
+            f"{at('vary')}: must be names like ground.slope_deg, each with {{low: ..., high: ...}}"))
     axes = tuple(axis(str(name), about, base, kind, partial(at, "vary", name)) for name, about in vary.items())
     if kind == "grid":
         size = math.prod(each.steps for each in axes)
-        refuse(*((key in given, f"{at(key)}{key} = {given.get(key)!r} is not allowed; a grid has none")
-                 for key in KEYS[1:3]),
-               (size > MOST, f"{at('vary')}vary: {size} designs; at most {MOST} are allowed"))
+        refuse(*((key in given, f"{at(key)}: {given.get(key)!r}, must be left out of a grid") for key in KEYS[1:3]),
+               (size > MOST, f"{at('vary')}: {size} designs, must be at most {MOST}"))
         return Box(axes, size, None)
-    count = whole(given.get("count"), f"{at('count')}count", 1, MOST)
-    return Box(axes, count, whole(given.get("seed", 1), f"{at('seed')}seed", 0, 2**31))
+    count = int(number(given.get("count"), at("count"), 1, MOST, whole=True))
+    return Box(axes, count, int(number(given.get("seed", 1), at("seed"), 0, 2**31, whole=True)))
 
 
-def line(given: Mapping[str, Any], *keys: str) -> str:
-    """File and line of an entry, before what is said of it; of what was not read from a file nothing."""
-    place = getattr(given, "place", None)
-    return "" if place is None else place(*keys).removesuffix(": " + ".".join(map(str, keys))) + ": "
-
-
-def axis(name: str, about: Any, base: DesignPoint, kind: str, at: Callable[..., str]) -> Axis:
+def axis(name: str, about: Any, base: DesignPoint, kind: str, at: Place) -> Axis:
     """One varied parameter; `at` says where an entry of it stands. Raises WrongOption."""
     try:
         bound, unit = base.bound(name), base.unit(name)
     except KeyError as error:
-        raise WrongOption(f"{at()}vary: {error.args[0]}") from None
-    whole_axis = f"vary: {name}"
-    refuse((not isinstance(about, Mapping),
-            f"{at()}{whole_axis} = {about!r} is not allowed; allowed: {{low: ..., high: ...}}"))
-    known(about, ("low", "high", "scale", "steps"), whole_axis, at)
-    where = {key: f"{at(key)}{whole_axis}: {key}" for key in ("low", "high", "scale", "steps")}
-    low, high = (number(about.get(key), where[key]) for key in ("low", "high"))
+        raise WrongOption(f"{at()}: {error.args[0]}") from None
+    refuse((not isinstance(about, Mapping), f"{at()}: {about!r}, must be {{low: ..., high: ...}}"))
+    only(about, ("low", "high", "scale", "steps"), at)
+    low, high = (number(about.get(key), at(key)) for key in ("low", "high"))
     scale = about.get("scale", "linear")
     refuse(
-        *((not bound.holds(value), f"{where[key]} = {value:g} is not allowed; allowed: {bound}")
+        *((not bound.holds(value), f"{at(key)}: {value:g}, must be {bound}")
           for key, value in (("low", low), ("high", high))),
-        (not low < high, f"{where['high']} = {high:g} is not allowed; allowed: > low = {low:g}"),
-        (scale not in ("linear", "log"), f"{where['scale']} = {scale!r} is not allowed; allowed: linear or log"),
-        (scale == "log" and low <= 0, f"{where['low']} = {low:g} is not allowed; allowed: > 0 where the scale is log"),
+        (not low < high, f"{at('high')}: {high:g}, must be > low = {low:g}"),
+        (scale not in ("linear", "log"), f"{at('scale')}: {scale!r}, must be linear or log"),
+        (scale == "log" and low <= 0, f"{at('low')}: {low:g}, must be > 0 where the scale is log"),
         (kind != "grid" and "steps" in about,
-         f"{where['steps']} = {about.get('steps')!r} is not allowed; only a grid has steps"))
-    steps = whole(about.get("steps"), where["steps"], 2, MOST) if kind == "grid" else 0
+         f"{at('steps')}: {about.get('steps')!r}, must be left out: only a grid has steps"))
+    steps = int(number(about.get("steps"), at("steps"), 2, MOST, whole=True)) if kind == "grid" else 0
     return Axis(name, unit, low, high, scale == "log", steps)
-
-
-def known(given: Mapping[str, Any], keys: tuple[str, ...], where: str, at: Callable[..., str]) -> None:
-    """Refuse a key that is none of `keys`."""
-    for key in given:
-        if key not in keys:
-            near = get_close_matches(str(key), keys, 1)
-            raise WrongOption(f"{at(key)}there is no key {key!r} in {where} (keys: {', '.join(keys)})"
-                              + (f"; did you mean {near[0]}?" if near else ""))  # fmt: skip
-
-
-def number(value: Any, where: str) -> float:
-    """A finite number. Raises WrongOption."""
-    try:
-        if isinstance(value, bool) or value is None or not math.isfinite(float(value)):
-            raise ValueError
-        return float(value)
-    except (TypeError, ValueError):
-        raise WrongOption(f"{where} = {value!r} is not allowed; allowed: a number") from None
-
-
-def whole(value: Any, where: str, least: int, most: int) -> int:
-    """A whole number within limits. Raises WrongOption."""
-    is_whole = isinstance(value, int | float) and not isinstance(value, bool) and not value % 1
-    refuse((not is_whole or not least <= value <= most,
-            f"{where} = {value!r} is not allowed; allowed: a whole number from {least} to {most}"))
-    return int(value)

@@ -16,10 +16,10 @@ from stages.analytic.model.walker import Vector
 from stages.analytic.walk.driven_stance import DrivenStance, driven_stance
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
-from stages.biped.question import refuse
+from stages.biped.question import Place, number, only, place_of, refuse
 from stages.calibration.angles.recording import COLUMNS, MARKERS, DrivenStep
 from stages.calibration.estimation.least_squares import Known, NotIdentified
-from stages.calibration.estimation.request import Place, full_name, known_value, number, only, value_of
+from stages.calibration.estimation.request import full_name, known_value, value_of
 from stages.ground.slope import Slope
 
 #: Beside the design's: motor torque per signal, torque at no signal (in the recording's sign), by how much the torque
@@ -196,7 +196,7 @@ class AngleSetup:
 def setup_of(about: Mapping[str, Any] | None, biped: Biped, slope: Slope) -> AngleSetup:
     """Read and check what the file says; without one the study's own design. Raises WrongOption with file and line."""
     about = {} if about is None else about
-    place: Place = getattr(about, "place", lambda *keys: ".".join(map(str, keys)))
+    place = place_of(about)
     only(about, KEYS, place, wrong="there is no such entry for angles; known are")
     given = _design(about.get("design") or {}, biped, place)
     biped = dataclasses.replace(biped, **given)

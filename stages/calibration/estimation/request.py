@@ -1,22 +1,18 @@
 """What a lab says beside its recordings: known values with their errors, and what is looked for."""
 
-import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any
 
 from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound
-from stages.biped.question import refuse
+from stages.biped.question import Place, number, only, place_of, refuse
 from stages.calibration.estimation.least_squares import SUMS, TOTAL_MASS, Known
 from stages.calibration.information.identifiability import EACH_RUNS, KNOWN_EVERYWHERE, SLOPE, short
 from stages.ground.slope import Slope
 
-Given = TypeVar("Given", bound=Collection[str])
-#: Where an entry stands in the file, by its keys.
-Place = Callable[..., str]
 ENTRY = ("value", "uncertainty", "unit", "source")
 KEYS = ("known", "free", "fixed", "also", "fitted", "held_out", "design")
 #: A known value may differ from the design's by this factor.
@@ -79,7 +75,7 @@ def request_of(about: Mapping[str, Any] | None) -> Request:
     """Read and check what the file says. Raises WrongOption with file, line, key, value and what is allowed."""
     if about is None:
         return Request()
-    place: Place = about.place  # type: ignore[attr-defined]
+    place = place_of(about)
     only(about, KEYS, place)
     entries, design = about.get("known") or {}, about.get("design") or BIPED
     refuse((not isinstance(entries, dict), f"{place('known')}: expected names with {{{', '.join(ENTRY)}}}"),
@@ -94,14 +90,6 @@ def request_of(about: Mapping[str, Any] | None) -> Request:
         for key in ("free", "fixed", "also"))
     held_out, fitted = (tuple(map(str, _listed(about, key, "names of runs", place))) for key in ("held_out", "fitted"))
     return Request(known, free, fixed, held_out, fitted, str(design), also)
-
-
-def only(
-    given: Given, allowed: Collection[str], place: Place, *keys: str, wrong: str = "there is no such entry; known are"
-) -> Given:
-    """What is `given` at some keys. Raises WrongOption where it has entries that are not `allowed`."""
-    refuse(*((key not in allowed, f"{place(*keys, key)}: {wrong} {', '.join(allowed)}") for key in given))
-    return given
 
 
 def _listed(about: Mapping[str, Any], key: str, what: str, place: Place) -> Sequence[Any]:
@@ -146,11 +134,3 @@ def value_of(entry: Any, unit: str, place: Place, *keys: str, most: float = 1e6)
     refuse((not is_entry, f"{place(*keys)}: expected {{value, unit, source}}"))
     refuse((entry["unit"] != unit, f"{place(*keys, 'unit')}: {entry['unit']}, must be {unit}"))
     return number(entry["value"], place(*keys, "value"), -most, most)
-
-
-def number(given: Any, where: str, least: float, most: float) -> float:
-    """A number within limits. Raises WrongOption that says where it stands."""
-    is_number = isinstance(given, (int, float)) and not isinstance(given, bool) and math.isfinite(given)
-    refuse((not is_number or not least <= given <= most,
-            f"{where}: {given}, must be a number from {least:g} to {most:g}"))
-    return float(given)
