@@ -120,12 +120,17 @@ class Ladder:
 
     def corrected(self, rung: int, measure: int, tolerance: float) -> tuple[float, float, float]:
         """A measure with the rung's bias, its solver's error and its model's, as shares where errors are. Raises NoRung
-        where the gait may not be stable, of which no rung below the penalty walker has learnt its miss."""
+        where the gait may not be stable, of which no rung below the penalty walker has learnt its miss. Inside of what
+        was sampled all better models found it; outside it counts only with a multiplier that is below one for sure."""
         found = self.find(rung, tolerance)
         miss = self.miss(rung, measure)
-        largest = float(found.values[MULTIPLIER]) + self.miss(rung, MULTIPLIER).bias
+        multiplier = self.miss(rung, MULTIPLIER)
+        largest = float(found.values[MULTIPLIER]) + multiplier.bias
         if rung < PENALTY and largest >= 1.0:
             raise NoRung(f"the {RUNGS[rung].name} finds a gait that is not stable: its error there is not known")
+        if rung < PENALTY and largest + multiplier.error >= 1.0 and self.outside():
+            raise NoRung(f"the {RUNGS[rung].name} finds a gait of multiplier {largest:.2g} ± {multiplier.error:.2g}, "
+                         "which outside of the sampled designs may not be there")
         value, solver = float(found.values[measure]), float(found.errors[measure])
         if not SHARED[measure]:
             return value + miss.bias, solver, miss.error

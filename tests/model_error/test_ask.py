@@ -63,6 +63,20 @@ def test_a_gait_whose_multiplier_with_its_known_bias_is_not_below_one_has_no_kno
     assert abs(bias) > 1e-6, "else the sign of the bias shows nothing"
 
 
+@pytest.mark.parametrize("rung", range(PENALTY))
+def test_outside_of_the_sampled_designs_a_gait_counts_whose_multiplier_is_below_one_with_its_error(
+    monkeypatch, ladder, rung
+):
+    """Of 30 robots there that fall, the constraint model answered for 10 within 5 %."""
+    miss = ladder.miss(rung, MULTIPLIER)
+    for over, outside, refused in ((1e-9, ["slope"], True), (-1e-9, ["slope"], False), (1e-9, [], False)):
+        values = np.where(np.arange(len(NAMES)) == MULTIPLIER, 1.0 - miss.bias - miss.error + over, 0.5)
+        monkeypatch.setattr(ladder, "find", lambda *_, values=values: Found(values, 0.0 * values))
+        monkeypatch.setattr(ladder, "outside", lambda outside=outside: outside)
+        with pytest.raises(NoRung, match="may not be there") if refused else nullcontext():
+            ladder.corrected(rung, NAMES.index("period"), 1e-6)
+
+
 def test_an_error_in_the_measures_unit_is_that_share_of_it(ladder):
     share = ladder.within("period", 0.01, share=True)
     number = ladder.within("period", 0.01 * share.value, share=False)
