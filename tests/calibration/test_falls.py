@@ -268,7 +268,7 @@ def test_what_is_said_of_an_option_names_it_as_it_is_typed(tmp_path):
     with pytest.raises(WrongOption, match=r"^--as: .* has no robot\.json"):
         read(tmp_path)
     for key in ("held_out", "fitted"):
-        with pytest.raises(WrongOption, match=f"^--with: {key}: no run walk 9 can be used; there are walk 1$"):
+        with pytest.raises(WrongOption, match=f"^--with: {key}: no run 'walk 9' can be used; there are walk 1$"):
             _split([SimpleNamespace(name="walk 1")], Request(**{key: ("walk 9",)}), 3)
 
 

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -186,6 +187,17 @@ def test_a_fit_of_sensors_that_is_not_at_rest_has_no_intervals_and_ends_with_3(u
     assert all((row["sd"] is not None) is converged for row in answer.plain["parameters"].values())
     assert ("not at rest" in answer.lines[0]) is not converged
     assert answer.lines[0].startswith("1 run fitted,") and not any(" apart" in line for line in answer.lines)
+
+
+@pytest.mark.parametrize(("off", "said"), [(2.5, []), (14.0, ["14.0 standard errors"])])
+def test_a_known_value_that_the_runs_contradict_is_named(unlike, off, said):
+    """A caliper's leg length that left the rubber out came out 14 standard errors off, in silence."""
+    model, fit = unlike
+    length = float(fit.design[model.shared.index("biped.leg_length")])
+    known = (Known("biped.leg_length", length - off * 1e-4, 1e-4), Known("total_mass", 1.0, 1e-9))
+    lines = [line for line in answered(model, fit, known=known).lines if "these runs contradict that" in line]
+    assert [re.search(r"by (.*) \(found", line)[1] for line in lines] == said
+    assert all(line.startswith("leg_length is known as ") for line in lines)
 
 
 def test_what_each_run_has_of_its_own_is_said_with_its_scatter(unlike):

@@ -78,7 +78,7 @@ def answered(parameters: Parameters, request: Request, runs: int) -> Answer:
 def _weak(found: Identifiability) -> list[str]:
     """What goes along with something else."""
     return [f"weak: {short(name)} goes with {short(found.partners[row])} (correlation {found.correlations[row]:+.3f}); "
-            f"were that known, {short(name)} would be to {_share(found, row, found.sd_without)}"
+            f"were that known, {short(name)} would be known to {_share(found, row, found.sd_without)}"
             for row, name in enumerate(found.names) if abs(found.correlations[row]) >= STRONG]  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -173,7 +173,7 @@ def _split(
     """Runs that are fitted, and those held out: every other one of more than a `few` where the file does not say.
     Raises WrongOption, NotIdentified."""
     names, both = [run.name for run in runs], set(request.held_out) & set(request.fitted)
-    refuse(*((name not in names, f"--with: {key}: no run {name} can be used; there are {', '.join(names)}")
+    refuse(*((name not in names, f"--with: {key}: no run {name!r} can be used; there are {', '.join(names)}")
              for key in ("held_out", "fitted") for name in getattr(request, key)),
            *((True, f"--with: {one}: cannot be both fitted and held out") for one in both))  # fmt: skip
     out = [run for run in runs if run.name in request.held_out]
@@ -250,7 +250,7 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
         lines.append(f"residuals are not noise alone (size {result.sigmas:.2f}, and neighbours hang together): "
                      f"intervals are {result.wider:.1f} times as wide as noise would have them")
     lines += [*structure_in_words(fit.runs, fit.equations), *_of_sensors(fit, model), *in_words(result.causes, design),
-              estimate.words, *_beyond_intervals(fit, design)]  # fmt: skip
+              estimate.words, *_contradicted(result.known, fit, design), *_beyond_intervals(fit, design)]  # fmt: skip
     known = [one.sigmas for one in result.held_out.values() if one is not None]
     if result.held_out and not known:
         lines.append("no run held out could be walked")
@@ -265,6 +265,17 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
         f"{short(name)}, for each run: {fit.own[:, place].mean():.6g} {design.unit(name)}"
         + f" on average, {fit.own[:, place].std():.2g} {design.unit(name)} apart" * several
         for place, name in enumerate(model.own[1:], 1)]
+
+
+def _contradicted(known: Iterable[Known], fit: CampaignFit, design: DesignPoint) -> Iterator[str]:
+    """Which known parameters the runs move further than their errors allow."""
+    found = dict(zip(fit.names, fit.design, strict=True))
+    for one in (one for one in known if one.name in found):
+        off = abs(found[one.name] - one.value) / one.sd
+        if off > FAR_OFF:
+            yield (f"{short(one.name)} is known as {one.value:.6g} {design.unit(one.name)} with a standard error of "
+                   f"{one.sd:.2g}; these runs contradict that by {off:.1f} standard errors (found "
+                   f"{found[one.name]:.6g})")
 
 
 def _beyond_intervals(fit: CampaignFit, design: DesignPoint) -> Iterator[str]:
