@@ -8,6 +8,7 @@ import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives, step_tangents
 from stages.analytic.errors import StepFailed
+from stages.analytic.gait.basin import basin_of_attraction
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait, step_length
@@ -16,10 +17,12 @@ from stages.analytic.model.kinds import DetailedRigid, with_legs_exchanged
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.section import section_state
+from stages.analytic.result import FORWARD, NO_START, REACHES
 from stages.analytic.walk.error_estimate import estimate_errors
 from stages.analytic.walk.recording import crossing, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.quantity import faults
+from stages.ground.slope import Slope
 from tests.analytic.designs import SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait
 from tests.analytic.differences import gait_slope, map_slope, shares, step_slope
 from tests.analytic.test_detailed import LAME_RIGID
@@ -124,6 +127,26 @@ def test_legs_that_differ_are_put_down_each_in_its_time():
     report = report_gait(own, found, TOLERANCE, 1.1)
     assert report.limp.limp == pytest.approx(0.0, abs=1e-12) and np.ptp(report.put_down.rise_m) > 1e-6
     assert abs(report.energy.residual) < 1e-9
+
+
+def test_a_walk_whose_foot_is_put_down_behind_the_other_does_not_reach_the_gait():
+    """Its hip is ahead of both feet. Such starts were said to reach the gait all the same."""
+    biped = changed(TABLE_1_RIGID, foot_mass=0.372, foot_radius=0.22, leg_inertia=0.0024, frame_mass=0.163,
+                    frame_com=0.1, hip_stiffness=0.1, feet_retract=True, strike_time=0.274)  # fmt: skip
+    walker, point = find_gait(biped, Slope(1.68, 9.81), TOLERANCE)
+    found = basin_of_attraction(walker, point.z, np.linspace(0.4, 0.6, 8), np.linspace(2.0, 4.0, 8), steps=60)
+    behind = []
+    for place in np.argwhere(found.ending != NO_START):
+        z = point.z.copy()
+        z[0], z[walker.rate_entry] = -found.stance_angle[place[0]], found.stance_rate[place[1]] * walker.time
+        try:
+            for _ in range(found.steps[tuple(place)] + (found.ending[tuple(place)] == FORWARD)):
+                z = poincare_map(walker, z, 1e-6).z
+        except StepFailed as why:
+            behind.append("behind the stance foot" in str(why))
+            assert found.ending[tuple(place)] == FORWARD
+        assert (np.abs(z - point.z).max() < found.near) == (found.ending[tuple(place)] == REACHES)
+    assert sum(behind) > 3 and (found.ending == REACHES).any()
 
 
 def test_feet_that_retract_and_land_themselves_scuff_nothing(free):

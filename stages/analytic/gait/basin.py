@@ -11,6 +11,7 @@ from stages.analytic.integration.phase import EVENT, FALL, TIME_LIMIT, walk_step
 from stages.analytic.model.kinds import Kind
 from stages.analytic.model.terms import exchanged
 from stages.analytic.model.walker import Vector, Walker
+from stages.analytic.phases.motion import shape
 from stages.analytic.phases.section import section_coordinates, section_state
 from stages.analytic.result import BACK, FORWARD, NO_START, OTHERWISE, REACHES, STILL, WALKS_ON, Basin
 
@@ -20,10 +21,14 @@ NEAR, TOLERANCE = 1e-3, 1e-6
 
 
 @compiled
-def unlanded(status: int, y: Vector) -> int:
+def unlanded(status: int, y: Vector, p: Kind) -> int:
     """Why a step does not end at a heel strike with the hip between the feet; 0 if it does."""
+    size, end = shape(p)
     if status == EVENT:
-        return BACK if y[y.size // 4] >= 0.0 else REACHES  # the trailing leg's angle: entry 1 of 4, or 2 of 8
+        if y[size // 4] >= 0.0:  # the trailing leg's angle: entry 1 of 4, or 2 of 8
+            return BACK
+        # a foot that is put down at a given time may be behind the other one, and the hip ahead of both
+        return FORWARD if end < np.inf and y[0] + y[1] >= 0.0 else REACHES
     if status == TIME_LIMIT:
         return STILL
     if status == FALL:
@@ -48,7 +53,7 @@ def walk_starts(
             continue
         for _ in range(steps):
             status, _, _, _, _ = walk_step(y, standing, TOLERANCE, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, None)
-            why = unlanded(status, y)
+            why = unlanded(status, y, p)
             if why != REACHES:
                 ending[i] = why
                 break

@@ -76,7 +76,7 @@ class Rough:
         middle, half = self.middles[at.leg], 0.5 * self.length
         p = self.walker.on(at.leg).p._replace(h_ahead=self.rms * (height - at.height), x_ahead=middle - half)
         status, *_ = walk_step(y, p, self.tolerance, TIME_LIMIT_OF_A_PHASE, STEP_LIMIT_OF_A_PHASE, None)
-        ending = int(unlanded(status, y))
+        ending = int(unlanded(status, y, p))
         if ending == REACHES and self.apart(y, 1 - at.leg) > middle + half:
             ending = OTHERWISE
         return Standing(y, 1 - at.leg, height), ending
