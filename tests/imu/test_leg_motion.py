@@ -135,6 +135,14 @@ def test_a_step_of_legs_that_show_no_toe_off_is_known_less() -> None:
     assert 0.8 <= seen < 0.95 and 1.25 < unseen < 1.4
 
 
+def test_a_long_double_stance_is_known_less() -> None:
+    """The foot is let go gently: 33 double stances of twins of 4 to 80 ms are off by .85 of what is said, rms."""
+    strikes = HeelStrikes(STEP * np.arange(COUNT), (np.arange(COUNT) + 1) % 2)
+    short, long = (step_times(strikes, double, DRAWING) for double in (6e-3, 36e-3))
+    assert 1e3 * short.double_stance_error < 1.05 and 2.5 < 1e3 * long.double_stance_error < 3.0
+    assert long.inner_error == long.double_stance_error and long.step_error == short.step_error
+
+
 @pytest.mark.parametrize("count", [5, 21])
 def test_what_strikes_scatter_is_less_in_the_mean_of_more_steps(count: int) -> None:
     rng, leg = np.random.default_rng(7), (np.arange(count) + 1) % 2
@@ -290,11 +298,13 @@ def test_strikes_without_impacts_stay() -> None:
     assert np.isnan(corner) and len(STRIKE) == 3
 
 
-def test_the_foot_is_let_go_where_its_force_bends() -> None:
+@pytest.mark.parametrize("lift", [0.0066, 0.02, 0.036, 0.06])
+def test_the_foot_is_let_go_where_its_force_bends(lift: float) -> None:
+    """However long both feet stand: of 36 ms 16 were found, give or take .9."""
     true = 0.3 + 0.987 * np.arange(6)
-    lifts = [lift_after(true, sampled(true + 0.0066, np.array([[0.0, 3.0, 2.0]] * 6), seed), CORNER_HZ)
+    lifts = [lift_after(true, sampled(true + lift, np.array([[0.0, 3.0, 2.0]] * 6), seed), CORNER_HZ)
              for seed in range(20)]  # fmt: skip
-    assert np.abs(np.array(lifts) - 0.0066).max() < 1e-3
+    assert np.abs(np.array(lifts) - lift).max() < 1e-3
     assert np.isnan(lift_after(true, sampled(true, np.zeros((6, 3)), 0), CORNER_HZ))
 
 

@@ -16,12 +16,14 @@ from stages.imu.strikes.step_times import INNER, OUTER, HeelStrikes
 
 WINDOW_S = (-0.04, 0.04)  # around a strike
 ONSETS_S = np.arange(-0.02, 0.0121, 0.0005)
-LIFTS_S = np.arange(-0.02, 0.0251, 0.0005)
+EARLIEST_S, LATEST_S = -0.02, 0.075  # where a lift is looked for first
+COARSE_S, LIFT_S = 0.002, 0.0005  # how finely, at first and later
+AFTER_S = 0.015  # that a lift is before the last of the samples at least
 CORNERS = np.arange(0.15, 0.5, 0.05)  # of the low pass, in sampling rates
 FEWEST_SAMPLES = 12  # of a leg, together: twice what is fitted to a force, a line, three responses and an onset
 LEAST_GAIN = 0.95  # of the scatter about a straight line, that what is fitted must explain: in 84 runs 0.98 or more
 AT_STRIKE = np.arange(-0.1, 0.11, 0.05)  # how far strikes may be off, in sampling periods
-ROUNDS = 10  # in which it settles which samples tell: two to five
+ROUNDS = 10  # in which it settles which samples tell: two to five; and until when a lift is looked for: two or three
 UNKNOWN = 1e-9  # of what all samples show of a fitted number: it is zero where those that are left show less
 STRIKE, LIFT = (0, 1, 2), (1, 2)  # columns of `responses`: a strike is a blow as well
 
@@ -39,11 +41,11 @@ class Samples:
     rate_hz: float
     taken_delay: float
 
-    def around(self, strikes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Times (m,) from the strike of all samples around each strike, forces (m, k), and `beyond` (m, k)."""
+    def around(self, strikes: np.ndarray, end: float = WINDOW_S[1]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times (m,) from the strike of all samples around each, to `end` [s], forces (m, k), and `beyond` (m, k)."""
         known = np.isfinite(self.force).all(axis=1)
         at, sensed, beyond = self.time[known], self.force[known], self.beyond[known]
-        first, last = (np.searchsorted(at, strikes + edge) for edge in WINDOW_S)
+        first, last = (np.searchsorted(at, strikes + edge) for edge in (WINDOW_S[0], end))
         rows = [np.arange(a, b) for a, b in zip(first, last)]
         every = np.concatenate([np.empty(0, dtype=np.int64), *rows])
         return at[every] - np.repeat(strikes, last - first), sensed[every], beyond[every]
@@ -80,17 +82,27 @@ def lift_after(strikes: np.ndarray, seen: Samples, corner_hz: float) -> float:
     """How long after the other leg's strikes (s,) [s] the sensor's foot is let go [s]; NaN where that is not seen.
 
     Its force is the foot's along the leg: what pressed the leg's slide together lets go when the ground does. Stiff
-    legs give no slide that shows it: there the other leg's blow, at the strike, shows more.
+    legs give no slide that shows it: there the other leg's blow, at the strike, shows more. As much is looked at after
+    the lift as after a strike, however long both feet stand.
     """
-    around = time, force, beyond = seen.around(strikes)
-    if (beyond == 0).sum() < FEWEST_SAMPLES or not np.isfinite(corner_hz):
+    if not np.isfinite(corner_hz):
         return float("nan")
-    cost = costs_of(*around, corner_hz, LIFTS_S, LIFT)
+    end, finely = LATEST_S + AFTER_S, COARSE_S
+    for _ in range(ROUNDS):
+        lifts = np.arange(EARLIEST_S, end - AFTER_S, finely)
+        around = time, force, beyond = seen.around(strikes, end)
+        if (beyond == 0).sum() < FEWEST_SAMPLES:
+            return float("nan")
+        cost = costs_of(*around, corner_hz, lifts, LIFT)
+        following = WINDOW_S[1] + max(float(lifts[np.argmin(cost)]) + seen.taken_delay, 0.0)
+        if finely == LIFT_S and abs(following - end) < LIFT_S:
+            break
+        end, finely = following, LIFT_S
     blow = costs_of(*around, corner_hz, AT_STRIKE / seen.rate_hz - seen.taken_delay, STRIKE)
     line = np.polynomial.polynomial.polyfit(time, force, 1)
     scatter = float(((force - np.vander(time, 2, increasing=True) @ line) ** 2).sum())
     left = float(np.exp(cost.min() / (beyond == 0).sum()))
-    after = lowest(cost, LIFTS_S) + seen.taken_delay
+    after = lowest(cost, lifts) + seen.taken_delay
     return after if after > 0 and left < (1 - LEAST_GAIN) * scatter and cost.min() < blow.min() else float("nan")
 
 

@@ -45,6 +45,8 @@ NAN = math.nan
 #: By how much more the onset is off where no foot is seen to be let go: stiff legs rebound, unlike the blow of the fit.
 #: Steps of 144 runs (nine robots of 0.15 to 1.2 m, rigid or 3 to 10 times as stiff as Table 1's) are off by 1.3 ms rms.
 STIFF = 1.5
+#: What toe-off is off by of a double stance: the longer it is the more gently the foot is let go.
+GENTLE = 0.07
 UNKNOWN = StepTimes(*(NAN,) * 15)
 
 
@@ -57,7 +59,7 @@ def step_times(strikes: HeelStrikes, double_stance: float, drawing: Drawing) -> 
     (inner, fewest), (outer, others) = (_mean_step(strikes, leg) for leg in (INNER, OUTER))
     scatter = drawing.strike_scatter_s / math.sqrt(max(min(fewest, others), 1))
     step = math.sqrt(2) * math.hypot(onset, scatter)
-    known = math.hypot(onset, drawing.toe_off_error_s, scatter) if double_stance > 0 else NAN
+    known = math.hypot(onset, drawing.toe_off_error_s, scatter, GENTLE * double_stance) if double_stance > 0 else NAN
     other = math.hypot(known, double_stance)
     stances = outer + double_stance, inner + double_stance
     # What is taken out of one step is in the other: their difference is off by twice the error of one.
