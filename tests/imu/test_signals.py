@@ -249,6 +249,19 @@ def test_two_places_tell_which_way_a_gyroscope_turns_where_gravity_does_not() ->
     assert lever_of(time[6:], *behind, NO_STRIKES, 200.0)[5] == pytest.approx(0.03, abs=1e-3)
 
 
+def test_blows_of_the_push_and_of_the_catch_say_nothing_of_the_sensors() -> None:
+    """A strike that is not found, between the push and the first that is: good sensors were said to differ by 1.4."""
+    time, hip, foot = hanging_leg()
+    strikes = HeelStrikes(np.arange(1.0, 5.5, 0.5), np.arange(9) % 2)
+    for one in (hip, foot):
+        one[:, 0] += 0.5 * np.sin(3.1 * time)
+    hip[[120, 1160], 0] += 60.0
+    foot[[125, 1165], 0] -= 40.0
+    arm, direction, gain = lever_of(time, hip, foot, strikes, 200.0)[:3]
+    assert arm == pytest.approx(0.3, rel=0.01) and direction == pytest.approx(0.0, abs=0.1)
+    assert gain == pytest.approx(1.0, abs=0.03)
+
+
 def test_a_sensor_that_turns_on_its_leg_moves_the_swing_axis() -> None:
     rng = np.random.default_rng(3)
     rate = np.column_stack((*rng.normal(scale=1e-3, size=(2, 900)), np.sin(np.arange(900) / 15)))

@@ -138,6 +138,8 @@ def lever_of(
     if len(time) < FEWEST_POINTS:
         return (NAN,) * 6
     known = away_from_holes(np.isfinite(hip).all(axis=1) & np.isfinite(foot).all(axis=1), quick, rate_hz)
+    if len(strikes.time) > 1:  # a push or a catch may hold blows of its own
+        known &= (time > strikes.time[0]) & (time < strikes.time[-1])
     for strike in strikes.time:
         known &= (time < strike + AROUND_STRIKE_S[0] / quick) | (time > strike + AROUND_STRIKE_S[1] / quick)
     if known.sum() < FEWEST_POINTS:
