@@ -8,6 +8,7 @@ import numpy as np
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.walk.sampling import walk_from_mid_stance
+from stages.biped.accuracy.scales import TABLE_1, from_to, quickness, scales_of
 from stages.biped.design import Biped, require_own_strikes
 from stages.biped.walk import StanceState, Walk
 from stages.extremes.constraint_points import usual_gait
@@ -28,8 +29,12 @@ from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 #: The reference's tolerance is tighter by this; what is the tightest tolerance Exudyn's explicit solver goes with.
 TIGHTER, TIGHTEST = 1e-2, 1e-11
-#: Points in time at which two runs are compared, and time left out around heel strike for the rigid limit [s].
-GRID, IMPACT = 400, 5e-3
+#: Points in time at which two runs are compared.
+GRID = 400
+#: For Table 1's robot, others have their own scales: time left out around heel strike for the rigid limit [s], rate of
+#: the gait's samples [Hz], and the contact that is stiffened, in the parameters' units.
+IMPACT, RATE_HZ = 5e-3, 2000.0
+STIFFNESS, DAMPING, DEPTH, VELOCITIES = 1e5, 1e4, 1e-4, (1e-3, 2e-3)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -137,7 +142,8 @@ def step_of(biped: Biped, slope: Slope, friction: Friction | None) -> tuple[Walk
     """
     try:
         walker, point = usual_gait(biped, slope, friction)
-        walk, upright = walk_from_mid_stance(walker, point.z, 1, 1e-10, 2000.0)
+        rate = RATE_HZ * quickness(biped, slope.gravity)
+        walk, upright = walk_from_mid_stance(walker, point.z, 1, 1e-10, rate)
     except (NoGait, StepFailed) as reason:
         raise NoGait(f"no gait to start from: {reason}") from None
     return walk, point.steps[0].period * walker.time, upright
@@ -150,13 +156,17 @@ def rigid_limit(usual: Parameters, here: Parameters, point: Point) -> Finding:
     mu, law = here.contact.static_friction, here.contact
     walk, period, stance = step_of(here.biped, here.slope, Friction(mu, mu))
     scale = factor ** (1.0 / (law.contact_exponent + 1.0))
-    stiff = ContactLaw(factor * 1e5, law.contact_exponent, 1e4 * scale, 1e-4 / scale, mu, mu, 1e-3, 2e-3)
+    own = scales_of(here.biped, here.slope.gravity)
+    stiff = from_to(TABLE_1, own).measure(ContactLaw(
+        factor * STIFFNESS, law.contact_exponent, DAMPING * scale, DEPTH / scale, mu, mu, *VELOCITIES))
     patient = dataclasses.replace(here.multibody, most_solver_steps=500_000)
     state = rolling_state(here.biped, stiff, stance, walk.standing_force)
     run = simulate(here.biped, here.slope, stiff, state, patient, steps=1)
     if not run.completed:
         return Finding(FAILED, reason=ending(run.outcome, run.message))
-    away = (walk.time <= period) & (np.abs(walk.time - walk.heel_strike_time[0]) > IMPACT)
+    near = IMPACT / quickness(here.biped, here.slope.gravity)
+    end = min(period, float(run.trajectory.time[-1]))
+    away = (walk.time <= end) & (np.abs(walk.time - walk.heel_strike_time[0]) > near)
     hip = run.trajectory.at(walk.time[away])[0][:, :2]
     error = float(np.abs(hip - walk.hip_position[away]).max() / here.biped.leg_length)
     finding = judged(error, np.nan, limit, limit, "gait, coulomb: its rigid limit")

@@ -62,6 +62,11 @@ class Scales:
 SI = Scales(1.0, 1.0, 1.0)
 
 
+def from_to(one: Scales, other: Scales) -> Scales:
+    """The scales by which what is measured is as large in the `other` ones as it was in `one`."""
+    return Scales(one.mass / other.mass, one.length / other.length, one.time / other.time)
+
+
 def scales_of(biped: Biped, gravity: float) -> Scales:
     """Of a design under gravity [m/s^2]: whole mass, first leg's length, pendulum time sqrt(leg length / gravity)."""
     return Scales(biped.total_mass, biped.leg_length, math.sqrt(biped.leg_length / gravity))
