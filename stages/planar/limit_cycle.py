@@ -8,10 +8,12 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from stages.planar.run import LimitCycle, PlanarState
-from stages.planar.section import NoLimitCycle, SectionStep, section_numbers
+from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_state
 
-#: Steps of a walk that leads to where there is a gait, and of one that leads away from an unstable gait.
-SETTLING_STEPS, LEAVING_STEPS = 8, 16
+#: Steps of a walk that leads to where there is a gait.
+SETTLING_STEPS = 8
+#: Distance from an unstable gait, in `scales`, at which a step shows how the map bends, and within which that serves.
+ASIDE, FARTHEST_ASIDE = 0.1, 2.0
 NEWTON_STEPS = 16
 #: The derivative is made anew when so many iterations have left more than this of the residual, so often at most; at
 #: once where nothing is won since it was made. Making it costs ten steps, and a slow iteration has corrected it.
@@ -87,31 +89,62 @@ class StepTaker(Steps[SectionStep], Protocol):
 
 
 def gait_near(walker: StepTaker, state: PlanarState, *, central: bool = True) -> LimitCycle:
-    """The gait near `state`, a mid-stance, or near the end of a walk of some steps from it: where there is no other, or
-    where that is unstable and the walk leads to a stable one, as beside a fold.
+    """The gait near `state`, a mid-stance, or near the end of a walk of some steps from it where there is no other.
+    Where that is unstable, the stable one that it gives way to on the side of `state`, as beside a fold or in a limp.
 
     The derivative there is by `central` differences, or by forward ones, which cost half as much and leave one more
     digit of multipliers uncertain: then that of the search's own start serves if it is within `CLOSE`.
     Raises NoLimitCycle.
     """
-    begin, derivative = section_numbers(state), None
+    begin, derivative, close = section_numbers(state), None, False
     try:
         first = walker.step(begin)
         if not central:
             derivative = walker.derivative(begin, first)
         found = fixed_point(walker, begin, derivative, first)
+        close = _size(walker, found.numbers - begin) <= CLOSE
     except NoLimitCycle:
-        return cycle_at(walker, fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers), None, central)
-    close = _size(walker, found.numbers - begin) <= CLOSE
+        found = fixed_point(walker, walker.walk(state, SETTLING_STEPS).numbers)
     gait = cycle_at(walker, found, derivative if close else None, central)
     if not gait.stable:
-        with contextlib.suppress(NoLimitCycle):
-            end = walker.walk(state, LEAVING_STEPS).numbers
-            found = fixed_point(walker, end)
-            if _size(walker, found.numbers - end) < _size(walker, gait.section_state - end):
-                other = cycle_at(walker, found, None, central)
-                gait = other if other.stable else gait
+        for numbers in beside(walker, gait, begin):
+            with contextlib.suppress(NoLimitCycle):
+                settled = walker.walk(section_state(numbers, state), SETTLING_STEPS).numbers
+                other = cycle_at(walker, fixed_point(walker, settled), None, central)
+                if other.stable:
+                    return other
     return gait
+
+
+def beside(walker: StepTaker, gait: LimitCycle, begin: np.ndarray) -> list[np.ndarray]:
+    """Section numbers (10,) near other gaits beside an unstable one, first on the side of `begin` (10,); none if far.
+
+    Along the direction that grows by a multiplier above one, a cycle moves the state by a cubic, which is zero at fixed
+    points: its slope at the gait is known, and cycles from either side give its bend and twist.
+    """
+    scales, numbers = walker.scales, gait.section_state
+    derivative = gait.monodromy_matrix / scales[:, None] * scales
+    (largest, direction), (_, along) = (_largest(each) for each in (derivative, derivative.T))
+    if largest.imag or largest.real < 1.0:
+        return []
+    direction, along = direction.real, along.real / (along.real @ direction.real)
+    try:
+        ahead, behind = (
+            along @ ((walker.step(numbers + aside * direction * scales).numbers - numbers) / scales) - aside
+            for aside in (ASIDE, -ASIDE))  # fmt: skip
+    except NoLimitCycle:
+        return []
+    slope, side = largest.real - 1.0, along @ ((begin - numbers) / scales)
+    bend, twist = (ahead + behind) / (2.0 * ASIDE**2), ((ahead - behind) / (2.0 * ASIDE) - slope) / ASIDE**2
+    near = [root.real for root in np.roots([twist, bend, slope]) if not root.imag and abs(root) < FARTHEST_ASIDE]
+    return [numbers + root * direction * scales for root in sorted(near, key=np.sign, reverse=bool(side > 0.0))]
+
+
+def _largest(derivative: np.ndarray) -> tuple[complex, np.ndarray]:
+    """The largest eigenvalue of a derivative (10, 10), and its eigenvector (10,)."""
+    values, directions = np.linalg.eig(derivative)
+    index = int(np.abs(values).argmax())
+    return complex(values[index]), directions[:, index]
 
 
 def cycle_at(walker: StepTaker, found: FixedPoint, derivative: np.ndarray | None, central: bool) -> LimitCycle:
