@@ -138,6 +138,25 @@ def located(
 
 
 @compiled
+def switched(y: Vector, p: Rigid, phase: int, torque: float, rows: np.ndarray, torque_along: Vector) -> int:
+    """The phase once the hip's friction turns round, sticks or lets go at `y`, whose variations at a fixed time jump.
+
+    Where it lets go the rates do not jump, and so nothing does.
+    """
+    if phase == HIP_STICKS:
+        return RUBS_BACK if rigid_motion(phase, y, p, torque)[0][2] > 0.0 else RUBS_FORWARD
+    then = next_phase(y, p, torque, RUBS_BACK if phase == RUBS_FORWARD else RUBS_FORWARD)
+    before, after = np.empty(y.size), np.empty(y.size)
+    driven_rates(y, p, phase, torque, rows, torque_along, before)
+    driven_rates(y, p, then, torque, rows, torque_along, after)
+    for column in range(4, y.size, 4):
+        delay = -(y[column + 2] + y[column + 3]) / (before[2] + before[3])
+        for n in range(4):
+            y[column + n] += (before[n] - after[n]) * delay
+    return then
+
+
+@compiled
 def drive(
     start: Vector, p: Rigid, interval: float, torque: Vector, rows: np.ndarray, torque_along: np.ndarray,
     states: np.ndarray,
@@ -148,7 +167,7 @@ def drive(
     fewer than n where the hip's friction chatters.
     """
     size, count = start.size, rows.shape[0]
-    stages, new, before, after = np.empty((12, size)), np.empty(size), np.empty(size), np.empty(size)
+    stages, new = np.empty((12, size)), np.empty(size)
     y, changes = start.copy(), np.empty((2, count))
     parts = int(np.ceil(interval / LONGEST))
     phase = RUBS_FORWARD if y[2] + y[3] > 0.0 else RUBS_BACK
@@ -178,19 +197,7 @@ def drive(
                 done += h
                 there = value + slope * h
                 y[:] = new
-                was = phase
-                if was == HIP_STICKS:
-                    phase = RUBS_BACK if rigid_motion(was, y, p, there)[0][2] > 0.0 else RUBS_FORWARD
-                else:  # the rates jump, so variations at a fixed time do
-                    phase = next_phase(y, p, there, RUBS_BACK if was == RUBS_FORWARD else RUBS_FORWARD)
-                    now = changes[0] + changes[1] * h
-                    driven_rates(y, p, was, there, rows, now, before)
-                    driven_rates(y, p, phase, there, rows, now, after)
-                    closing = before[2] + before[3]
-                    for column in range(4, size, 4):
-                        delay = -(y[column + 2] + y[column + 3]) / closing
-                        for n in range(4):
-                            y[column + n] += (before[n] - after[n]) * delay
+                phase = switched(y, p, phase, there, rows, changes[0] + changes[1] * h)
         states[sample + 1] = y
     return torque.size
 
