@@ -350,15 +350,18 @@ def doubled_family(
     _, derivative = iterate(there, z, branch.cycle * there.gait_steps, tolerance)
     values, vectors = np.linalg.eig(derivative)
     direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])
-    direction /= np.linalg.norm(direction)
+    direction /= np.linalg.norm(direction) * np.sign(direction[np.abs(direction).argmax()])
     for shift in (1e-4, 1e-3, 1e-5, 3e-6):
         sides = {sign: design.with_value(branch.name, doubling.value + sign * shift * span) for sign in (1, -1)}
         found = [(point, sign) for sign, beyond in sides.items()
                  for point in newborn(beyond.walker(), z, direction, tolerance, cycle)]  # fmt: skip
         if found:  # the one that limps least: beyond a fold of the family there may be another
             point, sign = min(found, key=lambda one: one[0].half_cycle_move)
+            start = point.z
+            if (start - z) @ direction < 0.0:  # which half comes first is not left to where Newton's method led
+                start = point.steps[branch.cycle * there.gait_steps - 1].z
             return continue_gait(
-                sides[sign], branch.name, limits, point.z, tolerance, cycle=cycle, upward=sign > 0,
+                sides[sign], branch.name, limits, start, tolerance, cycle=cycle, upward=sign > 0,
                 largest_step=largest_step / cycle, progress=progress)
     raise ValueError("no gait of twice the cycle was found next to the period doubling")
 
