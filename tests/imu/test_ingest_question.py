@@ -144,15 +144,17 @@ def test_what_a_lab_takes_away(repository: Path, database: Path, tmp_path: Path)
 
 def test_a_map_is_proposed(repository: Path, tmp_path: Path) -> None:
     rows = [f"{0.01 * i:.2f},0.1,9.8,{i % 7 / 100},0.01,0.02,{i % 5 / 50}" for i in range(200)]
-    (tmp_path / "log.csv").write_text("\n".join(["time (s),ax,ay,az,gx,gy,gz", *rows]))
-    code, out, _ = ingest(repository, tmp_path / "log.csv", "--propose", tmp_path / "map.yaml")
+    folder = tmp_path / f"läufe-{60 * 'x'}"
+    folder.mkdir()
+    (folder / "log.csv").write_text("\n".join(["time (s),ax,ay,az,gx,gy,gz", *rows]))
+    code, out, _ = ingest(repository, folder / "log.csv", "--propose", tmp_path / "map.yaml")
     assert code == 0 and "rate 100 Hz" in out
-    assert " ".join(out.split()).endswith(f"up_axis; then: bipedstudy ingest '{tmp_path}' --map FILE"), "its folder"
+    assert " ".join(out.split()).endswith(f"up_axis; then: bipedstudy ingest '{folder}' --map FILE"), "whole"
     (run,) = yaml.safe_load((tmp_path / "map.yaml").read_text())["runs"]
     assert run["files"][0]["columns"]["az"] == "az"
-    code, out, _ = ingest(repository, tmp_path, "--map", tmp_path / "map.yaml", "--json")
+    code, out, _ = ingest(repository, folder, "--map", tmp_path / "map.yaml", "--json")
     assert code == 3 and json.loads(out)["sensors"][0]["rows"] == 200
-    code, _, errors = ingest(repository, tmp_path / "log.csv", "--map", tmp_path / "map.yaml")
+    code, _, errors = ingest(repository, folder / "log.csv", "--map", tmp_path / "map.yaml")
     assert code == 2 and errors.endswith("log.csv: is a file; --map FILE wants the folder that holds it\n")
     code, _, errors = ingest(repository, tmp_path / "none.csv", "--propose", tmp_path / "other.yaml")
     assert code == 2 and "cannot be read" in errors and not (tmp_path / "other.yaml").exists()

@@ -5,6 +5,7 @@ guess is said beside the map, and what no file holds (place, mounting, slope) is
 """
 
 import re
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -65,7 +66,7 @@ def proposal(path: Path, gravity: float = GRAVITY) -> tuple[str, list[str]]:
         lines += [f"  - experiment: {{name: {_quoted(name)}, origin: measured, slope_deg: null}}  # the ramp's slope ?",
                   "    files:", *entries]  # fmt: skip
     to_fill = ["slope_deg", *(["place"] if any(line.endswith("foot ?") for line in lines) else []), "forward_axis"]
-    place = printable(str(path if folder else path.parent))
+    place = shlex.quote(str(path if folder else path.parent))
     return "\n".join(lines) + "\n", [
         *remarks, f"to be filled in: {', '.join(to_fill)} and up_axis; then: bipedstudy ingest {place} --map FILE"]
 
