@@ -58,7 +58,7 @@ def number(
 ) -> float:  # fmt: skip
     """A number within limits. Raises WrongOption that says where it stands."""
     is_number = not isinstance(given, bool) and isinstance(given, Real) and math.isfinite(given)
-    limits = f" from {least:g} to {most:g}" * math.isfinite(most)
+    limits = f" from {least:.12g}" * math.isfinite(least) + f" to {most:.12g}" * math.isfinite(most)
     refuse((not is_number or not least <= given <= most or (whole and given % 1 != 0),
             f"{where}: {given!r}, must be a {'whole ' * whole}number{limits}"))
     return float(given)
