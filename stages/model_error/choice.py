@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -42,6 +43,8 @@ DERIVED = {"period": "period_s", "step_frequency": "period_s", "step_length": "s
 #: A probability of so little more stays as it is: a dearer rung would not change what is decided.
 DECIDED = 1e-3
 CLOSER = 10.0
+#: A multiplier is taken on so many slopes of those that may be, the design's in their middle.
+SLOPES = 9
 NOTHING: Mapping[str, Vector] = MappingProxyType({})
 
 
@@ -87,6 +90,7 @@ class Ladder:
         self.design = replace(design_of(parameters), near=near)
         self.numbers = numbers(self.design)
         self.walked: dict[tuple[int, float], Found | NoRung] = {}
+        self.slopes: dict[int, Vector] = {}
 
     def outside(self) -> list[str]:
         """The numbers in which the design lies outside of what was drawn."""
@@ -146,9 +150,10 @@ class Ladder:
                 passed.append(self.too_large(rung, measure, solver + model, f" at tolerance {tolerance:g}"))
                 continue
             bias = self.miss(rung, measure).bias
-            return Answered(name, value, bool(SHARED[measure]), wanted, True, solver, model, self.inputs(name, value),
-                            math.expm1(bias) if SHARED[measure] else bias, RUNGS[rung].name, tolerance,
-                            RUNGS[rung].price, tuple(dict.fromkeys(passed)), self.closer(measure, wanted))  # fmt: skip
+            return Answered(name, value, bool(SHARED[measure]), wanted, True, solver, model,
+                            self.inputs(name, value, rung), math.expm1(bias) if SHARED[measure] else bias,
+                            RUNGS[rung].name, tolerance, RUNGS[rung].price, tuple(dict.fromkeys(passed)),
+                            self.closer(measure, wanted))  # fmt: skip
         nothing = math.nan
         return Answered(name, nothing, share, error, False, nothing, nothing, nothing, nothing, "", nothing, nothing,
                         tuple(dict.fromkeys(passed)), "")  # fmt: skip
@@ -203,36 +208,73 @@ class Ladder:
                 continue
             miss = self.miss(rung, MULTIPLIER)
             alone = below_one(value, miss, solver)
-            if min(alone, 1.0 - alone) < DECIDED or rung >= PENALTY:
-                inputs = self.inputs("multiplier", value)
-                whole = below_one(value, miss, math.hypot(solver, inputs if math.isfinite(inputs) else 0.0))
+            if rung < PENALTY and min(alone, 1.0 - alone) >= DECIDED:
+                continue
+            inputs, changes = self.inputs("multiplier", value, rung), self.over_slopes(rung)
+            own = EVEN * WIDTH * self.by_values if math.isfinite(inputs) else 0.0
+            whole = below_one(value + changes, miss, math.hypot(solver, own))
+            if rung >= PENALTY or min(whole, 1.0 - whole) < DECIDED:
                 return Stability(whole, value, solver, model, inputs, one.name)
         raise reason
 
-    def inputs(self, name: str, value: float) -> float:
+    def inputs(self, name: str, value: float, rung: int) -> float:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
 
         By the constraint model's exact derivatives, which lack what its impulses do; a value lies anywhere between the
-        edges of its last digit. The multiplier is followed over the slopes that may be, of which it is not linear.
+        edges of its last digit. On the slopes that may be the rung's own multiplier is taken, as it is far from linear.
         """
-        from stages.analytic.derivatives.numbers import sensitive_names
-        from stages.analytic.derivatives.uncertainty import together, uncertainties_of
+        from stages.analytic.derivatives.uncertainty import together
 
-        inexact = [each for each in sensitive_names(self.design_point) if self.parameters.half_widths.get(each)]
-        if not inexact:
+        if not self.inexact:
             return 0.0
         if self.derivatives is None or name in IMPULSIVE:
             return math.nan
         if name == "multiplier":
-            every = uncertainties_of(self.design_point, self.derivatives, self.parameters.half_widths,
-                                     correlations=self.parameters.correlations)
-            found = next(each for each in every if each.name == "multiplier_1")
-            found = found.of_a_step(len(self.derivatives.point.steps))
-            return EVEN * WIDTH * math.hypot(found.independent, 0.5 * (found.slope_most - found.slope_least))
-        gait = self.derivatives.only(inexact)
+            return WIDTH * math.hypot(EVEN * self.by_values, float(np.std(self.over_slopes(rung))))
+        gait = self.derivatives.only(self.inexact)
         widths = np.array([self.parameters.half_widths[each] for each in gait.changes.names]) / gait.changes.scales
         parts = dict(zip(gait.changes.names, gait.elasticities()[DERIVED[name]] * widths, strict=True))
         return EVEN * WIDTH * together(parts, self.parameters.correlations)
+
+    def over_slopes(self, rung: int) -> Vector:
+        """Changes (n,) of a rung's multiplier on slopes that may be, each as probable as the others, from that on its
+        own; where a gait is found. The twin's are those of the penalty walker, which walks the same machine.
+
+        Beyond a doubling the legs' pairs, which differ a little, limp: the multiplier of a stable gait turns back.
+        """
+        from stages.analytic.derivatives.uncertainty import SLOPE
+
+        rung, slope, found = min(rung, PENALTY), self.parameters.slope, list[float]()
+        width, tolerance = self.parameters.half_widths.get(SLOPE, 0.0), RUNGS[rung].tolerances[0]
+        if rung not in self.slopes:
+            for part in np.linspace(-1.0, 1.0, 2 * SLOPES + 1)[1::2] if width else ():
+                there = replace(self.parameters, slope=replace(slope, slope_deg=slope.slope_deg + width * part))
+                with suppress(NoRung):
+                    ladder = Ladder(there, self.learnt, near=self.design.searched)
+                    found.append(float(ladder.find(rung, tolerance).values[MULTIPLIER]))
+            own = self.find(rung, tolerance).values[MULTIPLIER] if found else 0.0
+            self.slopes[rung] = np.array(found or [0.0]) - own
+        return self.slopes[rung]
+
+    @cached_property
+    def inexact(self) -> list[str]:
+        """The gait's parameters that are known to a last digit only."""
+        from stages.analytic.derivatives.numbers import sensitive_names
+
+        return [each for each in sensitive_names(self.design_point) if self.parameters.half_widths.get(each)]
+
+    @cached_property
+    def by_values(self) -> float:
+        """What the digits of all but the slope leave of the constraint model's largest multiplier, of one step."""
+        from stages.analytic.derivatives.uncertainty import SLOPE, uncertainties_of
+
+        if self.derivatives is None:
+            return 0.0
+        widths = {name: width for name, width in self.parameters.half_widths.items() if name != SLOPE}
+        every = uncertainties_of(
+            self.design_point, self.derivatives, widths, correlations=self.parameters.correlations)
+        steps = len(self.derivatives.point.steps)
+        return sum((each.of_a_step(steps).independent for each in every if each.name == "multiplier_1"), 0.0)
 
     @cached_property
     def design_point(self) -> DesignPoint:
@@ -252,13 +294,13 @@ class Ladder:
             return None
 
 
-def below_one(value: float, miss: Miss, other: float) -> float:
-    """The probability that a multiplier is below one of which a model says `value`, with what it misses and `other`
-    errors; Student's t, as what it misses is estimated from some draws, with the freedom that goes with the sum.
+def below_one(values: Vector | float, miss: Miss, other: float) -> float:
+    """The probability that a multiplier is below one of which a model says one of `values`, with what it misses and
+    `other` errors; Student's t, as what it misses is estimated from some draws, with the freedom of the sum.
     """
     spread = max(math.hypot(miss.spread, other / WIDTH), 1e-12)
     freedom = miss.freedom * (spread / max(miss.spread, 1e-12)) ** 4
-    return float(student.sf((value - 1.0) / spread, freedom))
+    return float(np.mean(student.sf((values - 1.0) / spread, freedom)))
 
 
 #: What answered a design: a rung, none as no rung has the error, none as the values break a rule.
