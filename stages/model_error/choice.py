@@ -199,15 +199,18 @@ class Ladder:
         """The probability that the best rung's largest multiplier is below one. Raises NoRung."""
         reason = NoRung("no model's error is known")
         for rung, one in enumerate(RUNGS):
-            if not math.isfinite(self.miss(rung, MULTIPLIER).error):
+            miss = self.miss(rung, MULTIPLIER)
+            if not math.isfinite(miss.error):
                 continue
             try:
-                value, solver, model = self.corrected(rung, MULTIPLIER, one.tolerances[0])
+                for tolerance in one.tolerances:
+                    value, solver, model = self.corrected(rung, MULTIPLIER, tolerance)
+                    alone = below_one(value, miss, solver)
+                    if solver <= model or min(alone, 1.0 - alone) < DECIDED:
+                        break  # the model's part is the larger, or it is decided: a closer one would not change that
             except NoRung as why:
                 reason = why
                 continue
-            miss = self.miss(rung, MULTIPLIER)
-            alone = below_one(value, miss, solver)
             if rung < PENALTY and min(alone, 1.0 - alone) >= DECIDED:
                 continue
             inputs, changes = self.inputs("multiplier", value, rung), self.over_slopes(rung)

@@ -266,6 +266,23 @@ def test_slopes_that_may_be_count_by_what_the_multiplier_is_on_them(parameters, 
         assert found.inputs == pytest.approx(WIDTH * np.std(0.4 * np.linspace(-8 / 9, 4 / 9, 7)))
 
 
+def test_where_the_solver_leaves_more_open_than_the_model_stability_takes_a_closer_walk(parameters, small, monkeypatch):
+    """An error of a tenth told .46 of a multiplier of 1.002 that one of 1e-5 shows to be above one."""
+    errors = {1e-6: 0.1, 1e-7: 1e-5, 1e-8: 0.0}
+
+    def find(ladder, rung, tolerance):
+        walked.append(tolerance)
+        return Found(np.array([0.5, 2.0, 0.2, 0.4, 9.0, 1.002]), np.full(6, errors[tolerance]))
+
+    exact = dataclasses.replace(parameters, design_digits=type(parameters.design_digits)(),
+                                slope_digits=type(parameters.slope_digits)())  # fmt: skip
+    monkeypatch.setattr(Ladder, "find", find)
+    monkeypatch.setattr(Ladder, "miss", lambda ladder, rung, measure: Miss(0.0, 1e-4 if rung == PENALTY else math.inf))
+    walked = []
+    assert Ladder(exact, Learnt(small)).stable().probability < 1e-6
+    assert set(walked) == {1e-6, 1e-7}
+
+
 def test_the_answer_has_no_clock_in_it(parameters, small):
     options = Options(("period", "stable"), ("1%",))
     one, other = (ask(parameters, options, Asking(model_error=small)).plain for _ in range(2))
