@@ -271,7 +271,7 @@ class Ladder:
         """What the digits of all but the slope leave of the constraint model's largest multiplier, of one step."""
         from stages.analytic.derivatives.uncertainty import SLOPE, uncertainties_of
 
-        if self.derivatives is None:
+        if not self.inexact or self.derivatives is None:
             return 0.0
         widths = {name: width for name, width in self.parameters.half_widths.items() if name != SLOPE}
         every = uncertainties_of(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
+from scipy.linalg import eig
 
 from stages.planar.run import LimitCycle, PlanarState
 from stages.planar.section import NoLimitCycle, SectionStep, section_numbers, section_state
@@ -123,11 +124,12 @@ def beside(walker: StepTaker, gait: LimitCycle, begin: np.ndarray) -> list[np.nd
     points: its slope at the gait is known, and cycles from either side give its bend and twist.
     """
     scales, numbers = walker.scales, gait.section_state
-    derivative = gait.monodromy_matrix / scales[:, None] * scales
-    (largest, direction), (_, along) = (_largest(each) for each in (derivative, derivative.T))
+    values, left, right = eig(gait.monodromy_matrix / scales[:, None] * scales, left=True)
+    index = int(np.abs(values).argmax())
+    largest, direction, along = values[index], right[:, index].real, left[:, index].real
     if largest.imag or largest.real < 1.0:
         return []
-    direction, along = direction.real, along.real / (along.real @ direction.real)
+    along = along / (along @ direction)
     try:
         ahead, behind = (
             along @ ((walker.step(numbers + aside * direction * scales).numbers - numbers) / scales) - aside
@@ -138,13 +140,6 @@ def beside(walker: StepTaker, gait: LimitCycle, begin: np.ndarray) -> list[np.nd
     bend, twist = (ahead + behind) / (2.0 * ASIDE**2), ((ahead - behind) / (2.0 * ASIDE) - slope) / ASIDE**2
     near = [root.real for root in np.roots([twist, bend, slope]) if not root.imag and abs(root) < FARTHEST_ASIDE]
     return [numbers + root * direction * scales for root in sorted(near, key=np.sign, reverse=bool(side > 0.0))]
-
-
-def _largest(derivative: np.ndarray) -> tuple[complex, np.ndarray]:
-    """The largest eigenvalue of a derivative (10, 10), and its eigenvector (10,)."""
-    values, directions = np.linalg.eig(derivative)
-    index = int(np.abs(values).argmax())
-    return complex(values[index]), directions[:, index]
 
 
 def cycle_at(walker: StepTaker, found: FixedPoint, derivative: np.ndarray | None, central: bool) -> LimitCycle:

@@ -84,8 +84,8 @@ class DesignPoint:
 def parameter_names() -> tuple[str, ...]:
     """Every numeric design parameter that can be varied; looked up for every design of a map."""
     return tuple(
-        f"{owner.FILE}.{field.name}"
+        f"{owner.FILE}.{name}"
         for owner in (Biped, Slope)
-        for field in fields(owner)
-        if get_type_hints(owner)[field.name] in (float, float | None)
+        for name, kind in get_type_hints(owner).items()
+        if kind in (float, float | None)
     )
