@@ -13,6 +13,8 @@ from typing import Any
 #: Columns where there is no terminal, and the least that a text is folded to.
 _USUAL, _NARROWEST = 80, 60
 _GAP = 2
+#: Columns of a stage's name: the longest has so many letters.
+STAGE = 15
 #: A column of words gets so much before it goes on below.
 _READABLE = 16
 _NUMBER = re.compile(r"[-+]?(\d[\d_]*\.?\d*([eE][-+]?\d+)?|nan|inf)%?|-|none|")

@@ -305,7 +305,7 @@ def _lines(found: Row) -> Iterator[str]:
         how = "exactly" if each["exactly"] else "within errors, as it says that it was made on another kind of machine"
         rows = each["differences"]
         said = f"differs in {len(rows)} places" if rows else "the same"
-        yield from layout.folded(f"{each['stage']:<15} {said} (compared {how})", 16)
+        yield from layout.folded(f"{each['stage']:<{layout.STAGE}} {said} (compared {how})", layout.STAGE + 1)
         for row in rows[:_PRINTED]:
             by = "" if row["apart"] is None else f", apart by {row['apart']:.3g}, allowed {row['allowed']:.3g}"
             why = f" ({row['why']})" if row["why"] else ""

@@ -121,7 +121,7 @@ def _compute(
     why = {outcome.stage: outcome.summary for outcome in outcomes if outcome.how == FAILING}
     try:
         if afterwards and (written := afterwards(study, why)) and form.is_text:
-            click.echo(f"{written.stem:<15} written             {shown(written)}")
+            click.echo(f"{written.stem:<{layout.STAGE}} written             {shown(written)}")
     except StudyError as error:
         if failed is None:
             raise

@@ -52,7 +52,7 @@ def survey(
         rows.append({"stage": item.name, "state": _IN_CACHE.get(state, state), "reasons": list(reasons)})
     study.sources.memo.save()
     form.give(
-        (layout.beside(f"{row['stage']:<15} {row['state']:<8} ", in_short(row["reasons"])) for row in rows),
+        (layout.beside(f"{row['stage']:<{layout.STAGE}} {row['state']:<8} ", in_short(row["reasons"])) for row in rows),
         rows, ({**row, "reasons": "; ".join(row["reasons"])} for row in rows),
     )  # fmt: skip
 

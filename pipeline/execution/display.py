@@ -30,7 +30,8 @@ class Display:
     def started(self, stage: str, reasons: Iterable[str]) -> None:
         """A stage began to compute: name the reasons, and open a bar."""
         if self.verbose:
-            self._say("\n".join(layout.folded(f"{stage:<15} computing: {'; '.join(reasons)}", 17)))
+            why = f"{stage:<{layout.STAGE}} computing: {'; '.join(reasons)}"
+            self._say("\n".join(layout.folded(why, layout.STAGE + 2)))
         self.progress(stage, 0.0, "")
 
     def progress(self, stage: str, fraction: float, what: str) -> None:
@@ -54,11 +55,11 @@ class Display:
     def finished(self, stage: str, how: str, seconds: float, summary: str) -> None:
         """A stage is up to date: time and what was found."""
         spent = f"{seconds:7.1f} s" if how == "computed" else " " * 9
-        self._end(stage, layout.beside(f"{stage:<15} {how:<8} {spent}  ", summary))
+        self._end(stage, layout.beside(f"{stage:<{layout.STAGE}} {how:<8} {spent}  ", summary))
 
     def failed(self, stage: str) -> None:
         """A stage did not finish; the sentence comes at the end."""
-        self._end(stage, f"{stage:<15} failed")
+        self._end(stage, f"{stage:<{layout.STAGE}} failed")
 
     def close(self) -> None:
         """The run is over: take the bars away, and give the terminal back."""
@@ -90,5 +91,5 @@ def for_terminal(verbose: bool, as_json: bool) -> Display:
 def _bars() -> Any:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = TextColumn("{task.description:<15}"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[what]}")
-    return Progress(*columns, transient=True)
+    name, what = TextColumn(f"{{task.description:<{layout.STAGE}}}"), TextColumn("{task.fields[what]}")
+    return Progress(name, BarColumn(), TimeElapsedColumn(), what, transient=True)
