@@ -75,10 +75,10 @@ def half_width(parts: Mapping[str, Any]) -> float | None:
     said = parts[given[0]]
     if given[0] == "uncertainty":
         if isinstance(said, bool) or not isinstance(said, (int, float)) or not 0 <= said < math.inf:
-            raise ValueError(f"has the uncertainty {said!r}; allowed: a number >= 0, in the unit of the value")
+            raise ValueError(f"has the uncertainty {shown(said)}; allowed: a number >= 0, in the unit of the value")
         return float(said)
     if not isinstance(said, str) or not _DIGITS.match(said):
-        raise ValueError(f'is printed as {said!r}; write the digits as text, as in printed: "0.100"')
+        raise ValueError(f'is printed as {shown(said)}; write the digits as text, as in printed: "0.100"')
     if float(said) != value:  # somebody's own value now
         return None
     return 0.5 * 10.0 ** int(Decimal(said).as_tuple().exponent)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -142,6 +143,36 @@ def test_a_wrong_recording_is_refused_with_line_and_column(tmp_path):
         path.write_text(text)
         with pytest.raises(WrongOption, match=said):
             read_steps(path, {}, 7)
+
+
+#: Six steps of 0.3 s with 100 rows a second, as read_steps takes them.
+PLAIN = "time_s,stance_angle_rad,hip_angle_rad,motor_signal,outer_pair_stands\n" + "".join(
+    f"{row / 100:.2f},{np.sin(row / 9):.6f},{np.cos(row / 9):.6f},0.5,{row // 30 % 2}\n" for row in range(180))
+
+
+@pytest.mark.parametrize(("sign", "decimal", "encoding", "end"), [
+    (",", ".", "utf-8-sig", ""), (";", ",", "utf-8", "\n\n"), ("\t", ",", "utf-16", ";;\n"),
+    (", ", ".", "cp1252", ",,,,\n")])
+def test_a_table_as_spreadsheets_and_loggers_write_it(tmp_path, sign, decimal, encoding, end):
+    path, expected = tmp_path / "steps.csv", tmp_path / "plain.csv"
+    expected.write_text(PLAIN)
+    path.write_text(PLAIN.replace(",", sign).replace(".", decimal) + end.replace(";", sign), encoding=encoding)
+    for step, plain in zip(read_steps(path, {}, 7), read_steps(expected, {}, 7), strict=True):
+        np.testing.assert_array_equal(step.angles, plain.angles)
+        assert (step.interval, step.leg, step.begins) == (plain.interval, plain.leg, plain.begins)
+
+
+@pytest.mark.parametrize(("old", "new", "said"), [
+    (r"(?m)^0.10,[-.0-9]*", "0.10,nan", "steps.csv:12: stance_angle_rad: 'nan' is no number"),
+    (",0.5,0", ",0.5,2", "column outer_pair_stands must be 1 while leg 0 stands, else 0"),
+    (r"(?m)^(\d)\.", r"\1", r"rows are 1 s apart, must be at most 0.25 s; .* looks like milliseconds"),
+    ("motor_signal", "x" * 200_000, "cannot be read: field larger than field limit"),
+])
+def test_rows_that_say_something_else_are_refused(tmp_path, old, new, said):
+    path = tmp_path / "steps.csv"
+    path.write_text(re.sub(old, new, PLAIN))
+    with pytest.raises(WrongOption, match=said):
+        read_steps(path, {}, 7)
 
 
 @pytest.mark.parametrize("rate", [119.0, 400.0])

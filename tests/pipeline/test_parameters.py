@@ -272,11 +272,11 @@ def test_digits_as_printed_leave_half_of_the_last_one_and_other_values_are_exact
 @pytest.mark.parametrize("key, entry, words", [
     *(("biped.hip_mass", entry, f"hip_mass {words}") for entry, words in (
         ("{value: 0.3, printed: 0.300}", "is printed as 0.3; write the digits as text"),
-        ('{value: 0.3, printed: "3e-1"}', "is printed as '3e-1'; write the digits as text"),
+        ('{value: 0.3, printed: "3e-1"}', 'is printed as "3e-1"; write the digits as text'),
         ('{value: 0.3, printed: "0.3", uncertainty: 0.1}', "has both an uncertainty and digits as printed"),
         ("{value: 0.3, uncertainty: -0.1}", "has the uncertainty -0.1; allowed: a number >= 0"),
         ("{value: 0.3, uncertainty: .inf}", "has the uncertainty inf; allowed: a number >= 0"),
-        ("{value: 0.3, uncertainty: yes}", "has the uncertainty 'yes'; allowed: a number >= 0"))),
+        ("{value: 0.3, uncertainty: yes}", 'has the uncertainty "yes"; allowed: a number >= 0'))),
     ("biped.legs", "{value: rigid, uncertainty: 1}", 'legs has a part "uncertainty", which only a number can have'),
     *(("twin.tolerance", entry, words) for entry, words in (
         ("{value: 1e-6, levels: [1e-5, 1e-6]}", "tolerance has levels that are not a list of 3 values"),

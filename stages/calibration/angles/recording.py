@@ -7,16 +7,18 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from stages.analytic.model.walker import Vector
 from stages.biped.question import WrongOption, at_hand, refuse
+from stages.imu.sources.cells import number
 from stages.imu.sources.opening import SourceRefused, library
+from stages.imu.sources.text_table import encoding_of
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -35,8 +37,8 @@ MARKERS = {"hip": "HIP", "leg_0": "LEG0", "leg_1": "LEG1", "signal": "MOTOR", "f
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 #: Frames in a row that a marker may be hidden for, and rows that may be lost: they are bridged by a straight line.
 MOST_HIDDEN = 3
-#: Samples that a step needs.
-FEWEST = 9
+#: Samples that a step needs, and the longest time between two [s]: with it a step would last two seconds.
+FEWEST, SLOWEST = 9, 0.25
 #: What nine of ten samples of an angle stay below while a robot walks [rad].
 LARGEST = {"stance": math.pi / 2, "between": math.pi}
 #: A sample is an outlier so many robust standard deviations away from what its neighbours on both sides say, of which
@@ -126,7 +128,10 @@ def sampled(time: Vector, path: Path) -> tuple[float, np.ndarray]:
     refuse((not middle > 0.0, f"{path}: time does not grow from row to row"))
     between = np.rint(steps / steps[(steps > 0.0) & (steps < 1.75 * middle)].mean()).astype(int)
     close = (between >= 1) & (between <= MOST_HIDDEN + 1)
-    return float(steps[close].sum() / between[close].sum()), np.concatenate([[0], np.cumsum(between)])
+    interval = float(steps[close].sum() / between[close].sum())
+    refuse((interval > SLOWEST, f"{path}: rows are {interval:.3g} s apart, must be at most {SLOWEST} s; the time is in "
+            "seconds, and this looks like milliseconds"))  # fmt: skip
+    return interval, np.concatenate([[0], np.cumsum(between)])
 
 
 def tables(path: Path, columns: Mapping[str, str], markers: Mapping[str, str]) -> Iterator[dict[str, Vector]]:
@@ -166,34 +171,41 @@ def _by_neighbours(values: Vector) -> Vector:
 def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
     """The columns that are needed, by what they hold. Raises WrongOption."""
     try:
-        with path.open(encoding="utf-8", newline="") as file:
+        with path.open(encoding=encoding_of(path), errors="replace", newline="") as file:
             rows = list(_numbers(file, path, columns))
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, csv.Error) as error:
         raise WrongOption(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
-    table = dict(zip(columns, np.array(rows).reshape(-1, len(columns)).T, strict=True))
-    refuse((len(rows) < 8 or not np.isfinite(rows).all(), f"{path}: needs at least 8 rows of finite numbers"))
+    refuse((len(rows) < 8, f"{path}: has {len(rows)} rows, at least 8 are needed"))
+    table = dict(zip(columns, np.array(rows).T, strict=True))
     usual = {what: float(np.quantile(np.abs(table[what]), 0.9)) for what in LARGEST}
     refuse(*((usual[what] > largest, f"{path}: column {columns[what]} reaches {usual[what]:.3g}: angles are in rad, "
               f"and this one stays below {largest:.3g} rad in a walk; it looks like degrees, so multiply it by "
-              "pi / 180") for what, largest in LARGEST.items()))  # fmt: skip
+              "pi / 180") for what, largest in LARGEST.items()),
+           (not np.isin(table["stands"], (0, 1)).all(),
+            f"{path}: column {columns['stands']} must be 1 while leg 0 stands, else 0"))  # fmt: skip
     return table
 
 
-def _numbers(file: Any, path: Path, columns: Mapping[str, str]) -> Iterator[list[float]]:
-    """The rows of a CSV file, in the order of `columns`. Raises WrongOption with line and column."""
-    rows = csv.reader(file)
-    head = next(rows, [])
+def _numbers(file: TextIO, path: Path, columns: Mapping[str, str]) -> Iterator[list[float]]:
+    """The rows of a CSV file, in the order of `columns`. Raises WrongOption with line and column.
+
+    The sign between columns is the one that stands most often among their names; where it is no comma, numbers may have
+    decimal commas.
+    """
+    first = file.readline()
+    delimiter = max(",;\t", key=first.count)
+    rows = csv.reader(chain([first], file), delimiter=delimiter)
+    head = [name.strip() for name in next(rows, [])]
     refuse(*((name not in head, f"{path}:1: no column {name} for {what}; there are {', '.join(head)}")
              for what, name in columns.items()))  # fmt: skip
     places = [head.index(name) for name in columns.values()]
-    for line, row in enumerate(rows, 2):
+    for row in filter(any, rows):
         found = []
         for name, place in zip(columns.values(), places, strict=True):
             cell = row[place] if place < len(row) else "nothing"
-            try:
-                found.append(float(cell))
-            except ValueError:
-                raise WrongOption(f"{path}:{line}: {name}: {cell!r} is no number") from None
+            value = number(cell if delimiter == "," else cell.replace(",", "."))
+            refuse((not math.isfinite(value), f"{path}:{rows.line_num}: {name}: {cell!r} is no number"))
+            found.append(value)
         yield found
 
 
