@@ -121,7 +121,7 @@ class Messages:
 
 def main() -> NoReturn:
     """Entry of `python -m pipeline.execution.worker`, and of a forked worker."""
-    when_parent_ends(signal.SIGCONT)  # should somebody have stopped it, it then finds its input closed
+    when_parent_ends(getattr(signal, "SIGCONT", 0))  # should somebody have stopped it, it then finds its input closed
     messages = Messages()
     received, lines = _received(), queue.SimpleQueue[bytes]()
     package = ""

@@ -117,7 +117,7 @@ def _audited(event: str, arguments: tuple[Any, ...]) -> None:
         if not isinstance(arguments[-1], (str, bytes)) or event == "socket.gethostbyname":  # else a local one's path
             _watched.ask()
         return
-    name, written = arguments[0], event == "open" and arguments[2] & os.O_ACCMODE == os.O_WRONLY
+    name, written = arguments[0], event == "open" and arguments[2] & (os.O_WRONLY | os.O_RDWR) == os.O_WRONLY
     name = os.fsdecode(name) if isinstance(name, bytes) else name  # as Python 3.10 hands on what sqlite3 opens
     if isinstance(name, str) and name.startswith("file:"):
         import urllib.parse

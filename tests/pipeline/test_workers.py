@@ -14,7 +14,7 @@ import pytest
 
 from pipeline.cache import fingerprint
 from pipeline.errors import StudyError
-from pipeline.execution import worker
+from pipeline.execution import process, worker
 from pipeline.execution.display import Display
 from pipeline.execution.executor import bring_up_to_date
 from pipeline.execution.inputs import disagreements
@@ -50,6 +50,13 @@ def test_a_stage_that_disagrees_with_the_graph_is_one_sentence(done, path, old, 
     failed = done.fails()
     assert len(failed.sentences) == 1
     assert failed.sentences[0].partition(": ")[2].startswith(sentence.replace("PACKAGE", done.package))
+
+
+def test_a_worker_needs_no_names_that_windows_lacks(done, tmp_path, monkeypatch):
+    (tmp_path / "sitecustomize.py").write_text("import os, signal\ndel os.O_ACCMODE, signal.SIGCONT\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(process, "FORKED", False)
+    assert set(done.run("picture.extra=true", force=True).values()) == {"computed"}
 
 
 def test_what_a_stage_computes_in_processes_that_it_started_counts_too():
