@@ -1,6 +1,7 @@
 """What a report says first: whether the biped walks, how fast, how stable, what was measured, each with its error.
 
 Numbers of the gait are the constraint model's, corrected by what it is known to miss of the twin, as `ask` gives them.
+Its stability is that of `ask stable`, by the model that decides it.
 """
 
 import math
@@ -143,9 +144,16 @@ def fast(inputs: Inputs, found: dict[str, Measure]) -> Answer:
 
 
 def stable(inputs: Inputs, multiplier: Measure) -> Answer:
-    """What a step leaves of a disturbance, and which starts end in the gait."""
+    """What a step leaves of a disturbance, and which starts end in the gait.
+
+    As `ask stable` says it; where it is not known what models miss, the multiplier is the constraint model's.
+    """
+    likely = NormalDist(multiplier.value, max(multiplier.error / WIDTH, 1e-12)).cdf(1.0)
+    found, by = inputs.model_error and inputs.model_error.stability, ""
+    if found:
+        multiplier = Measure(found.multiplier, found.solver, found.model, found.inputs)
+        likely, by = found.probability, f", by the {found.rung}"
     value, basin = multiplier.value, inputs.stability and inputs.stability.basin
-    likely = NormalDist(value, max(multiplier.error / WIDTH, 1e-12)).cdf(1.0)
     likely, word = (likely, "stable") if value < 1.0 else (1.0 - likely, "unstable")
     faded = math.ceil(math.log(FADED) / math.log(value)) if 0.0 < value < 1.0 else 1
     means = (f"A small disturbance has faded to a tenth after {count_of(faded, 'step')}" if value < 1.0 else
@@ -156,10 +164,12 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     if rung and math.isfinite(twins) and (likely <= SURE or (twins < 1.0) != (value < 1.0)):
         gait = "gait, which limps," if rung.limps else "gait"
         means += f" The twin's {gait} is {'stable' if twins < 1.0 else 'unstable'}: it leaves {twins:.3g} in the plane."
+    if inputs.analytic.gait.stable != (value < 1.0):
+        means += f" The constraint model's gait leaves {inputs.analytic.gait.largest_multiplier:.3g}."
     sure = f"with a probability {in_digits(likely, 2)}" + ("" if multiplier.known else " by the errors that are known")
     how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, {sure}."
     how += _in_space(inputs) if word == "stable" else ""
-    return Answer("How stable?", how, f"Errors of this multiplier: {multiplier.parts(share=False)}.", means)
+    return Answer("How stable?", how, f"Errors of this multiplier{by}: {multiplier.parts(share=False)}.", means)
 
 
 def _in_space(inputs: Inputs) -> str:

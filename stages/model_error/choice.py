@@ -30,9 +30,8 @@ from stages.model_error.designs import kind, numbers
 from stages.model_error.measures import IMPULSIVE, NAMES, UNITS, Allowed
 from stages.model_error.miss import Learnt, Miss
 from stages.model_error.parameters import Parameters
-from stages.model_error.result import EVEN, MODELS, NUMBERS, PENALTY, SHARED, TWIN, WIDTH, Result
-from stages.model_error.run import design_of
-from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung
+from stages.model_error.result import EVEN, MODELS, NUMBERS, PENALTY, SHARED, TWIN, WIDTH, Result, Stability
+from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung, design_of
 
 if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import GaitTangents
@@ -66,18 +65,6 @@ class Answered:
     price_s: float
     passed_over: tuple[str, ...]
     closer: str
-
-
-@dataclass(frozen=True)
-class Stability:
-    """The probability that the largest multiplier's magnitude is below one, and what it follows from."""
-
-    probability: float
-    multiplier: float
-    solver: float
-    model: float
-    inputs: float
-    rung: str
 
 
 class Ladder:

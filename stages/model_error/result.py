@@ -47,6 +47,18 @@ EVEN = 1.0 / 3.0**0.5
 
 
 @dataclass(frozen=True)
+class Stability:
+    """The probability that the largest multiplier's magnitude is below one, and what it follows from."""
+
+    probability: float = quantity("1", "that the magnitude is below one")
+    multiplier: float = quantity("1", "the magnitude, of one step")
+    solver: float = quantity("1", "what the model's solver leaves of it")
+    model: float = quantity("1", "what the model may miss of the twin")
+    inputs: float = quantity("1", "what errors of the parameters leave open; NaN if not known")
+    rung: str = quantity("-", "the model")
+
+
+@dataclass(frozen=True)
 class Result:
     """Measures of the gaits of drawn designs by every rung; NaN where a rung was not walked, or has no gait."""
 
@@ -67,6 +79,9 @@ class Result:
         "model's bias, by which an answer is corrected; what the model may miss beside it; shares, but of multipliers",
         dimensions=("rung", "measure", "part"))
     without_gait: tuple[str, ...] = quantity("-", "designs of which a rung has no gait, and why")
+    stability: Stability | None = quantity(
+        "-", "whether the gait of the study's own design is stable; none where no model has an error that is known",
+        default=None)
 
     def __post_init__(self) -> None:
         """Raises ValueError for one of an earlier version."""

@@ -1,35 +1,30 @@
 """The model error stage: what each rung misses of the best one, at designs drawn around the study's.
 
 Inputs: none. Settings: params/model_error.yaml. Output: `Result`, the measures of each rung's gait; what they miss
-follows from these (`stages.model_error.miss`).
+follows from these (`stages.model_error.miss`), and whether the study's own gait is stable.
 """
 
 import dataclasses
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from stages.biped.processes import Progress, ignore
+from stages.model_error.choice import Ladder
 from stages.model_error.designs import draws, kind, numbers
 from stages.model_error.measures import MEASURES
 from stages.model_error.miss import Learnt
 from stages.model_error.parameters import Parameters
-from stages.model_error.result import PENALTY, SHARED, TWIN, Result
-from stages.model_error.rungs import RUNGS, Design, NoRung
+from stages.model_error.result import PENALTY, SHARED, TWIN, Result, Stability
+from stages.model_error.rungs import RUNGS, Design, NoRung, design_of
 
 #: The second run for the errors of a stage's numbers is made here gait by gait.
 ONCE = "each gait is searched a second time at ten times the tolerance, whose difference is its solver_errors"
 #: Place among a rung's tolerances of the one at which it is walked here.
 FINER = 1
-
-
-def design_of(parameters: Parameters) -> Design:
-    """The study's design."""
-    friction = parameters.analytic.limited(parameters.friction)
-    return Design(parameters.biped, parameters.slope, parameters.contact, friction, parameters.friction,
-                  parameters.twin)  # fmt: skip
 
 
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
@@ -50,7 +45,8 @@ def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore
     nothing = np.full((len(RUNGS), len(MEASURES), 3), np.nan)
     result = Result(settings.seed, kind(base), known, values.swapaxes(0, 1), errors.swapaxes(0, 1), nothing,
                     tuple(without))  # fmt: skip
-    return dataclasses.replace(result, at_the_design=left_at(result, numbers(base)))
+    return dataclasses.replace(
+        result, at_the_design=left_at(result, numbers(base)), stability=stability(parameters, result))
 
 
 def walked(design: Design, *, twin: bool) -> tuple[np.ndarray, np.ndarray, list[str]]:
@@ -87,6 +83,13 @@ def further(result: Result, parameters: Parameters, walks: Sequence[Any]) -> Res
 def further_draws(parameters: Parameters, count: int) -> list[Design]:
     """So many designs beside those of the stage."""
     return draws(design_of(parameters), count, parameters.settings.seed + 1)
+
+
+def stability(parameters: Parameters, result: Result) -> Stability | None:
+    """Whether the study's own gait is stable, as `ask stable` says it; None where no model's error is known."""
+    with suppress(NoRung):
+        return Ladder(parameters, Learnt(result)).stable()
+    return None
 
 
 def left_at(result: Result, own: np.ndarray) -> np.ndarray:

@@ -26,6 +26,7 @@ from stages.biped.walk import largest_of_a_step
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Friction, Slope
 from stages.model_error.measures import NAMES
+from stages.model_error.parameters import Parameters
 from stages.model_error.result import MODELS, PRICES, SHARED
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import Settings as PenaltySettings
@@ -154,6 +155,13 @@ class Design:
         start = section_state(section_numbers(stance), STANDING)
         stepper = PenaltyStepper(self.projected, self.slope, self.contact, start, PenaltySettings(tolerance))
         return stepper, gait_near(stepper, start)
+
+
+def design_of(parameters: Parameters) -> Design:
+    """The study's design."""
+    friction = parameters.analytic.limited(parameters.friction)
+    return Design(parameters.biped, parameters.slope, parameters.contact, friction, parameters.friction,
+                  parameters.twin)  # fmt: skip
 
 
 def by_constraint(design: Design, tolerance: float) -> Found:

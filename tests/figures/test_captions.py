@@ -24,7 +24,7 @@ from stages.figures.first_screen import Measure, answers, measure, stable, title
 from stages.figures.result import Caption
 from stages.figures.run import synthetic
 from stages.ground.blocks import Blocks
-from stages.model_error.result import EVEN, WIDTH
+from stages.model_error.result import EVEN, WIDTH, Stability
 from stages.multibody.result import in_newtons
 from stages.rough_ground.result import written_out
 from stages.twin.result import Settling
@@ -430,6 +430,17 @@ def test_the_first_screen_says_where_the_twins_stability_is_another_or_decides(t
     ladder = SimpleNamespace(twin=SimpleNamespace(plane_multipliers=multipliers, limps=limps))
     said = stable(inputs(twin_ladder=ladder), Measure(0.97, 0.0, error, 0.0)).means
     assert said.endswith(f"end in this gait.{words}")
+
+
+def test_stability_is_that_of_the_model_that_decides_it():
+    """It followed the constraint model over the slope's digit: .7 +- .4 where the twin's machine has .783 +- .03."""
+    decided = dataclasses.replace(misses(), stability=Stability(0.93, 0.97, 1e-4, 3e-3, 0.04, "penalty walker"))
+    found = gaits(1.3)
+    said = stable(inputs(analytic=found, model_error=decided), measure(found, misses(), "multiplier"))
+    assert said.answer.startswith("A step leaves 0.97 ± 0.05 of a small disturbance: ")
+    assert "stable, with a probability of 0.93." in said.answer
+    assert said.errors == "Errors of this multiplier, by the penalty walker: solver 0.0001, model 0.003, inputs 0.04."
+    assert said.means.endswith(" The constraint model's gait leaves 1.3.")
 
 
 @pytest.mark.parametrize(("outcome", "survived", "words"), [

@@ -15,14 +15,14 @@ from pipeline.cache import artefact
 from pipeline.errors import StudyError
 from stages.analytic.parameters import Correlation
 from stages.biped.question import WrongOption
-from stages.model_error.choice import MULTIPLIER, Ladder, Stability, below_one
+from stages.model_error.choice import MULTIPLIER, Ladder, below_one
 from stages.model_error.measures import NAMES, Allowed, errors
 from stages.model_error.miss import Learnt, Miss, covering
 from stages.model_error.questions import map
 from stages.model_error.questions.ask import Options, ask, stability_in_words
-from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result
-from stages.model_error.run import design_of, further, further_draws, walked
-from stages.model_error.rungs import RUNGS, Found, NoRung
+from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result, Stability
+from stages.model_error.run import further, further_draws, walked
+from stages.model_error.rungs import RUNGS, Found, NoRung, design_of
 from tests.asking import Asking
 
 
@@ -146,6 +146,10 @@ def test_stable_is_a_probability_that_falls_where_the_gait_loses_stability(param
     assert told[0].probability > 0.99 and all(0.0 <= one.probability <= 1.0 for one in told)
     assert [one.multiplier for one in told] == sorted(one.multiplier for one in told)
     assert told[-1].probability < told[0].probability
+
+
+def test_the_stage_leaves_the_stability_of_its_own_design_as_it_is_answered(parameters, small):
+    assert small.stability == Ladder(parameters, Learnt(small)).stable()
 
 
 @pytest.mark.parametrize(("probability", "words"), [(8.6e-23, "below 0.001"), (1.0, "above 0.999"), (0.98, "of 0.98")])

@@ -14,8 +14,7 @@ from stages.model_error.measures import NAMES, Allowed
 from stages.model_error.miss import Learnt, ridge
 from stages.model_error.questions.design import Options, ask, misses
 from stages.model_error.result import FITTED, MODELS, NUMBERS, PENALTY, SHARED, TWIN, Result
-from stages.model_error.run import design_of
-from stages.model_error.rungs import RUNGS, NoRung
+from stages.model_error.rungs import RUNGS, NoRung, design_of
 from stages.twin.machine.machine import build
 from stages.twin.machine.projection import machine_of, project
 from tests.asking import Asking

@@ -11,8 +11,9 @@ from stages.biped.question import Answer, Asking, Question, WrongOption, option
 from stages.model_error.measures import NAMES, UNITS, Allowed, errors, in_digits, learnt_by
 
 if TYPE_CHECKING:
-    from stages.model_error.choice import Answered, Stability
+    from stages.model_error.choice import Answered
     from stages.model_error.parameters import Parameters
+    from stages.model_error.result import Stability
 
 STABLE = "stable"
 
