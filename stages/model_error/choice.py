@@ -59,6 +59,7 @@ class Answered:
     solver: float
     model: float
     inputs: float
+    ramp: float
     correction: float
     rung: str
     tolerance: float
@@ -138,12 +139,13 @@ class Ladder:
                 continue
             bias = self.miss(rung, measure).bias
             return Answered(name, value, bool(SHARED[measure]), wanted, True, solver, model,
-                            self.inputs(name, value, rung), math.expm1(bias) if SHARED[measure] else bias,
+                            self.inputs(name, value, rung), WIDTH * self.by_slope(rung, measure),
+                            math.expm1(bias) if SHARED[measure] else bias,
                             RUNGS[rung].name, tolerance, RUNGS[rung].price, tuple(dict.fromkeys(passed)),
                             self.closer(measure, wanted))  # fmt: skip
         nothing = math.nan
-        return Answered(name, nothing, share, error, False, nothing, nothing, nothing, nothing, "", nothing, nothing,
-                        tuple(dict.fromkeys(passed)), "")  # fmt: skip
+        return Answered(name, nothing, share, error, False, nothing, nothing, nothing, nothing, nothing, "", nothing,
+                        nothing, tuple(dict.fromkeys(passed)), "")  # fmt: skip
 
     def climb(
         self, measure: int, error: float, share: bool, passed: list[str]
@@ -211,40 +213,48 @@ class Ladder:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
 
         By the constraint model's exact derivatives, which lack what its impulses do; a value lies anywhere between the
-        edges of its last digit. On the slopes that may be the rung's own multiplier is taken, as it is far from linear.
+        edges of its last digit. On the slopes that may be the rung's own gait is taken, as it is far from linear.
         """
-        from stages.analytic.derivatives.uncertainty import together
+        from stages.analytic.derivatives.uncertainty import SLOPE, together
 
         if not self.inexact:
             return 0.0
         if self.derivatives is None or name in IMPULSIVE:
             return math.nan
-        if name == "multiplier":
-            return WIDTH * math.hypot(EVEN * self.by_values, float(np.std(self.over_slopes(rung))))
-        gait = self.derivatives.only(self.inexact)
-        widths = np.array([self.parameters.half_widths[each] for each in gait.changes.names]) / gait.changes.scales
-        parts = dict(zip(gait.changes.names, gait.elasticities()[DERIVED[name]] * widths, strict=True))
-        return EVEN * WIDTH * together(parts, self.parameters.correlations)
+        values, measure = self.by_values, NAMES.index(name)
+        if measure != MULTIPLIER:
+            gait = self.derivatives.only([each for each in self.inexact if each != SLOPE])
+            widths = np.array([self.parameters.half_widths[each] for each in gait.changes.names]) / gait.changes.scales
+            parts = dict(zip(gait.changes.names, gait.elasticities()[DERIVED[name]] * widths, strict=True))
+            values = together(parts, self.parameters.correlations)
+        return WIDTH * math.hypot(EVEN * values, self.by_slope(rung, measure))
 
-    def over_slopes(self, rung: int) -> Vector:
-        """Changes (n,) of a rung's multiplier on slopes that may be, each as probable as the others, from that on its
-        own; where a gait is found. The twin's are those of the penalty walker, which walks the same machine.
+    def by_slope(self, rung: int, measure: int) -> float:
+        """Root mean square of what a measure is off on slopes that may be."""
+        return math.sqrt(float(np.mean(self.over_slopes(rung, measure) ** 2)))
 
-        Beyond a doubling the legs' pairs, which differ a little, limp: the multiplier of a stable gait turns back.
+    def over_slopes(self, rung: int, measure: int = MULTIPLIER) -> Vector:
+        """Changes (n,) of a measure by a rung on slopes that may be, each as probable as the others, from that on its
+        own, as shares where errors are; where a gait is found. The twin's are those of the penalty walker, which walks
+        the same machine.
+
+        Beyond a doubling the legs' pairs, which differ a little, limp: the multiplier of a stable gait turns back. On
+        some slope steps are most frequent, and a derivative there says nothing.
         """
         from stages.analytic.derivatives.uncertainty import SLOPE
 
-        rung, slope, found = min(rung, PENALTY), self.parameters.slope, list[float]()
+        rung, slope, found = min(rung, PENALTY), self.parameters.slope, list[Vector]()
         width, tolerance = self.parameters.half_widths.get(SLOPE, 0.0), RUNGS[rung].tolerances[0]
         if rung not in self.slopes:
             for part in np.linspace(-1.0, 1.0, 2 * SLOPES + 1)[1::2] if width else ():
                 there = replace(self.parameters, slope=replace(slope, slope_deg=slope.slope_deg + width * part))
                 with suppress(NoRung):
                     ladder = Ladder(there, self.learnt, near=self.design.searched)
-                    found.append(float(ladder.find(rung, tolerance).values[MULTIPLIER]))
-            own = self.find(rung, tolerance).values[MULTIPLIER] if found else 0.0
-            self.slopes[rung] = np.array(found or [0.0]) - own
-        return self.slopes[rung]
+                    found.append(ladder.find(rung, tolerance).values)
+            self.slopes[rung] = np.array(found).reshape(-1, len(NAMES))
+        every = self.slopes[rung][:, measure]
+        own = float(self.find(rung, tolerance).values[measure]) if len(every) else 0.0
+        return (every - own) / (own if SHARED[measure] else 1.0) if len(every) else np.zeros(1)
 
     @cached_property
     def inexact(self) -> list[str]:

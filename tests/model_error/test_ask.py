@@ -112,6 +112,24 @@ def test_digits_leave_what_the_printed_values_leave(parameters, small):
     assert found == pytest.approx(even * (longer / one - 1.0) / 1e-5, rel=0.02)
 
 
+def test_what_the_ramp_leaves_open_is_what_gaits_on_other_slopes_have(parameters, small, monkeypatch):
+    """Where steps are most frequent a derivative said .44 % of a frequency that is up to 2.9 % lower."""
+    width, own = parameters.half_widths["ground.slope_deg"], parameters.slope.slope_deg
+    exact = dataclasses.replace(parameters, design_digits=type(parameters.design_digits)())
+
+    def find(ladder, rung, tolerance):
+        off = (ladder.parameters.slope.slope_deg - own) / width
+        return Found(np.array([0.5, 2.0 - 0.04 * off**2, 0.2, 0.4, 9.0, 0.6]), np.zeros(6))
+
+    monkeypatch.setattr(Ladder, "find", find)
+    answer = ask(exact, Options(("step_frequency", "step_length"), ("20%",)), Asking(model_error=small))
+    left = WIDTH * 0.02 * np.sqrt(np.mean(np.linspace(-8 / 9, 8 / 9, 9) ** 4))
+    assert answer.plain["step_frequency"]["inputs"] == pytest.approx(left)
+    assert answer.plain["step_frequency"]["ramp"] == pytest.approx(left) and answer.plain["step_length"]["ramp"] == 0.0
+    said = [f"the ramp's slope alone {100 * left:.2g} %" in line for line in answer.lines if "beside it" in line]
+    assert said == [True, False]
+
+
 def test_errors_that_go_together_leave_what_they_leave_together(parameters, small):
     """Wholly so, two parts are added or taken off each other."""
     digits, widths = type(parameters.design_digits), {"leg_length": 1e-4, "foot_com": 1e-4}
@@ -267,7 +285,7 @@ def test_slopes_that_may_be_count_by_what_the_multiplier_is_on_them(parameters, 
     found = Ladder(parameters, Learnt(small)).stable()
     assert found.probability == pytest.approx(share) and found.rung == MODELS[PENALTY]
     if lost < 1.0:
-        assert found.inputs == pytest.approx(WIDTH * np.std(0.4 * np.linspace(-8 / 9, 4 / 9, 7)))
+        assert found.inputs == pytest.approx(WIDTH * 0.4 * np.sqrt(np.mean(np.linspace(-8 / 9, 4 / 9, 7) ** 2)))
 
 
 def test_where_the_solver_leaves_more_open_than_the_model_stability_takes_a_closer_walk(parameters, small, monkeypatch):

@@ -120,7 +120,8 @@ def in_words(one: Answered) -> list[str]:
         f"twin's ({requested} requested)",
         f"  error: solver {amount(one, one.solver)}, model {amount(one, one.model)}; " + (
             f"beside it, errors of the parameters leave {amount(one, one.inputs)} open"
-            if math.isfinite(one.inputs) else "what errors of the parameters leave open is not known"),
+            if math.isfinite(one.inputs) else "what errors of the parameters leave open is not known")
+        + f", the ramp's slope alone {amount(one, one.ramp)}" * (one.ramp > 0.0),
         f"  by the {one.rung} at tolerance {one.tolerance:g}, corrected by {amount(one, one.correction)}; it takes "
         f"{one.price_s:g} s of processor time",
         *(f"  not by a cheaper one: {reason}" for reason in one.passed_over),
