@@ -97,6 +97,10 @@ def test_the_run_of_a_robot_is_its_own_and_is_learned_from_once_more(repository,
     assert same.returncode == 0, same.stderr
     answer = json.loads(same.stdout)
     assert answer["same"] and len(answer["runs"]) == 1 and answer["all_runs"]["probability"] > 0.05
+    followed = commands.run("follow", folder / "lab.sqlite", "--as", robot, "--results", results, "--json",
+                            cwd=repository)  # fmt: skip
+    (run,), kept = json.loads(followed.stdout)["runs"].values(), json.loads((robot / "robot.json").read_text())
+    assert run["innovation_in_sigmas"] == pytest.approx(kept["innovation"], rel=1e-9)
     done = commands.run("calibrate", folder / "more.sqlite", "--continue", robot, "--into", again, "--results", results,
                         "--json", cwd=repository)  # fmt: skip
     assert done.returncode == 0 and not json.loads(done.stdout)["changed"], done.stderr

@@ -41,7 +41,7 @@ FITS, LATEST = 1.5, 100
 
 def _follower(parameters: Parameters, robot: robot_file.FittedRobot) -> Follower:
     """What follows a robot. Raises NoGait."""
-    model = first_model(robot.design, (*robot.names, *robot.own), parameters)
+    model = first_model(robot.began, (*robot.names, *robot.own), parameters)
     return Follower.of(robot, model, parameters.settings)
 
 
@@ -72,7 +72,7 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
     robot = robot_file.read(folder)
     parameters = robot.read_by(parameters)
     follower = _follower(parameters, robot)
-    runs, lines = named_runs(source, robot.design, follower.model, parameters, names, asking)
+    runs, lines = named_runs(source, robot.began, follower.model, parameters, names, asking)
     rows, plain, table, odd = list[dict[str, Any]](), dict[str, Any](), list[list[Any]](), list[str]()
     for number, (name, run) in enumerate(runs.items()):
         asking.progress(number / len(runs), name)

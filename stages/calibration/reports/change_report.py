@@ -28,8 +28,8 @@ def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence
     """The answer to `same`. Raises WrongOption, NoGait, NotIdentified."""
     robot = robot_file.read(folder)
     parameters = robot.read_by(parameters)
-    comparison = Comparison(robot, first_model(robot.design, (*robot.names, *robot.own), parameters))
-    runs, lines = named_runs(source, robot.design, comparison.model, parameters, names, asking)
+    comparison = Comparison(robot, first_model(robot.began, (*robot.names, *robot.own), parameters))
+    runs, lines = named_runs(source, robot.began, comparison.model, parameters, names, asking)
     held = dict[str, Evidence]()
     for number, (name, run) in enumerate(runs.items()):
         asking.progress(number / len(runs), name)
