@@ -173,12 +173,14 @@ class Inputs:
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
-    """The result at closer settings: of the rungs the first two and the last, of the others their constraint models."""
-    first, *between, last = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
-    fewer = ladder(parameters, inputs, [first, last])
+    """The result at closer settings: of the rungs the first two and the twin, which others read; of the others their
+    constraint models."""
+    first, *more = rungs(parameters.biped, parameters.twin, parameters.settings.outsole)
+    twin, others = ([rung for rung in more if rung.is_twin is which] for which in (True, False))
+    fewer = ladder(parameters, inputs, [first, *twin])
     gaits, pairs = {row.name: row for row in fewer.rungs}, {row.name: row for row in fewer.same_machine}
-    own = constraint_gaits(parameters, (project(rung.machine) for rung in between))
-    alone = {rung.name: one.row for rung, one in zip(between, own, strict=True)}
+    own = constraint_gaits(parameters, (project(rung.machine) for rung in others))
+    alone = {rung.name: one.row for rung, one in zip(others, own, strict=True)}
     return replace(
         fewer, rungs=tuple(gaits.get(row.name, row) for row in result.rungs),
         same_machine=tuple(pairs[row.name] if row.name in pairs else replace(

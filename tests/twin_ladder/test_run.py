@@ -96,9 +96,15 @@ def test_a_walk_that_is_not_at_the_gait_is_said_to_be_elsewhere(made_up):
 
 @pytest.fixture
 def nothing_found(monkeypatch):
-    """No machine in space has a gait."""
-    monkeypatch.setattr("stages.twin_ladder.run.climb", lambda parameters, machines, *rest: [
-        (without_gait(rung.name, rung.added, "it fell", rung.is_twin), NO_HIP) for rung in machines])
+    """No machine in space has a gait: the names of those that were looked for, by search."""
+    sought: list[list[str]] = []
+
+    def climb(_, machines, *rest):
+        sought.append([rung.name for rung in machines])
+        return [(without_gait(rung.name, rung.added, "it fell", rung.is_twin), NO_HIP) for rung in machines]
+
+    monkeypatch.setattr("stages.twin_ladder.run.climb", climb)
+    return sought
 
 
 def test_no_gait_at_all_is_a_result(parameters, nothing_found):
@@ -204,3 +210,5 @@ def test_every_rung_has_the_closer_gait_of_its_own_constraint_model(parameters, 
     near = again(parameters, inputs(None), first)
     apart = [abs(one.period_s - other.period_s) for one, other in zip(first.same_machine, near.same_machine)]
     assert len(apart) > 4 and min(apart) > 0.0
+    (twin,) = (rung.name for rung in first.rungs if rung.is_twin)
+    assert nothing_found[1] == ["paired legs", twin], "whose multipliers others read"
