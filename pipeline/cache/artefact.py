@@ -67,13 +67,15 @@ def encoded(
     """The HDF5 file of a result dataclass that says nothing else, and the one that says how it was made as well.
 
     The latter is sealed. `about` (title, source, license, ...) are further attributes of it. `closer` is the result at
-    closer settings, or why there is none; its files are in it. Raises `TypeError` for what cannot be stored.
+    closer settings, or why there is none; its files are in it. If it is of fewer points there are two, the first as
+    `result` is. Raises `TypeError` for what cannot be stored.
     """
+    like, closer = closer if isinstance(closer, tuple) else (None, closer)
     with in_memory(result) as file:
         if isinstance(closer, str):
             file.attrs[_WITHOUT] = closer
         elif closer is not None:
-            for path, error in _errors(file, closer).items():
+            for path, error in _errors(file, closer, like).items():
                 file[path].attrs[ERROR] = float(f"{error:.2g}")
             group = file.create_group(CLOSER, track_order=True)
             hdf5.write_fields(group, closer)
@@ -100,14 +102,15 @@ def sealed(content: bytes) -> bytes:
     return b"".join((head, mark, digits, rest)) if mark else b""
 
 
-def _errors(file: Any, closer: Any) -> dict[str, float]:
-    """Of each number its error, by what it differs by from the closer result; of rows that this lacks, or has as they
-    are, the largest of the others.
+def _errors(file: Any, closer: Any, like: Any = None) -> dict[str, float]:
+    """Of each number its error, by what it (or that of a result `like` this) differs by from the closer result; of rows
+    that this lacks, or has as they are, the largest of the others.
 
     Numbers of one group and unit follow from one solution: one may agree by chance, and has `SHARED` of the largest.
     """
-    with in_memory(closer, CLOSER) as other:
-        apart = dict(differences(file, other))
+    first = contextlib.nullcontext(file) if like is None else in_memory(like, "like")
+    with first as one, in_memory(closer, CLOSER) as other:
+        apart = {path: change for path, change in differences(one, other) if path in file}
     found = {path: SAFE * change for path, (change, _) in apart.items()}
     groups = {path: (path.rpartition("/")[0], str(file[path].attrs.get("units", ""))) for path in found}
     beside = _largest(found, groups)

@@ -5,7 +5,7 @@ is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What 
 has a field `missing` goes on without results that are not there or that dvc.yaml does not list among its deps: they are
 None, and it says why, by name. A field
 `closer` is given the same inputs as closer solvers gave them, where there are some. A closer result with files goes to
-stages that read these files too: what others made of them they made of those beside the result itself.
+stages that read these files too, or have both: what others made of them they made of those beside the result itself.
 """
 
 import contextlib
@@ -87,7 +87,8 @@ def given(
         else:
             values[name], closer[name] = _decoded(path, fields[name][0], *files[path], errors or asks)
     values |= {MISSING: missing} if missing else {}
-    solved = {name: value for name, value in closer.items() if value is not None and _read_whole(stage, value)}
+    solved = {name: value for name, value in closer.items()
+              if value is not None and (asks or _read_whole(stage, value))}  # fmt: skip
     other = inputs(**{**values, **solved}) if solved else None
     return inputs(**values, **({CLOSER: other} if asks else {})), other, open_files
 

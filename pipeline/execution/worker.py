@@ -37,7 +37,7 @@ from pipeline.cache.differences import closer
 from pipeline.cache.fingerprint import versions
 from pipeline.cache.sources import Sources, beside
 from pipeline.errors import Lacking, StudyError, is_answer
-from pipeline.execution.inputs import check_unchanged, given
+from pipeline.execution.inputs import CLOSER, check_unchanged, given
 from pipeline.execution.job import File, Job, Point, engine_code
 from pipeline.graph import Stage, beneath, is_inside
 from pipeline.home import home_of, importable, named, stage_module
@@ -211,7 +211,7 @@ class Computing:
         if errors and (near != parameters or above is not None):
             self.messages.send(progress=[1.0, "once more, closer, for the errors of its numbers"])
             try:
-                read = inputs if above is None else above
+                read = inputs if above is None or (again and hasattr(inputs, CLOSER)) else above
                 other = again(near, read, result) if again else module.run(near, read)
             except Exception as error:  # whatever it is, the result itself stands
                 other = " ".join(f"at closer settings: {error}".split())

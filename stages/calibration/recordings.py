@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -25,6 +24,7 @@ from stages.calibration.result import LAB
 from stages.campaign.result import Result as Campaign
 from stages.imu.parameters import filter_delay
 from stages.imu.run import trials
+from stages.imu.sources.opening import as_file
 from stages.imu.sources.reading import run_of as as_read
 from stages.imu.sources.reading import runs
 from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor
@@ -127,9 +127,7 @@ def recorded(
     settings, refused, used = parameters.settings, list[str](), False
     closer = dict[str, MeasuredRun]()
     if anew:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, source.name)
-            path.write_bytes(anew)
+        with as_file(anew, source.name) as path:
             closer = {one.name: one for one in read_runs(path, design, model, parameters) if not isinstance(one, str)}
     for run in read_runs(source, design, model, parameters):
         if isinstance(run, str):

@@ -9,6 +9,8 @@ from stages.biped.quantity import quantity
 
 #: What the name of a run without the outsole has more than that of the same machine's with it.
 BARE = "bare "
+#: The databases: of the runs as the prototype is, and of those without its outsole.
+DATABASE, WITHOUT_OUTSOLE = "measurements.sqlite", "without_outsole.sqlite"
 #: Why some numbers have no error.
 DRAWN = "it is drawn"
 

@@ -14,7 +14,16 @@ from stages.biped.design import require_plain
 from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.biped.walk import StanceState
 from stages.campaign.parameters import Parameters
-from stages.campaign.result import BARE, Result, RunTruth, SensorErrors, SensorTruth, SetSpike
+from stages.campaign.result import (
+    BARE,
+    DATABASE,
+    WITHOUT_OUTSOLE,
+    Result,
+    RunTruth,
+    SensorErrors,
+    SensorTruth,
+    SetSpike,
+)
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, generator, walk_twin
 from stages.campaign.virtual_sensor import (
     STANDARD_GRAVITY,
@@ -99,8 +108,6 @@ FIRST_RUN_AT = 1_600_000_000.0  # s, what the phone's clock shows at the first r
 BETWEEN_RUNS = 120.0  # s
 SENSOR_STREAM = 1000  # numbers of the random streams of the sensors; those of the attempts lie below
 SCALE_STREAM, BARE_STREAM = 1500, 1000  # that of the scale; what runs without an outsole add to theirs
-#: The databases: of the runs as the prototype is, and of those without its outsole.
-WITH_OUTSOLE, WITHOUT = "measurements.sqlite", "without_outsole.sqlite"
 AROUND_STRIKE = (-0.03, 0.15)  # pendulum times, where the spike of a heel strike is looked for
 
 #: Sensor axis nearest to the body's forward and upward axis, for each place.
@@ -178,7 +185,7 @@ def databases(
 ) -> dict[str, bytes]:
     """The databases of what was sent in runs, so many `usual` ones first and then those without the outsole."""
     devices = [device(place, parameters) for place in MOUNTING]
-    return {WITH_OUTSOLE: database_bytes(devices, sent[:usual]), WITHOUT: database_bytes(devices, sent[usual:])}
+    return {DATABASE: database_bytes(devices, sent[:usual]), WITHOUT_OUTSOLE: database_bytes(devices, sent[usual:])}
 
 
 def device(place: str, parameters: Parameters) -> Device:

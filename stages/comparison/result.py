@@ -22,6 +22,8 @@ UNDECIDED = "not decided at this accuracy"
 UNKNOWN = "errors unknown here"
 #: All verdicts, in the order in which they are counted.
 VERDICTS = (HOLDS, HOLDS_IF, FAILS, UNDECIDED, OPEN, DOES_NOT_APPLY)
+#: Why work, and the error that it was done for, have no error.
+COUNTED = "it is what solvers did at these tolerances"
 
 #: Whether a reason is true of what was measured, and the reason.
 Cause = tuple[bool, str]
@@ -174,6 +176,8 @@ class BipedSummary:
     friction_heel_strike: float = quantity("1", "friction it needs in the impulses of heel strike")
     friction: float = quantity("1", "friction there is")
     specific_cost: float = quantity("1", "cost of transport: what gravity gives over weight and way")
-    constraint_work: float = quantity("1", "evaluations a step of the constraint model for the error below")
-    penalty_work: float = quantity("1", "evaluations a step of the penalty model for the error below")
-    error: float = quantity("m", "hip error at which work is counted")
+    constraint_work: float = quantity(
+        "1", "evaluations a step of the constraint model for the error below", without_error=COUNTED)
+    penalty_work: float = quantity(
+        "1", "evaluations a step of the penalty model for the error below", without_error=COUNTED)
+    error: float = quantity("m", "hip error at which work is counted", without_error=COUNTED)

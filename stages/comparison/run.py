@@ -8,7 +8,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from stages.comparison.claims.numerics import constraints_reduce_effort
 from stages.comparison.claims.paper import FREQUENCY_HZ
 from stages.comparison.determinants import Determinants, digits_of, of_walk
 from stages.comparison.evidence import NAN, Evidence, Inputs, known
+from stages.comparison.made_again import as_both_have_it
 from stages.comparison.parameters import Parameters
 from stages.comparison.result import DOES_NOT_APPLY, BipedSummary, Claim, Result, counted, tables_of
 from stages.comparison.tables import Table
@@ -71,11 +72,18 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     determined, biped, level = determinants(e), summarise(e), parameters.level.level
     models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
     digits = digits_of(e.results.analytic.uncertainties, models_alone)
-    claims = judge(e, Evidence(parameters, inputs.closer) if inputs.closer else None)
+    both = as_both_have_it(parameters, inputs)
+    claims = judge(e, both and (Evidence(parameters, both[0]), Evidence(parameters, both[1])))
     tables = tables_of(biped, determined, digits)
     files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, determined, claims), level, biped)}
     another = another_biped(parameters)
     return Result(models, twin, measured, score, determined, digits, biped, another, claims, level, files)
+
+
+def again(parameters: Parameters, inputs: Inputs, result: Result) -> tuple[Result, Result]:
+    """What is compared, and the same by closer solvers, of synthetic runs those alone that these made once more."""
+    one, other = as_both_have_it(parameters, inputs) or (inputs, inputs)
+    return run(parameters, replace(one, closer=None)), run(parameters, replace(other, closer=None))
 
 
 def determinants(e: Evidence) -> dict[str, Determinants]:

@@ -59,14 +59,21 @@ def collect(found: Iterable[Trial]) -> Result:
     rejected = tuple(one for _, one in read if isinstance(one, RunReport))
     if not runs:
         raise SourceRefused(f"no run can be used; the first was turned down: {_first_reason(rejected, reports)}")
+    return as_result(runs, reports, rejected)
+
+
+def as_result(
+    runs: Sequence[Run], reports: Sequence[SensorReport], rejected: Sequence[RunReport] = ()
+) -> Result:
+    """Runs that are used, at least one, and what they have in common."""
     strides = np.concatenate([one.strides for one in runs])
     frequency, spread = frequency_of(runs)
     return Result(
         origin=origin_of(one.report for one in runs),
         signals=SENSOR_SIGNALS,
-        reports=reports,
-        runs=runs,
-        rejected=rejected,
+        reports=tuple(reports),
+        runs=tuple(runs),
+        rejected=tuple(rejected),
         ensemble=ensemble_of(strides),
         step_frequency=frequency,
         step_frequency_spread=spread,

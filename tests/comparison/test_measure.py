@@ -353,20 +353,20 @@ def beside(measured, **changes):
 def test_a_verdict_that_its_error_could_change_is_not_decided():
     far, near, above = (of(STABLE, multibody=value) for value in (0.985, 0.995, 1.02))
     for error in (1e-2, -1e-2):
-        assert judged(PARAMETERS, far, beside(far, multibody=error)).verdict == HOLDS
-        claim = judged(PARAMETERS, near, beside(near, multibody=error))
+        assert judged(PARAMETERS, far, far, beside(far, multibody=error)).verdict == HOLDS
+        claim = judged(PARAMETERS, near, near, beside(near, multibody=error))
         assert claim.verdict == UNDECIDED and not claim.condition
         assert "multibody = 0.995 has a numerical error of 0.01, within which the verdict could" in claim.causes[-1]
-        assert judged(PARAMETERS, above, beside(above, multibody=error)).verdict == FAILS
-    assert judged(PARAMETERS, near, beside(near, multibody=1e-3)).verdict == HOLDS
+        assert judged(PARAMETERS, above, above, beside(above, multibody=error)).verdict == FAILS
+    assert judged(PARAMETERS, near, near, beside(near, multibody=1e-3)).verdict == HOLDS
 
 
 def test_numbers_carry_what_they_differ_by_and_none_where_closer_solvers_have_none():
-    claim = judged(PARAMETERS, STABLE, beside(STABLE, constraint=2e-9, multibody=-6e-7))
+    claim = judged(PARAMETERS, STABLE, STABLE, beside(STABLE, constraint=2e-9, multibody=-6e-7))
     assert [number.error for number in claim.numbers] == pytest.approx([2e-9, 6e-7])
     assert "± 6e-07" in str(claim.numbers[1]) and (claim.verdict, claim.beside) == (HOLDS, "")
-    for closer in (None, of(STABLE, multibody=math.nan)):
-        claim = judged(PARAMETERS, STABLE, closer)
+    for both in ((), (STABLE, of(STABLE, multibody=math.nan))):
+        claim = judged(PARAMETERS, STABLE, *both)
         assert math.isnan(claim.numbers[1].error) and "±" not in str(claim.numbers[1])
         assert (claim.verdict, claim.beside) == (HOLDS, UNKNOWN)
     shown = as_text(Shown(**{**dataclasses.asdict(claim), "numbers": []}), 80)
@@ -374,8 +374,8 @@ def test_numbers_carry_what_they_differ_by_and_none_where_closer_solvers_have_no
 
 
 def test_a_claim_stands_where_closer_solvers_do_not_get_there():
-    assert judge.measured_of(STABLE.about, None) is None
-    assert judge.measured_of(STABLE.about, object()) is None, "an error that nobody foresaw"
+    assert judge.measured_of(STABLE.about, None) == ()
+    assert judge.measured_of(STABLE.about, (object(), object())) == (), "an error that nobody foresaw"
 
 
 def test_a_number_inside_of_a_tuple_is_named_and_changed():

@@ -86,6 +86,18 @@ def test_what_the_solver_chooses_has_no_error_and_says_why():
         assert file["time"].attrs["numerical_error"] == SAFE * 0.5
 
 
+def test_of_two_results_over_fewer_points_the_difference_is_the_error():
+    fields = (("height", float, quantity("m", "mean")), ("each", np.ndarray, quantity("m", "all")))
+    Mean = make_dataclass("Mean", fields)
+    whole, few, closer = (Mean(float(np.mean(each)), np.array(each))
+                          for each in ((1.0, 2.0, 6.0), (1.0, 2.0), (1.5, 3.0)))  # fmt: skip
+    content = artefact.encoded(whole, {}, closer=(few, closer))[1]
+    with h5py.File(io.BytesIO(content)) as file:
+        assert file["height"][()] == 3.0 and file["closer/height"][()] == 2.25
+        assert file["height"].attrs["numerical_error"] == pytest.approx(SAFE * 0.75, rel=0.03), "in two digits"
+        assert file["each"].attrs["numerical_error"] == SAFE * 1.0
+
+
 def test_show_prints_it_or_why_there_is_none(toy_with_commands):
     toy, once = closer_toy(toy_with_commands), "it is drawn once"
     path = toy.path("PACKAGE/side/run.py")

@@ -30,30 +30,34 @@ STATEMENTS = {
         (one for topic in (numerics, contact, gait, figure_8, twin, measurement, calibration)
          for one in topic.STATEMENTS), key=in_the_papers_order)
 }  # fmt: skip
+#: Evidence and what closer solvers gave in its place, if anything.
+Both = tuple[Evidence, Evidence] | None
 #: Errors are so many times what closer solvers change, as those of artefacts are.
 SAFE = 3.0
 #: What a claim on the method needs of a biped: legs that take double stance.
 OF_THE_METHOD = ("biped.legs",)
 
 
-def judge(e: Evidence, closer: Evidence | None = None) -> tuple[Claim, ...]:
-    """Every claim, measured and judged; `closer` is what closer solvers gave. Claims on the paper's biped are not
-    judged for another one.
+def judge(e: Evidence, both: Both = None) -> tuple[Claim, ...]:
+    """Every claim, measured and judged; `both` are evidence and what closer solvers gave in its place. Claims on the
+    paper's biped are not judged for another one.
     """
-    return tuple(judged(e.parameters, one.measured(e), measured_of(one, closer)) for one in STATEMENTS.values())
+    return tuple(judged(e.parameters, one.measured(e), *measured_of(one, both)) for one in STATEMENTS.values())
 
 
-def measured_of(one: Statement, closer: Evidence | None) -> Measured | None:
-    """What closer solvers measure; None where they do not get there: errors are then unknown, and the claim stands."""
+def measured_of(one: Statement, both: Both) -> tuple[Measured, Measured] | tuple[()]:
+    """What is measured, and what closer solvers measure; nothing where they do not get there: errors are then unknown,
+    and the claim stands."""
     with contextlib.suppress(Exception):
-        return one.measured(closer) if closer else None
-    return None
+        return (one.measured(both[0]), one.measured(both[1])) if both else ()
+    return ()
 
 
-def judged(parameters: Parameters, measured: Measured, closer: Measured | None = None) -> Claim:
-    """One claim. Numbers whose errors are unknown are judged as if they had none, and that is said."""
+def judged(parameters: Parameters, measured: Measured, *both: Measured) -> Claim:
+    """One claim, and if they are known both measurements that its errors are the difference of. Numbers whose errors
+    are unknown are judged as if they had none, and that is said."""
     about, judgement = measured.about, measured.judge(parameters.settings)
-    known = numbers(measured, closer)
+    known = numbers(measured, *both)
     beside = UNKNOWN if any(math.isnan(one.error) for one in known if math.isfinite(one.value)) else ""
     verdict, condition, causes = judgement.verdict, judgement.condition, judgement.reasons
     for number, other in other_verdicts(measured, parameters.settings, known):
@@ -132,10 +136,11 @@ def quantity(value: Any, unit: str) -> str:
     return text if unit in ("1", "-", "") else f"{text} {unit}"
 
 
-def numbers(measured: Measured, closer: Measured | None) -> tuple[Number, ...]:
-    """The numbers of a claim, each with its error: `SAFE` times what it differs by from the closer one of its name."""
-    others = dict(named(closer.numbers)) if closer else {}
-    return tuple(Number(name, measured.unit(name), value, SAFE * abs(value - others.get(name, math.nan)))
+def numbers(measured: Measured, *both: Measured) -> tuple[Number, ...]:
+    """The numbers of a claim, each with its error: `SAFE` times what those of its name in `both` differ by."""
+    one, other = (dict(named(each.numbers)) for each in both) if both else ({}, {})
+    return tuple(Number(name, measured.unit(name), value,
+                        SAFE * abs(one.get(name, math.nan) - other.get(name, math.nan)))
                  for name, value in named(measured.numbers))  # fmt: skip
 
 

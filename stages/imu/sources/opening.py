@@ -5,6 +5,7 @@ A file is opened only if it is a plain one: a pipe never ends, and a device has 
 
 import importlib
 import stat
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,6 +32,15 @@ def refuse(*rows: tuple[bool, str]) -> None:
     for wrong, sentence in rows:
         if wrong:
             raise SourceRefused(sentence)
+
+
+@contextmanager
+def as_file(content: bytes, name: str) -> Iterator[Path]:
+    """A file of this content and name, for as long as it is read."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, name)
+        path.write_bytes(content)
+        yield path
 
 
 def check(path: Path) -> None:
