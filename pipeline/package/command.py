@@ -77,22 +77,21 @@ def package(study: Study, file: Path, date: datetime.datetime | None, form: opti
 
 def gathered(study: Study) -> tuple[list[Row], dict[str, Path], dict[str, str]]:
     """Every run, every file of the package by its place in it, and what some of them are. Raises `StudyError`."""
-    names = study.graph.usual
+    stages = study.graph.stages
+    names = tuple(name for name, stage in stages.items() if not stage.frozen or study.store.current(name))
     standing = status.Standing(study, names)
     if said := standing.sentence(names):
         raise StudyError(f"{shown(study.results)}: only results of the parameters and code at hand are packed; {said}")
     runs, settings = list[Row](), "".join(f" --set {shlex.quote(setting)}" for setting in study.settings)
-    places = {f"params/{left.name}": left for left in study.params.glob("[!.]*.json")}
-    words = dict.fromkeys(places, "what a command left beside the parameters")
+    places, words = _of_parameters(study)
     places[FILE_NAME], words[FILE_NAME] = study.root / FILE_NAME, "the graph of stages: what each reads and makes"
     for name, values in study.parameters(names).items():
-        stage, entry = study.graph.stages[name], study.store.current(name)
+        stage, entry = stages[name], study.store.current(name)
         assert entry is not None
-        read = {f"params/{file}.yaml": study.params / f"{file}.yaml" for file in stage.parameters}
-        recordings = _recordings(study, values)
+        read, recordings = [f"params/{file}.yaml" for file in stage.parameters], _recordings(study, values)
         inputs = [path for path in entry.ingredients["inputs"] if path in places]
-        places |= read | recordings | {path: study.store.place(path) for path in entry.outs}
-        words |= dict.fromkeys(read, "parameters with units and sources") | dict.fromkeys(recordings, "a recording")
+        places |= recordings | {path: study.store.place(path) for path in entry.outs}
+        words |= dict.fromkeys(recordings, "a recording")
         words[stage.artefact] = entry.summary
         about = {} if entry.refused else _made_by(study.store.place(stage.artefact))
         runs.append({
@@ -102,6 +101,15 @@ def gathered(study: Study) -> tuple[list[Row], dict[str, Path], dict[str, str]]:
             "processor": about.get("processor", ""), "refusal": entry.summary if entry.refused else "",
         })  # fmt: skip
     return runs, places, words | ({CLAIMS: "claims, measured numbers, verdicts"} if CLAIMS in places else {})
+
+
+def _of_parameters(study: Study) -> tuple[dict[str, Path], dict[str, str]]:
+    """Parameter files of all stages, so that a package is a study, and files left beside them; what each is."""
+    listed = {file for stage in study.graph.stages.values() for file in stage.parameters}
+    places = {f"params/{file}.yaml": study.params / f"{file}.yaml" for file in listed}
+    left = {f"params/{file.name}": file for file in study.params.glob("[!.]*.json")}
+    words = dict.fromkeys(places, "parameters with units and sources")
+    return places | left, words | dict.fromkeys(left, "what a command left beside the parameters")
 
 
 def _recordings(study: Study, values: Any) -> dict[str, Path]:

@@ -13,6 +13,7 @@ import pytest
 
 from pipeline.errors import StudyError
 from pipeline.package import command
+from tests.pipeline.test_stages_that_say_no import can_do_without
 from tests.pipeline.toy import copied
 
 CONTEXT = Path(__file__).with_name("ro_crate_context.json")
@@ -116,6 +117,24 @@ def test_tables_that_no_stage_made_stay_out_by_name(ran):
     said = " ".join(ran.says("package results.zip").split())
     assert "without results/map.h5, which no stage made without results/sweeps/slopes.h5, which no stage made" in said
     assert said.count("which no stage made") == 2 and "results/map.h5" not in described(ran.root / "results.zip")[1]
+
+
+def test_a_frozen_stage_is_packed_once_it_ran_and_without_it_the_package_is_a_study(toy_with_commands, tmp_path):
+    toy = can_do_without(toy_with_commands)
+    toy.edit("dvc.yaml", "    cmd: bipedstudy run side\n", "    cmd: bipedstudy run side\n    frozen: true\n")
+    toy.edit("dvc.yaml", "      - results/side.bin\n", "")
+    toy.edit("PACKAGE/picture/run.py", "    side: Path\n", "")
+    toy.says("run-all")
+    toy.says("package part.zip")
+    with zipfile.ZipFile(toy.root / "part.zip") as package:
+        package.extractall(tmp_path / "part")
+    shutil.copytree(toy.root / toy.package, tmp_path / "part" / toy.package)
+    moved = type(toy)(tmp_path / "part", toy.package)
+    moved.says("--trust status", "side frozen runs when it is named")
+    toy.says("run side")
+    toy.says("package whole.zip")
+    assert "results/side.bin" in described(toy.root / "whole.zip")[1]
+    assert "side" in [each["stage"] for each in json.loads(toy.says("recompute whole.zip --json"))["stages"]]
 
 
 def test_what_a_command_left_beside_the_parameters_goes_with_it(ran):
