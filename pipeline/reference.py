@@ -96,8 +96,7 @@ def _field(field: dataclasses.Field[Any], kind: Any) -> str:
         return f"(a table): {described}"
     if field.default is not dataclasses.MISSING:
         described += " (optional)" if field.default is None else f" (default: {field.default})"
-    free = "a file" if about["file"] else "true, false" if kind is bool else "a word" if about["unit"] == "-" else ""
-    limits = allowed(field) if about["choices"] or not free else free
+    limits = "a file" if about["file"] else allowed(field, kind)
     return f"({limits.replace(' and ', ', ')}): {described}"
 
 

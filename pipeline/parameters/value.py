@@ -143,10 +143,10 @@ def checked(node: Node, field: dataclasses.Field[Any], kind: Any) -> Any:
     if kind is Any:
         return node.plain()
     if get_origin(kind) is Mapping:
-        items = _of(node, dict, f"is not a table; allowed: {allowed(field)}")
+        items = _of(node, dict, f"is not a table; allowed: {allowed(field, kind)}")
         return {name: _inner(item, field, get_args(kind)[1], f": {name}") for name, item in items.items()}
     if get_origin(kind) is tuple:
-        items = _of(node, list, "is not a list")
+        items = _of(node, list, f"is not a list; allowed in it: {allowed(field, kind)}")
         return tuple(_inner(item, field, get_args(kind)[0], f"[{at}]") for at, item in enumerate(items))
     if hasattr(kind, "__dataclass_fields__"):
         return _row(node, kind)
@@ -167,16 +167,18 @@ def values_of(
             except Refused as refused:
                 problems.append((name, refused.line, refused.of(name)))
         elif field.default is dataclasses.MISSING:
-            problems.append((name, 0, f"{name} is missing; allowed: {allowed(field)}"))
+            problems.append((name, 0, f"{name} is missing; allowed: {allowed(field, kind)}"))
     return values, problems
 
 
-def allowed(field: dataclasses.Field[Any]) -> str:
-    """What the field accepts, for the end of a sentence: `>= 0 kg`, or the choices."""
-    if field.metadata["choices"]:
-        either = field.metadata.get("otherwise")
-        return ", ".join(field.metadata["choices"]) + (f", or {either}" if either else "")
-    return with_unit(str(field.metadata["bound"]), field)
+def allowed(field: dataclasses.Field[Any], kind: Any) -> str:
+    """What a field of a type accepts, for the end of a sentence: `>= 0 kg`, the choices, or what else it is."""
+    about = field.metadata
+    if about["choices"]:
+        either = about.get("otherwise")
+        return ", ".join(about["choices"]) + (f", or {either}" if either else "")
+    free = "a table" if _row_of(kind) else "true, false" if kind is bool else "a word" if about["unit"] == "-" else ""
+    return free or with_unit(str(about["bound"]), field)
 
 
 def with_unit(text: str, field: dataclasses.Field[Any]) -> str:
@@ -254,20 +256,20 @@ def _inner(node: Node, field: dataclasses.Field[Any], kind: Any, name: str) -> A
 
 def _number(node: Node, field: dataclasses.Field[Any], kind: Any) -> float | int:
     noun = "a whole number" if kind is int else "a number"
-    value: float | int = _of(node, (int, float), f"is not {noun}; allowed: {allowed(field)}")
+    value: float | int = _of(node, (int, float), f"is not {noun}; allowed: {allowed(field, kind)}")
     if not field.metadata["bound"].holds(value):
-        raise Refused(f"= {with_unit(shown(value), field)} is not allowed; allowed: {allowed(field)}", node.line)
+        raise Refused(f"= {with_unit(shown(value), field)} is not allowed; allowed: {allowed(field, kind)}", node.line)
     if kind is int and value != int(value):
-        raise Refused(f"= {shown(value)} is not a whole number; allowed: {allowed(field)}", node.line)
+        raise Refused(f"= {shown(value)} is not a whole number; allowed: {allowed(field, kind)}", node.line)
     return int(value) if kind is int else float(value)
 
 
 def _word(node: Node, field: dataclasses.Field[Any]) -> str:
-    word: str = _of(node, str, f"is not a word; allowed: {allowed(field)}")
     choices = field.metadata["choices"]
+    word: str = _of(node, str, "is not a word" + (f"; allowed: {allowed(field, str)}" if choices else ""))
     if choices and word not in choices:
         hint = nearest(word, choices)
-        raise Refused(f"= {shown(word)} is not allowed; allowed: {allowed(field)}{hint}", node.line)
+        raise Refused(f"= {shown(word)} is not allowed; allowed: {allowed(field, str)}{hint}", node.line)
     return word
 
 
@@ -281,7 +283,7 @@ def _row(node: Node, cls: type) -> Any:
     values, problems = values_of(cls, items)
     for name, line, sentence in problems:
         if name not in items:
-            raise Refused(f"lacks the column {name} (allowed: {allowed(fields[name][0])})", node.line)
+            raise Refused(f"lacks the column {name} (allowed: {allowed(*fields[name])})", node.line)
         raise Refused(f": {sentence}", line)
     row = cls(**values)
     for _, sentence in broken_rules(row):

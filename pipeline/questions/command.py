@@ -196,7 +196,7 @@ class Option:
         if kind is bool:
             return click.option(self.flag, self.name, is_flag=True, help=said)
         if kind in (int, float) or about["choices"]:
-            said += f" Allowed: {allowed(self.field)}."
+            said += f" Allowed: {allowed(self.field, kind)}."
         given = default not in (MISSING, None, ())
         fallback: dict[str, Any] = {"default": _text(default)} if given else {}  # None would be a default to click
         return click.option(

@@ -209,7 +209,7 @@ class Spec:
             value, needed = getattr(self, key), key in KINDS[self.kind]
             missing = value in (None, {}, ())
             if missing and needed:
-                yield key, f"{key} is missing; allowed: {allowed(declared(Spec)[key][0])}"
+                yield key, f"{key} is missing; allowed: {allowed(*declared(Spec)[key])}"
             elif needed == missing:
                 yield key, f"{key} = {shown(value)} is not allowed; a sweep of kind {self.kind} has none"
         for name, over in (self.vary or {}).items():

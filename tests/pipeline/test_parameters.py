@@ -86,7 +86,9 @@ WRONG_SETTINGS = {
     "fall.behaviour=wel": f'--set fall.behaviour=wel: behaviour = "wel" is not allowed; allowed: {CHOICES}; '
     'did you mean "well"?',
     "fall.behaviour=3": f"--set fall.behaviour=3: behaviour = 3 is not a word; allowed: {CHOICES}",
-    "fall.marks=3": "--set fall.marks=3: marks = 3 is not a list",
+    "fall.marks=3": "--set fall.marks=3: marks = 3 is not a list; allowed in it: >= 0 m",
+    "fall.parts=3": "--set fall.parts=3: parts = 3 is not a list; allowed in it: a table",
+    "fall.label=3": "--set fall.label=3: label = 3 is not a word",
     "fall.marks=[1, -2]": "--set fall.marks=[1, -2]: marks[1] = -2 m is not allowed; allowed: >= 0 m",
     "fall.parts=[{name: x}]": "--set fall.parts=[{name: x}]: parts[0] lacks the column mass (allowed: > 0 kg)",
     "fall.parts=[3]": "--set fall.parts=[3]: parts[0] = 3 is not a row like {name, mass}",
