@@ -214,8 +214,8 @@ def _check_paths(stages: list[Stage]) -> None:
     ]
     frozen = {stage.name for stage in stages if stage.frozen}
     problems += [
-        f"{FILE_NAME}: stage {stage.name} reads {path}, but stage {maker[path]} is frozen and runs only when it is named; "
-        "leave one of both out"
+        f"{FILE_NAME}: stage {stage.name} reads {path}, but stage {maker[path]} is frozen and runs only when it is "
+        "named; leave one of both out"
         for stage in stages
         for path in stage.inputs
         if maker.get(path) in frozen and stage.name not in frozen

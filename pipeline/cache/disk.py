@@ -36,21 +36,20 @@ def write(path: Path, content: bytes | Iterable[bytes]) -> None:
     """Put `content`, or its parts, at `path`: a reader, or a crash at any moment, meets the old file or the new one.
 
     A link, pipe or device at `path` is replaced; what a link names is not touched. A path that a user named is first
-    `replaceable`. Errors name it, which the system leaves out of those of an open file.
+    `replaceable`.
     """
-    try:
-        with whole(path) as unfinished, open(unfinished, "xb") as file:
-            file.writelines([content] if isinstance(content, bytes) else content)
-            file.flush()
-            os.fsync(file.fileno())
-    except OSError as error:
-        error.filename = error.filename or str(path)
-        raise
+    with whole(path) as unfinished, open(unfinished, "xb") as file:
+        file.writelines([content] if isinstance(content, bytes) else content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 @contextlib.contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """A path to write a file or folder to, which appears as `path` at the end, whole or not at all; errors name it."""
+    """A path to write a file or folder to, which appears as `path` at the end, whole or not at all.
+
+    Errors name it, which the system leaves out of those of an open file.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}-{next(_serial)}.part")
     try:
@@ -59,8 +58,8 @@ def whole(path: Path) -> Iterator[Path]:
     except BaseException as error:
         with contextlib.suppress(OSError):
             remove(unfinished)
-        if isinstance(error, OSError) and error.filename == str(unfinished):
-            error.filename = str(path)
+        if isinstance(error, OSError):
+            error.filename = str(error.filename or path).replace(str(unfinished), str(path))
         raise
     sync_folder(path.parent)
 

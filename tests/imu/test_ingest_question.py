@@ -11,6 +11,10 @@ import numpy as np
 import pytest
 import yaml
 
+from stages.imu.sources import schema
+from stages.imu.sources.databases import SqliteSource
+from stages.imu.sources.opening import SourceRefused
+from stages.imu.sources.reading import kept
 from tests import commands
 from tests.imu.stand_in import make_database, make_run
 
@@ -45,6 +49,15 @@ def test_the_report_and_a_stored_copy(repository: Path, database: Path, tmp_path
     assert again == out
     code, _, errors = ingest(repository, database, "--store", copy)
     assert code == 2 and "is there already" in errors
+
+
+def test_rows_that_cannot_be_kept_are_said_of_the_copy(database: Path, tmp_path: Path, monkeypatch) -> None:
+    """A disk that is full is one to SQLite: as a file that may have a few pages."""
+    statements = schema.create_statements
+    monkeypatch.setattr(schema, "create_statements", lambda keys: (*statements(keys), "PRAGMA max_page_count = 9"))
+    with (pytest.raises(SourceRefused, match=r"^--store: the rows cannot be written \(database or disk is full\)$"),
+          SqliteSource(database) as source):  # fmt: skip
+        list(kept(source, str(tmp_path / "copy.sqlite")))
 
 
 def test_files_with_a_column_map_as_json(repository: Path, tmp_path: Path) -> None:

@@ -142,6 +142,16 @@ def test_a_file_cut_off_while_it_is_written_leaves_the_old_one(tmp_path, monkeyp
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
+@pytest.mark.parametrize(("opened", "named"), [("/dev/full", ""), ("PART/inner/one.txt", "/inner/one.txt")])
+def test_an_error_of_what_is_being_written_names_the_place_that_was_meant(tmp_path, opened, named):
+    place = tmp_path / "results.zip"
+    with pytest.raises(OSError) as met, disk.whole(place) as unfinished, \
+            open(opened.replace("PART", str(unfinished)), "wb", buffering=0) as file:  # fmt: skip
+        file.write(b"text")
+    assert met.value.filename == f"{place}{named}" and list(tmp_path.iterdir()) == []
+
+
 # --- Runs killed or interrupted at any moment leave valid results and no process behind.
 
 

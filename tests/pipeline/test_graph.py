@@ -41,8 +41,8 @@ def test_order_and_dependencies(toy):
         ("deps: [PACKAGE/side]", "wdir: x", 'the key "wdir" is not understood here (only cmd, meta, frozen, deps, '
          'params, outs, metrics, plots)'),
         ("deps: [PACKAGE/side]", "frozen: 3", "stage side: frozen must be true or false, not 3"),
-        ("deps: [PACKAGE/side]", "frozen: true\n    deps: [PACKAGE/side]", "stage picture reads results/side.bin, but stage "
-         "side is frozen and runs only when it is named; leave one of both out"),
+        ("deps: [PACKAGE/side]", "frozen: true\n    deps: [PACKAGE/side]", "stage picture reads results/side.bin, but "
+         "stage side is frozen and runs only when it is named; leave one of both out"),
         ("deps: [PACKAGE/side]", "dep: [x]", 'did you mean "deps"?'),
         ("results/side.bin]\n", "/x]\n", "outs: /x lies outside the study"),
         ("results/side.bin]\n", "results/side.bin]\n    metrics: [{side.json: {cache: false}}]\n",

@@ -1,13 +1,15 @@
 """A lab's files as runs of numbers and words, which another process can read and hand over."""
 
 import dataclasses
+import sqlite3
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack, closing, nullcontext
 from pathlib import Path
 from typing import Any
 
 from stages.imu.sources.column_map import CsvSource
 from stages.imu.sources.databases import SqliteSource, TableSource
+from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.schema import DatabaseWriter, Device, Experiment, Recording, Rows
 
 Run = tuple[Experiment, tuple[Recording, ...]]
@@ -35,14 +37,20 @@ def run_of(plain: Any) -> Run:
 
 
 def kept(source: Any, store: str | None) -> Iterator[Run]:
-    """Pass runs of a source on, and keep its rows in the new file `store`: a table's as they stand there, after all."""
+    """Pass runs of a source on, and keep its rows in the new file `store`: a table's as they stand there, after all.
+
+    Raises SourceRefused, also where they cannot be kept.
+    """
     tabled = isinstance(source, TableSource)
-    with ExitStack() as until_read:
-        writer = store and until_read.enter_context(DatabaseWriter(Path(store), keys=not tabled))
-        for experiment, recordings in source.runs():
-            if writer and not tabled:
-                writer.recordings(experiment, recordings)
-            yield experiment, recordings
-        if writer and tabled:
-            for table, rows in source.raw():
-                writer.copy(table, rows)
+    try:
+        with ExitStack() as until_read:
+            writer = store and until_read.enter_context(DatabaseWriter(Path(store), keys=not tabled))
+            for experiment, recordings in until_read.enter_context(closing(source.runs())):
+                if writer and not tabled:
+                    writer.recordings(experiment, recordings)
+                yield experiment, recordings
+            if writer and tabled:
+                for table, rows in source.raw():
+                    writer.copy(table, rows)
+    except sqlite3.Error as error:  # of the writer: those of a source are refusals already
+        raise SourceRefused(f"--store: the rows cannot be written ({error})") from None
