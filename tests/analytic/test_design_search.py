@@ -113,6 +113,16 @@ def test_a_target_is_missed_by_a_share_of_the_limit_that_is_crossed(start):
     assert "(target 0.1 to 0.3, as the twin's is 0.09 to 0.29)" in " ".join(moved)
 
 
+def test_where_two_multipliers_meet_nothing_is_said_to_be_left_to_gain(start):
+    """Of a rigid robot's least multiplier, confirmed by a search without derivatives, "1 of the start's value" was."""
+    bounds = within(1e-3, "biped.foot_com")
+    search, = search_design(DESIGN, start, bounds, tolerance=TOLERANCE)
+    for ending, left in (("coalescence", False), ("minimum", True)):
+        ended = [dataclasses.replace(search, ending=ending)]
+        said = " ".join(design_question.in_words(ended, bounds, {}, GOALS["multiplier"], 1, {}))
+        assert ("Left to gain" in said) == left
+
+
 @pytest.mark.parametrize("name", ["friction", "scuff"])
 def test_what_the_ground_is_asked_for_is_held_at_a_value(start, name):
     bounds = within(0.15, "biped.foot_com", "biped.foot_radius")

@@ -316,7 +316,7 @@ def in_words(
     if found.bounds:
         ending += "; at a bound: " + ", ".join(f"{name} ({side})" for name, side in found.bounds.items())
     left = f" Left to gain for a share of the parameters: {found.gain:.1g} of the start's value."
-    yield f"{ending}.{'' if found.ending == 'walked' else left}"
+    yield f"{ending}.{'' if found.ending in ('walked', 'coalescence') else left}"  # there derivatives do not say it
     if not found.best.gait.stable:
         yield f"The gait is unstable: its largest multiplier is {found.best.largest_multiplier:.6g}."
     yield from elsewhere(searches, starts)
