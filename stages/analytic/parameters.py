@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from typing import ClassVar
 
+from stages.biped.accuracy.scales import Following, followed, outsole
 from stages.biped.accuracy.tolerances import Accuracy, ConstraintTolerance, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, half_widths, parameter
@@ -23,8 +24,9 @@ class Settings(ConstraintTolerance):
     transition: str = parameter(
         "-", "trailing foot from heel strike to toe-off: rolls whatever it takes, or has Coulomb friction and no pull",
         choices=("rolling", "coulomb"), default="rolling")
-    outsole: float = parameter(
-        "m", "rubber under the feet, whose effect on the gait is reported", bound=Bound(above=0), default=0.002)
+    outsole: Following = parameter(
+        "m", "rubber under the feet, whose effect is reported; null: 2 mm for Table 1's robot",
+        bound=Bound(above=0), default=None)
     accuracy: str | Accuracy = accuracy("tolerance")
 
     def limited(self, friction: Friction) -> Friction | None:
@@ -103,6 +105,10 @@ class Parameters(Rounded, OnSlope):
     friction: Friction
     rubber: Rubber
     settings: Settings
+
+    def __post_init__(self) -> None:
+        """What is null follows the robot."""
+        object.__setattr__(self, "settings", followed(self.settings, outsole=outsole(self.biped)))
 
     def broken_rules(self) -> Iterator[Broken]:
         """The readable path knows Table 1's biped only; a hip with Coulomb friction goes with feet that roll."""

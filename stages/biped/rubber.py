@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple
 
+from stages.biped.accuracy.scales import Following
 from stages.biped.design import Biped, Leg
 from stages.biped.quantity import Bound, parameter
 
@@ -25,7 +26,7 @@ def ring_sector(outer: float, thickness: float, half_angle: float) -> RingSector
     inner = outer - thickness
     area = half_angle * (outer**2 - inner**2)
     if area == 0.0:
-        return RingSector(0.0, outer * math.sin(half_angle) / half_angle, 0.0, 0.0)
+        return RingSector(0.0, outer * math.sin(half_angle) / half_angle if half_angle else outer, 0.0, 0.0)
     depth = 2.0 * math.sin(half_angle) * (outer**3 - inner**3) / (3.0 * area)
     polar = 0.5 * (outer**2 + inner**2)
     share = math.sin(2.0 * half_angle) / (4.0 * half_angle)
@@ -34,6 +35,8 @@ def ring_sector(outer: float, thickness: float, half_angle: float) -> RingSector
 
 #: Feet of a leg: the machine's legs are pairs.
 FEET = 2
+#: Arc [m] that the cover of Table 1's foot reaches, and that foot's radius [m]. The parts' arcs scale with the radius.
+ARC, RADIUS = 0.112, 0.083
 
 
 @dataclass(frozen=True)
@@ -43,12 +46,17 @@ class Rubber:
     FILE: ClassVar[str] = "twin"
 
     foot_width: float = parameter("m", "width of each foot's cylinder", bound=Bound(above=0))
-    outsole_arc: float = parameter("m", "arc of a foot that an outsole covers, at its middle", bound=Bound(above=0))
+    outsole_arc: Following = parameter(
+        "m", "arc that an outsole covers, at its middle; null: 112 mm for Table 1's foot", bound=Bound(above=0))
     outsole_density: float = parameter("kg/m^3", "density of an outsole; 0: without mass", bound=Bound(minimum=0))
+
+    def arc(self, radius: float) -> float:
+        """Arc [m] that a layer covers of a foot of this radius [m]: where none is given, the share of Table 1's."""
+        return ARC * (radius / RADIUS) if self.outsole_arc is None else self.outsole_arc
 
     def sector(self, radius: float, thickness: float) -> RingSector:
         """Shape of a layer [m] on a foot of this radius [m]."""
-        return ring_sector(radius + thickness, thickness, min(self.outsole_arc / (2.0 * radius + thickness), math.pi))
+        return ring_sector(radius + thickness, thickness, min(self.arc(radius) / (2.0 * radius + thickness), math.pi))
 
     def mass(self, radius: float, thickness: float) -> float:
         """Mass of the layer under one foot [kg]."""

@@ -242,6 +242,10 @@ class Drawn(SimpleNamespace):
         """Nothing was changed."""
         return ""
 
+    def arc(self, radius):
+        """Of every foot."""
+        return self.outsole_arc
+
     def foot_sensor(self, foot_com):
         """Where the socket is."""
         return self.foot_socket

@@ -17,7 +17,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from stages.biped.accuracy.scales import size as size_of
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
 
@@ -42,7 +41,7 @@ DARK = {INK: "#E8E8E8", FIRST: "#56B4E9", OTHER: "#FF9A5C", style.GROUND: "#C9A3
 def draw(given: Given) -> str:
     """Two bipeds of the study's lengths: with the paper's symbols, and with those that a detailed design adds."""
     biped = given.parameters.biped
-    chord = given.parameters.twin.outsole_arc * size_of(biped)
+    chord = given.parameters.twin.arc(biped.foot_radius)
     figure, panels = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 2.5), width_ratios=(1.0, 1.4))
     pages = [Page(axes, SLOPE) for axes in panels]
     size = biped.leg_length, biped.foot_radius, biped.foot_com
