@@ -58,8 +58,8 @@ class Measure:
 
     @property
     def known(self) -> bool:
-        """Whether it is known what the model misses; else a robot beyond the other errors may still be alike."""
-        return math.isfinite(self.model)
+        """Whether model's and inputs' parts are known; else a robot beyond the other errors may still be alike."""
+        return math.isfinite(self.model + self.inputs)
 
     @property
     def error(self) -> float:
@@ -88,8 +88,8 @@ def measure(analytic: Analytic, learnt: ModelError | None, name: str) -> Measure
     found = gait.largest_multiplier if name == "multiplier" else getattr(gait, FIELDS[name])
     own = next((one for one in analytic.uncertainties if one.name == FIELDS[name]), None)
     own = own.of_a_step(gait.steps) if own and name == "multiplier" else own
-    slopes = float(np.nan_to_num(own.slope_most - own.slope_least)) if own else 0.0  # NaN: the slope is exact
-    inputs = EVEN * WIDTH * math.hypot(own.independent, 0.5 * slopes) if own else 0.0
+    slopes = max(own.slope_most - own.value, own.value - own.slope_least) if own else 0.0  # NaN: no gait on some
+    inputs = EVEN * WIDTH * math.hypot(own.independent, slopes) if own else 0.0
     errors = np.full(3, math.nan) if learnt is None else np.array(learnt.at_the_design[0, place])
     errors[1:] = errors[1:] if gait.stable else math.nan
     solver, bias, model = (float(part) for part in errors * (found if SHARED[place] else 1.0))
@@ -131,7 +131,7 @@ def fast(inputs: Inputs, found: dict[str, Measure]) -> Answer:
     low, high = frequency.value - frequency.error, frequency.value + frequency.error
     means = f"A metre takes {1.0 / speed.value:.3g} s. " + (
         f"A robot that takes fewer than {low:.3g} or more than {high:.3g} steps a second differs from this design, or "
-        "its ramp does." if frequency.known else "How far the twin differs from this model is not known." if
+        "its ramp does." if frequency.known else "Not all errors of these are known." if
         inputs.missing.get("twin") else f"The twin's last four steps: {inputs.twin.settling.last_four()}.")
     steps = f"{frequency.text()} steps a second, each {found['step_length'].text(1e3)} mm."
     if analytic.gait.steps > 1:
@@ -211,7 +211,7 @@ def measured(imu: Ingested | None, found: dict[str, Measure]) -> Iterator[Answer
         f"The robot steps {100 * abs(off):.2g} % {'faster' if off > 0 else 'slower'} than the model, "
         + ("within their errors: nothing speaks against the design." if alike else
            "more than their errors: a calibration shows which parameter differs." if model.known else
-           "more than the errors that are known; what the model misses is not."),
+           "more than the errors that are known; others are not."),
     )  # fmt: skip
 
 
