@@ -177,6 +177,25 @@ def test_a_start_may_be_carried_on_from_where_it_was_linearised():
     assert np.abs(mean - there).max() > 1e-4
 
 
+def test_a_step_is_known_no_better_than_residuals_would_show_of_what_the_model_lacks():
+    """Of a robot whose residuals are noise, by two runs or forty. Without it, of seven runs of a limping robot two had
+    angles 2.3 and 6.7 standard errors off (rms), the others .8; with it all have .5 to .9."""
+    robot, fitted = model()
+    run, _, unknowns = made(3, 5)
+    step = Track(follower(), run)._step
+
+    def known(runs):
+        learned = (Learned(run, np.zeros(1), unknowns),) * runs
+        return Follower.of(dataclasses.replace(robot, learned=learned), fitted, SETTINGS).onwards(step).covariance
+
+    places, none = follower().start[1:], known(0)
+    sizes = follower().anywhere.layout.sizes[np.array(places) - len(fitted.of_design)]
+    for runs in (2, 40):
+        readings = runs * sum(run.used[side].sum() for side in SIDES)
+        more = np.sqrt(np.maximum(np.diag(known(runs) - none)[places], 0.0)) / sizes
+        assert more[:-1] == pytest.approx(0.06 * (2.0 / readings) ** 0.25, rel=1e-3)
+
+
 def test_no_answer_waits_for_what_the_next_ones_need(monkeypatch):
     """Steps are linearised and drawn states walked after an answer, when the next sample is not there yet."""
     run, _, _ = made(7, 8)

@@ -56,8 +56,8 @@ class Follower:
 
     `covariance` (o, o) is that of the design's parameters `model.of_design`. By the `settings` samples count from some
     time after a mid-stance on, when the low pass has forgotten that its walk began there. The robot's fit left
-    residuals so many times as wide (`wider`) as noise makes them, and some in a row that are `unexplained`, as
-    `FittedRobot` has it.
+    residuals so many times as wide (`wider`) as noise makes them, which is known to what is `unseen`, and some in a row
+    that are `unexplained`, as `FittedRobot` has it.
     """
 
     design: DesignPoint
@@ -66,11 +66,13 @@ class Follower:
     settings: Settings
     wider: float = 1.0
     unexplained: float = 0.0
+    unseen: float = 0.0
 
     @classmethod
     def of(cls, robot: FittedRobot, model: Model, settings: Settings) -> Follower:
         """That of a robot of a file, of which a `model` is made."""
-        return cls(robot.design, robot.model(model), robot.of_design(), settings, robot.wider, robot.unexplained)
+        return cls(robot.design, robot.model(model), robot.of_design(), settings, robot.wider, robot.unexplained,
+                   robot.unseen)  # fmt: skip
 
     @property
     def discrepancy(self) -> float:
@@ -176,10 +178,13 @@ class Follower:
     def onwards(self, step: Step, share: float = 1.0) -> Estimate:
         """What a step shows of the next mid-stance, a `share` of the way from where it was linearised to its mean.
 
-        The model's discrepancy is in its start. Raises StepFailed where it does not get there.
+        The model's discrepancy is in its start, at least as much as residuals would not show: without any, what is bent
+        in each step adds up, and a limping robot's angle was six standard errors off. Raises StepFailed where it does
+        not get there.
         """
         wrong, later = np.zeros(len(step.at)), self.start[1:]
-        wrong[later] = self.discrepancy * self.anywhere.layout.sizes[np.array(later) - len(self.model.of_design)]
+        sizes = self.anywhere.layout.sizes[np.array(later) - len(self.model.of_design)]
+        wrong[later] = max(self.discrepancy, DRIFT * math.sqrt(self.unseen)) * sizes
         return self._carried(step, step.walked.next_start(), wrong, 1 - step.sampling.first_leg, share)
 
     def _carried(self, step: Step, rows: np.ndarray, wrong: Vector, leg: int, share: float = 1.0) -> Estimate:

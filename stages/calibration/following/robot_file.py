@@ -6,6 +6,7 @@ the runs' own samples, so that a fit goes on with more runs as it would have bee
 
 import hashlib
 import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, is_dataclass, replace
 from pathlib import Path
@@ -131,6 +132,12 @@ class FittedRobot:
     def uncorrected(self) -> DesignPoint:
         """The robot that fits its runs best, with the model's error."""
         return self.design.with_values(dict(zip(self.names, map(float, self.estimate), strict=True)))
+
+    @property
+    def unseen(self) -> float:
+        """Standard error of the mean square of residuals, one where they are noise; zero without runs."""
+        readings = sum(int(one.run.used[side].sum()) for one in self.learned for side in SIDES)
+        return math.sqrt(2.0 / readings) if readings else 0.0
 
     def of_design(self) -> np.ndarray:
         """Covariance (d + o, d + o) of the design's parameters, those of a run last."""
