@@ -15,6 +15,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
+from stages.analytic.questions.sensitivity import open_lines
 from stages.analytic.run import neighbour, outsole_effect, zero_of
 from stages.biped.rubber import soled
 from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait, run_alone
@@ -81,6 +82,8 @@ def test_the_slopes_half_degree_is_solved_for(gait, uncertainties):
     assert largest.slope_least < largest.value < largest.slope_most < 1
     lost = next(iter(uncertainties_of(DESIGN, gait, {"ground.slope_deg": 1.999})))
     assert np.isnan([lost.slope_least, lost.slope_most]).all(), "no gait on slopes of nearly nothing"
+    *_, line = open_lines([lost])
+    assert line.endswith("no gait on some"), "it was: nan .. nan"
 
 
 def test_exact_values_leave_nothing_open_and_are_not_derived_by_twice(gait):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -137,7 +138,8 @@ def open_lines(uncertainties: Sequence[Uncertainty]) -> Iterator[str]:
         yield f"{'':17}{'value':>9}{'worst':>9}{'indep.':>9}  {'most by':18}{'over slopes'}"
     for one in of_gait:
         name = one.name.replace("multiplier_", "|mu") + ("|" if one.name not in UNITS else "")
-        slopes = "" if one.slope_least == one.slope_most else f"{one.slope_least:.4g} .. {one.slope_most:.4g}"
+        slopes = ("" if one.slope_least == one.slope_most else "no gait on some" if math.isnan(one.slope_least)
+                  else f"{one.slope_least:.4g} .. {one.slope_most:.4g}")
         key, sizes = one.decisive.partition(".")[2], one.worst > 0.0
         of_design = f"{one.worst:>9.2g}{one.independent:>9.2g}  {key:18}" if sizes else f"{'':38}"
         yield f"{name:17}{one.value:>9.4g}{of_design}{slopes}".rstrip()
