@@ -51,6 +51,7 @@ def test_cells_become_numbers_or_nothing(tmp_path: Path) -> None:
         (("files",), "one.csv", "list of files"),
         (("files", 0, "file"), "two.csv", "cannot be read"),
         (("files", 0, "file"), 7, "name of a file"),
+        (("files", 0, "file"), "", "name of a file"),
         (("files", 0, "delimiter"), "pipe", "delimiter"),
         (("files", 0, "header_rows"), -1, "header_rows"),
         (("experiment", "slope"), 1, "unknown key 'slope'"),

@@ -190,7 +190,7 @@ def _table_map(
     needed = (*needed, *(["device_stamp"] if NANOSECONDS in columns else []))
     missing = [value for value in needed if value not in columns]
     refuse(
-        (not isinstance(file, str), f"{where('file')}: needs the name of a file"),
+        (not (isinstance(file, str) and file), f"{where('file')}: needs the name of a file"),
         (delimiter not in DELIMITERS,
          f"{where('delimiter')} is {printable(delimiter)}, must be one of {', '.join(DELIMITERS)}"),
         (not isinstance(rows, int) or not 0 <= rows <= 1000,
