@@ -135,6 +135,16 @@ def off_exchange(honest):
     return property(lambda biped: dataclasses.replace(honest.fget(biped), stiffness=2900.0))
 
 
+def test_how_far_a_gait_is_from_the_fixed_point_of_another_map():
+    """Of a linear map: whole, also where a coordinate is no coordinate of the section and stays zero."""
+    matrix, fixed = np.array([[0.6, 0.3, 0.0], [-0.2, 0.5, 0.0], [0.0, 0.0, 1.0]]), np.array([0.2, 0.9, 0.0])
+    z = fixed + [1e-3, -4e-3, 0.0]
+    point = SimpleNamespace(z=z, monodromy_matrix=matrix, steps=(None, None), period=0.5)
+    after = fixed + matrix @ (z - fixed)
+    assert constraint_points.distance(point, after, 1.0) == pytest.approx(4e-3, rel=1e-9)
+    assert constraint_points.distance(point, after, 1.02) == pytest.approx(0.01, rel=1e-9), "its period is farther off"
+
+
 @pytest.mark.parametrize(("engine", "changes", "where", "what", "off"), [
     (GAIT, (), constraint_points, "find_gait", off_gait),
     (DETAILED, (("biped.other_foot_mass", 0.336),), constraint_points, "find_gait", off_gait),
