@@ -27,9 +27,9 @@ def as_both_have_it(parameters: Parameters, inputs: Inputs) -> tuple[Inputs, Inp
         return None
     if {"imu", "campaign"} & {*inputs.missing}:
         return inputs, closer
-    anew = ingested_anew(parameters, closer.campaign)
+    anew = ingested_anew(parameters, closer.campaign) if inputs.imu.origin == inputs.campaign.origin else None
     names = {run.report.name for run in inputs.imu.runs} & {run.report.name for run in anew.runs} if anew else set()
-    if not names or anew is None or inputs.imu.origin != inputs.campaign.origin:
+    if anew is None or not names:
         return inputs, replace(closer, imu=inputs.imu, campaign=inputs.campaign)
     return (replace(inputs, imu=alone(inputs.imu, names), campaign=made(inputs.campaign, names)),
             replace(closer, imu=alone(anew, names), campaign=made(closer.campaign, names)))  # fmt: skip
