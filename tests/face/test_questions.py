@@ -177,16 +177,18 @@ def draft(folder, *changes):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", [
-    ["biped.legs=rigid", "ground.slope_deg=0.8"],
-    ["biped.stiffness=9000", "biped.damping=120"],
-    ["ground.normal_force=restitution"],
-    ["analytic.transition=coulomb", "biped.foot_radius=0.05"],
-    ["twin.inertia=planar", "biped.hip_mass=1.0", "biped.foot_com=0.06"],
+@pytest.mark.parametrize(("changes", "without_blocks"), [
+    (["biped.legs=rigid", "ground.slope_deg=0.8"], ""),
+    (["biped.stiffness=9000", "biped.damping=120"], ""),
+    (["ground.normal_force=restitution"], ""),
+    (["analytic.transition=coulomb", "biped.foot_radius=0.05"], "on blocks of drawn heights feet roll"),
+    (["twin.inertia=planar", "biped.hip_mass=1.0", "biped.foot_com=0.06"], "the gait is unstable"),
 ])
-def test_a_study_of_another_robot_comes_to_its_end(tmp_path, changes):
+def test_a_study_of_another_robot_comes_to_its_end(tmp_path, changes, without_blocks):
     done = draft(tmp_path, *changes)
-    assert done.returncode == 0, done.stdout + done.stderr
+    refused = [line.split()[0] for line in done.stdout.splitlines() if line.split()[1:2] == ["refused"]]
+    expected = (3, ["rough_ground"]) if without_blocks else (0, [])
+    assert (done.returncode, refused) == expected and without_blocks in done.stderr, done.stdout + done.stderr
     assert (tmp_path / "study/results/report.html").stat().st_size > 100_000
 
 
