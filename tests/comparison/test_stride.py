@@ -11,8 +11,8 @@ from scipy.signal import butter, freqs
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.agreement import between_cycles, creep_velocity, from_same_start, overlay
 from stages.comparison.ingest_score import TIMES, IngestScore, true_times
-from stages.comparison.measurement import compare_leg, of_walk
-from stages.comparison.stride import Stride, last_stride, means, normalised_rms, through_low_pass
+from stages.comparison.measurement import compare_leg, of_walk, same_steps_frequency
+from stages.comparison.stride import NoEvidence, Stride, last_stride, means, normalised_rms, through_low_pass
 from stages.imu.strikes.step_times import INNER, OUTER
 from tests.comparison.made_up import make_walk, resampled
 
@@ -216,3 +216,12 @@ def test_what_no_error_is_stated_of_is_left_blank():
     rows = [("leg angle", 0.1, np.nan, np.nan), ("step length", 0.2, 0.3, 0.95)]
     score = IngestScore(*[np.ones(2)] * 8, SimpleNamespace(rows=lambda: rows))
     assert score.leg_table()[2] == [("leg angle", "0.1", "", ""), ("step length", "0.2", "0.3", "95")]
+
+
+def test_a_walk_s_frequency_is_that_of_the_steps_of_which_the_runs_have_theirs():
+    """From heel strike 3 to 6 where runs have 7, 7 and 20 of them and 3 are left out; a walk of 4 has no such step."""
+    runs = SimpleNamespace(runs=[SimpleNamespace(heel_strike_time=np.arange(float(count))) for count in (7, 7, 20)])
+    walk = make_walk(0.5, first_periods=(0.7, 0.6, 0.55, 0.52))
+    assert same_steps_frequency(runs, walk, 3) == pytest.approx(3 / (0.52 + 0.5 + 0.5))
+    with pytest.raises(NoEvidence, match="within the first 4 steps"):
+        same_steps_frequency(runs, make_walk(steps=4), 3)

@@ -17,7 +17,7 @@ from stages.twin.walking.record import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 from stages.twin_ladder.cycle import SIDE_UNITS, Search, SectionState, Step
 from stages.twin_ladder.result import Result, RungGait, SameMachine
-from stages.twin_ladder.run import NO_HIP, Inputs, again, ladder, run, without_gait
+from stages.twin_ladder.run import NO_HIP, Inputs, again, in_the_plane, ladder, run, without_gait
 from tests.planar_start import ROUGH, SCALES, SLOPE, TABLE_1
 
 NAMED = {"name": "made up", "added": "", "is_twin": False}
@@ -105,6 +105,18 @@ def nothing_found(monkeypatch):
 
     monkeypatch.setattr("stages.twin_ladder.run.climb", climb)
     return sought
+
+
+@pytest.mark.parametrize("steps", [1, 2])
+def test_in_the_plane_the_derivative_is_that_of_a_stride(parameters, machines, monkeypatch, steps):
+    """Of two steps, where a cycle of the penalty walker is one step and where it limps."""
+    matrix = np.random.default_rng(steps).normal(size=(10, 10))
+    cycle = SimpleNamespace(section_state=np.arange(10.0), monodromy_matrix=matrix)
+    monkeypatch.setattr("stages.twin_ladder.run.PenaltyStepper", lambda *_: SimpleNamespace(steps_a_cycle=steps))
+    monkeypatch.setattr("stages.twin_ladder.run.gait_near", lambda *_: cycle)
+    state, stride = in_the_plane(parameters, machines[0].machine, None)
+    assert state is cycle.section_state
+    np.testing.assert_allclose(stride, matrix @ matrix if steps == 1 else matrix)
 
 
 def test_no_gait_at_all_is_a_result(parameters, nothing_found):
