@@ -213,7 +213,7 @@ class Ladder:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
 
         By the constraint model's exact derivatives, which lack what its impulses do; a value lies anywhere between the
-        edges of its last digit. On the slopes that may be the rung's own gait is taken, as it is far from linear.
+        edges of its last digit. A slope's part is that of gaits there, as it is far from linear.
         """
         from stages.analytic.derivatives.uncertainty import SLOPE, together
 
@@ -230,31 +230,46 @@ class Ladder:
         return WIDTH * math.hypot(EVEN * values, self.by_slope(rung, measure))
 
     def by_slope(self, rung: int, measure: int) -> float:
-        """Root mean square of what a measure is off on slopes that may be."""
-        return math.sqrt(float(np.mean(self.over_slopes(rung, measure) ** 2)))
+        """What the slope's last digit leaves of a measure, as a root mean square: of multipliers on the slopes that may
+        be, of others of a share that is anywhere within their largest there. NaN if not known.
+        """
+        if measure == MULTIPLIER:
+            return math.sqrt(float(np.mean(self.over_slopes(rung) ** 2)))
+        return EVEN * self.off_on_slopes.get(DERIVED.get(NAMES[measure], ""), math.nan)
 
-    def over_slopes(self, rung: int, measure: int = MULTIPLIER) -> Vector:
-        """Changes (n,) of a measure by a rung on slopes that may be, each as probable as the others, from that on its
-        own, as shares where errors are; where a gait is found. The twin's are those of the penalty walker, which walks
-        the same machine.
+    @cached_property
+    def off_on_slopes(self) -> dict[str, float]:
+        """By how large a share measures of the constraint model's gait are off on slopes that may be, at most; near the
+        slope of the quickest steps a derivative says nothing of them. NaN if the gait is lost on some."""
+        from stages.analytic.derivatives.uncertainty import SLOPE, numbers_at, over_slopes
 
-        Beyond a doubling the legs' pairs, which differ a little, limp: the multiplier of a stable gait turns back. On
-        some slope steps are most frequent, and a derivative there says nothing.
+        if SLOPE not in self.inexact:
+            return dict.fromkeys(DERIVED.values(), 0.0)
+        if self.derivatives is None:
+            return {}
+        own = numbers_at(self.derivatives.walker, self.derivatives.point, 0)
+        ends = over_slopes(self.design_point, self.derivatives, self.parameters.half_widths[SLOPE], 0)
+        return {name: max(abs(end / own[name] - 1.0) for end in ends[name]) for name in DERIVED.values()}
+
+    def over_slopes(self, rung: int) -> Vector:
+        """Changes (n,) of a rung's multiplier on slopes that may be, each as probable as the others, from that on its
+        own; where a gait is found. The twin's are those of the penalty walker, which walks the same machine.
+
+        Beyond a doubling the legs' pairs, which differ a little, limp: the multiplier of a stable gait turns back.
         """
         from stages.analytic.derivatives.uncertainty import SLOPE
 
-        rung, slope, found = min(rung, PENALTY), self.parameters.slope, list[Vector]()
+        rung, slope, found = min(rung, PENALTY), self.parameters.slope, list[float]()
         width, tolerance = self.parameters.half_widths.get(SLOPE, 0.0), RUNGS[rung].tolerances[0]
         if rung not in self.slopes:
             for part in np.linspace(-1.0, 1.0, 2 * SLOPES + 1)[1::2] if width else ():
                 there = replace(self.parameters, slope=replace(slope, slope_deg=slope.slope_deg + width * part))
                 with suppress(NoRung):
                     ladder = Ladder(there, self.learnt, near=self.design.searched)
-                    found.append(ladder.find(rung, tolerance).values)
-            self.slopes[rung] = np.array(found).reshape(-1, len(NAMES))
-        every = self.slopes[rung][:, measure]
-        own = float(self.find(rung, tolerance).values[measure]) if len(every) else 0.0
-        return (every - own) / (own if SHARED[measure] else 1.0) if len(every) else np.zeros(1)
+                    found.append(float(ladder.find(rung, tolerance).values[MULTIPLIER]))
+            own = self.find(rung, tolerance).values[MULTIPLIER] if found else 0.0
+            self.slopes[rung] = np.array(found or [0.0]) - own
+        return self.slopes[rung]
 
     @cached_property
     def inexact(self) -> list[str]:
