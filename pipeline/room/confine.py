@@ -233,8 +233,8 @@ def of_stages(*homes: Path | str) -> list[Path]:
     own = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "matplotlib").expanduser()
     packages = [Path(part) for part in (*sys.path, *sysconfig.get_paths().values()) if part
                 and not any(Path(home).is_relative_to(part) for home in (engine(), *homes))]  # fmt: skip
-    about = engine() / f"{DISTRIBUTION}.egg-info"  # of an unpacked release, which who looks for plug-ins reads
-    return [*of_python(), *packages, engine() / "pipeline", about, machine_code(), own, *map(Path, named)]
+    about = engine().glob(f"{DISTRIBUTION}*-info")  # beside this program, which who looks for plug-ins reads
+    return [*of_python(), *packages, engine() / "pipeline", *about, machine_code(), own, *map(Path, named)]
 
 
 def of_code(place: Path, package: str) -> list[Path]:
