@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from typing import ClassVar
 
-from stages.biped.accuracy.scales import Following, followed, outsole
 from stages.biped.accuracy.tolerances import Accuracy, ConstraintTolerance, accuracy
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, half_widths, parameter
@@ -24,9 +23,8 @@ class Settings(ConstraintTolerance):
     transition: str = parameter(
         "-", "trailing foot from heel strike to toe-off: rolls whatever it takes, or has Coulomb friction and no pull",
         choices=("rolling", "coulomb"), default="rolling")
-    outsole: Following = parameter(
-        "m", "rubber under the feet, whose effect is reported; null: 2 mm for Table 1's robot",
-        bound=Bound(above=0), default=None)
+    outsole: float = parameter(
+        "m", "rubber under the feet, whose effect on the gait is reported", bound=Bound(above=0), default=0.002)
     accuracy: str | Accuracy = accuracy("tolerance")
 
     def limited(self, friction: Friction) -> Friction | None:
@@ -105,10 +103,6 @@ class Parameters(Rounded, OnSlope):
     friction: Friction
     rubber: Rubber
     settings: Settings
-
-    def __post_init__(self) -> None:
-        """What is null follows the robot."""
-        object.__setattr__(self, "settings", followed(self.settings, outsole=outsole(self.biped)))
 
     def broken_rules(self) -> Iterator[Broken]:
         """The readable path knows Table 1's biped only; a hip with Coulomb friction goes with feet that roll."""

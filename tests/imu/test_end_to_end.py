@@ -237,11 +237,9 @@ def test_what_is_null_follows_the_robot_and_what_a_file_gives_stays(robot):
 @pytest.mark.parametrize(("settings", "outsole"), [
     ((), (2e-3, 2e-4, 1e-4)), (("biped.leg_length=0.4902", "biped.foot_mass=0.0335"), (2e-4, 2e-5, None))])
 def test_rubber_weighs_no_larger_share_of_a_light_leg(settings, outsole):
-    found = locate(start=ROOT, settings=settings).parameters(("campaign", "analytic"))
-    runs = found["campaign"]
+    runs = locate(start=ROOT, settings=settings).parameters(("campaign",))["campaign"]
     own = runs.runs.of(runs.biped)
     assert (own.outsole, own.outsole_sd) == pytest.approx(outsole[:2], rel=1e-14)
-    assert found["analytic"].settings.outsole == own.outsole, "2 mm stood beside runs with 5.7 mm in one sentence"
     assert outsole[2] in (None, own.length_sd)
 
 
