@@ -265,11 +265,11 @@ def _number(node: Node, field: dataclasses.Field[Any], kind: Any) -> float | int
 
 
 def _word(node: Node, field: dataclasses.Field[Any]) -> str:
-    choices = field.metadata["choices"]
-    word: str = _of(node, str, "is not a word" + (f"; allowed: {allowed(field, str)}" if choices else ""))
+    choices, others = field.metadata["choices"], allowed(field, str)
+    word: str = _of(node, str, "is not a word" + (f"; allowed: {others}" if others != "a word" else ""))
     if choices and word not in choices:
         hint = nearest(word, choices)
-        raise Refused(f"= {shown(word)} is not allowed; allowed: {allowed(field, str)}{hint}", node.line)
+        raise Refused(f"= {shown(word)} is not allowed; allowed: {others}{hint}", node.line)
     return word
 
 

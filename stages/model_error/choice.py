@@ -221,8 +221,10 @@ class Ladder:
             return 0.0
         if self.derivatives is None or name in IMPULSIVE:
             return math.nan
-        values, measure = self.by_values, NAMES.index(name)
-        if measure != MULTIPLIER:
+        measure = NAMES.index(name)
+        if measure == MULTIPLIER:
+            values = self.by_values
+        else:
             gait = self.derivatives.only([each for each in self.inexact if each != SLOPE])
             widths = np.array([self.parameters.half_widths[each] for each in gait.changes.names]) / gait.changes.scales
             parts = dict(zip(gait.changes.names, gait.elasticities()[DERIVED[name]] * widths, strict=True))
