@@ -52,7 +52,7 @@ def database_bytes(devices: Sequence[Device], runs: Iterable[tuple[Experiment, S
     `runs` gives each experiment with what its devices sent, in the order of `devices`.
     """
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "measurements.sqlite"
+        path = Path(folder) / DATABASE
         with DatabaseWriter(path) as writer:
             identities = [writer.device(device) for device in devices]
             for experiment, sent in runs:

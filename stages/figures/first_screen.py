@@ -148,11 +148,12 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
 
     As `ask stable` says it; where it is not known what models miss, the multiplier is the constraint model's.
     """
-    likely = NormalDist(multiplier.value, max(multiplier.error / WIDTH, 1e-12)).cdf(1.0)
-    found, by = inputs.model_error and inputs.model_error.stability, ""
+    found = inputs.model_error and inputs.model_error.stability
     if found:
         multiplier = Measure(found.multiplier, found.solver, found.model, found.inputs)
         likely, by = found.probability, f", by the {found.rung}"
+    else:
+        likely, by = NormalDist(multiplier.value, max(multiplier.error / WIDTH, 1e-12)).cdf(1.0), ""
     value, basin = multiplier.value, inputs.stability and inputs.stability.basin
     likely, word = (likely, "stable") if value < 1.0 else (1.0 - likely, "unstable")
     faded = math.ceil(math.log(FADED) / math.log(value)) if 0.0 < value < 1.0 else 1

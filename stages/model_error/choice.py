@@ -139,7 +139,7 @@ class Ladder:
                 continue
             bias = self.miss(rung, measure).bias
             return Answered(name, value, bool(SHARED[measure]), wanted, True, solver, model,
-                            self.inputs(name, value, rung), WIDTH * self.by_slope(rung, measure),
+                            self.inputs(name, rung), WIDTH * self.by_slope(rung, measure),
                             math.expm1(bias) if SHARED[measure] else bias,
                             RUNGS[rung].name, tolerance, RUNGS[rung].price, tuple(dict.fromkeys(passed)),
                             self.closer(measure, wanted))  # fmt: skip
@@ -202,14 +202,14 @@ class Ladder:
                 continue
             if rung < PENALTY and min(alone, 1.0 - alone) >= DECIDED:
                 continue
-            inputs, changes = self.inputs("multiplier", value, rung), self.over_slopes(rung)
+            inputs, changes = self.inputs("multiplier", rung), self.over_slopes(rung)
             own = EVEN * WIDTH * self.by_values if math.isfinite(inputs) else 0.0
             whole = below_one(value + changes, miss, math.hypot(solver, own))
             if rung >= PENALTY or min(whole, 1.0 - whole) < DECIDED:
                 return Stability(whole, value, solver, model, inputs, one.name)
         raise reason
 
-    def inputs(self, name: str, value: float, rung: int) -> float:
+    def inputs(self, name: str, rung: int) -> float:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
 
         By the constraint model's exact derivatives, which lack what its impulses do; a value lies anywhere between the

@@ -103,9 +103,9 @@ def test_what_no_rung_has_is_refused_with_every_rungs_reason(parameters, small):
 def test_digits_leave_what_the_printed_values_leave(parameters, small):
     exact = dataclasses.replace(parameters, design_digits=type(parameters.design_digits)(),
                                 slope_digits=type(parameters.slope_digits)())  # fmt: skip
-    assert Ladder(exact, Learnt(small)).inputs("period", 0.5, 0) == 0.0
+    assert Ladder(exact, Learnt(small)).inputs("period", 0) == 0.0
     half = dataclasses.replace(exact, design_digits=type(parameters.design_digits)({"leg_length": 1e-4}))
-    found = Ladder(half, Learnt(small)).inputs("period", 0.5, 0)
+    found = Ladder(half, Learnt(small)).inputs("period", 0)
     other = dataclasses.replace(half.biped, leg_length=half.biped.leg_length + 1e-5)
     pair = half, dataclasses.replace(half, biped=other)
     one, longer = (RUNGS[0].find(design_of(each), 1e-8).values[0] for each in pair)
@@ -142,7 +142,7 @@ def test_errors_that_go_together_leave_what_they_leave_together(parameters, smal
     def left(correlation, **some):
         rows = (Correlation("biped.foot_com", "biped.leg_length", correlation),)
         given = dataclasses.replace(exact, design_digits=digits(some or widths, rows))
-        return [Ladder(given, Learnt(small)).inputs(name, 0.5, 0) for name in ("period", "multiplier")]
+        return [Ladder(given, Learnt(small)).inputs(name, 0) for name in ("period", "multiplier")]
 
     alone = np.array([left(0.5, **{key: width}) for key, width in widths.items()])
     assert left(0.0) == pytest.approx(np.sqrt((alone**2).sum(axis=0)))
@@ -157,7 +157,7 @@ def test_digits_of_what_a_gait_does_not_depend_on_leave_nothing(parameters, smal
         design_digits=type(parameters.design_digits)({"stiffness": 5e-3}),
         slope_digits=type(parameters.slope_digits)())  # fmt: skip
     ladder = Ladder(rigid, Learnt(small))
-    assert ladder.inputs("multiplier", 0.5, 0) == ladder.inputs("period", 0.5, 0) == 0.0
+    assert ladder.inputs("multiplier", 0) == ladder.inputs("period", 0) == 0.0
 
 
 def test_stable_is_a_probability_that_falls_where_the_gait_loses_stability(parameters, small):

@@ -21,7 +21,6 @@ from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
 from stages.calibration.following.stream import Stream, rows_of
 from stages.calibration.following.track import BEFORE, follow, forecasts, typical
-from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import whiteness
 from stages.calibration.observation.measured_run import MeasuredRun
 from stages.calibration.parameters import Parameters
@@ -41,8 +40,7 @@ FITS, LATEST = 1.5, 100
 
 def _follower(parameters: Parameters, robot: robot_file.FittedRobot) -> Follower:
     """What follows a robot. Raises NoGait."""
-    model = first_model(robot.began, (*robot.names, *robot.own), parameters)
-    return Follower.of(robot, model, parameters.settings)
+    return Follower.of(robot, robot.fitted_by(parameters), parameters.settings)
 
 
 def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], asking: Asking) -> Answer:

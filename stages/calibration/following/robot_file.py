@@ -21,6 +21,7 @@ from stages.biped.quantity import Broken, broken, faults
 from stages.biped.question import WrongOption, refuse
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.run_fit import Model
+from stages.calibration.information.identifiability import first_model
 from stages.calibration.observation.measured_run import (
     ERRORS,
     OF_RUN,
@@ -117,6 +118,11 @@ class FittedRobot:
     def content(self) -> bytes:
         """The file."""
         return signed_content(KIND, self)
+
+    def fitted_by(self, parameters: Parameters) -> Model:
+        """The model that its runs were fitted by, about the design with which the fit began: about the one found, a run
+        leaves other residuals than are kept. Raises NoGait."""
+        return first_model(self.began, (*self.names, *self.own), parameters)
 
     def model(self, model: Model) -> Model:
         """A model that looks for this robot's parameters, with sensors that are mounted as they were."""

@@ -14,7 +14,7 @@ from stages.biped.question import Answer, Asking
 from stages.calibration.following import robot_file
 from stages.calibration.following.change import Comparison, Evidence
 from stages.calibration.following.score_test import LEVEL, Change, Verdict
-from stages.calibration.information.identifiability import first_model, listed
+from stages.calibration.information.identifiability import listed
 from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import named_runs, none_of
 from stages.calibration.result import HALF_WIDTH
@@ -28,7 +28,7 @@ def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence
     """The answer to `same`. Raises WrongOption, NoGait, NotIdentified."""
     robot = robot_file.read(folder)
     parameters = robot.read_by(parameters)
-    comparison = Comparison(robot, first_model(robot.began, (*robot.names, *robot.own), parameters))
+    comparison = Comparison(robot, robot.fitted_by(parameters))
     runs, lines = named_runs(source, robot.began, comparison.model, parameters, names, asking)
     held = dict[str, Evidence]()
     for number, (name, run) in enumerate(runs.items()):

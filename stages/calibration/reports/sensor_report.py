@@ -134,7 +134,7 @@ def _looked_for(parameters: Parameters, request: Request) -> tuple[DesignPoint, 
 
 def _changed(before: FittedRobot, runs: Sequence[MeasuredRun], parameters: Parameters) -> list[str]:
     """Which of further runs are not of the robot `before`, as `same` tests it, and what has changed."""
-    comparison = Comparison(before, first_model(before.began, (*before.names, *before.own), parameters))
+    comparison = Comparison(before, before.fitted_by(parameters))
     lines = []
     for run in runs:
         with contextlib.suppress(StepFailed):  # which its own fit says, too
