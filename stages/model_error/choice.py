@@ -202,7 +202,7 @@ class Ladder:
                 continue
             if rung < PENALTY and min(alone, 1.0 - alone) >= DECIDED:
                 continue
-            inputs, changes = self.inputs("multiplier", rung), self.over_slopes(rung)
+            inputs, changes = self.inputs("multiplier", rung), self.multipliers_on_slopes(rung)
             own = EVEN * WIDTH * self.by_values if math.isfinite(inputs) else 0.0
             whole = below_one(value + changes, miss, math.hypot(solver, own))
             if rung >= PENALTY or min(whole, 1.0 - whole) < DECIDED:
@@ -236,7 +236,7 @@ class Ladder:
         be, of others of a share that is anywhere within their largest there. NaN if not known.
         """
         if measure == MULTIPLIER:
-            return math.sqrt(float(np.mean(self.over_slopes(rung) ** 2)))
+            return math.sqrt(float(np.mean(self.multipliers_on_slopes(rung) ** 2)))
         return EVEN * self.off_on_slopes.get(DERIVED.get(NAMES[measure], ""), math.nan)
 
     @cached_property
@@ -253,7 +253,7 @@ class Ladder:
         ends = over_slopes(self.design_point, self.derivatives, self.parameters.half_widths[SLOPE], 0)
         return {name: max(abs(end / own[name] - 1.0) for end in ends[name]) for name in DERIVED.values()}
 
-    def over_slopes(self, rung: int) -> Vector:
+    def multipliers_on_slopes(self, rung: int) -> Vector:
         """Changes (n,) of a rung's multiplier on slopes that may be, each as probable as the others, from that on its
         own; where a gait is found. The twin's are those of the penalty walker, which walks the same machine.
 

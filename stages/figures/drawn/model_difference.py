@@ -163,8 +163,8 @@ def bars(panel: Axes, ways: np.ndarray) -> None:
 
 def caption_error_bars(given: Given) -> str:
     said = [
-        f"Over {name} the hips differ by {1e3 * split.rms(split.total, POSITION):.2f} mm rms, of which "
-        f"{1e3 * split.rms(split.part(UNEXPLAINED), POSITION):.3f} mm rms are left"
+        f"Over {name} the hips differ by {1e3 * split.rms(split.total, POSITION):.3g} mm rms, of which "
+        f"{1e3 * split.rms(split.part(UNEXPLAINED), POSITION):.2g} mm rms are left"
         for name, split in ((name, budget.split) for name, budget in given.error_budget.known())
     ]
     return (
