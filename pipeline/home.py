@@ -18,7 +18,8 @@ anything, stands in the picture. The package itself may have
 A stage is run once more at closer settings of its solvers (`pipeline.cache.differences`), which gives each of its
 numbers an error, unless its `run` says in `ONCE` why not. Where beginning anew would be wasteful it has a function
 `again(parameters, inputs, result)`, which gives the closer result from the one that was found; or, over fewer points,
-two, the first as the one that was found. Inputs that have a field `closer` are given to it as they are.
+two, the first as the one that was found; or why there is none. A stage that has both is made again where something
+above it is closer. Inputs that have a field `closer` are given to it as they are.
 """
 
 import importlib.util

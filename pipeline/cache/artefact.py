@@ -168,12 +168,22 @@ def _decoded(content: bytes, cls: type[T], name: str, where: str) -> T | None:
             if where not in file:
                 return None
             found = hdf5.read_fields(file[where], cls)
-            kept = file[where].get(_FILES, {})
-            files = {path: kept[path][()].tobytes() for path in hdf5.members_of(kept)}
+            files = _files_of(file[where])
             return cast(T, dataclasses.replace(found, files=files) if files else found)
         except (KeyError, TypeError, ValueError, OSError, RuntimeError) as error:
             reason = error.args[0] if error.args else error
             raise StudyError(f"{name}: its fields do not fit this version of the study ({reason})") from None
+
+
+def closer_files(content: bytes, name: str) -> dict[str, bytes]:
+    """The files beside the result that closer settings gave; none without one. Raises `StudyError`."""
+    with opened(content, name) as file:
+        return _files_of(file[CLOSER]) if CLOSER in file else {}
+
+
+def _files_of(group: Any) -> dict[str, bytes]:
+    kept = group.get(_FILES, {})
+    return {path: kept[path][()].tobytes() for path in hdf5.members_of(kept)}
 
 
 def provenance(content: bytes, name: str, older: bool = False) -> dict[str, str]:

@@ -5,7 +5,8 @@ is given: as the maker's `Result`, decoded, or as `Path`, the file itself. What 
 has a field `missing` goes on without results that are not there or that dvc.yaml does not list among its deps: they are
 None, and it says why, by name. A field
 `closer` is given the same inputs as closer solvers gave them, where there are some. A closer result with files goes to
-stages that read these files too, or have both: what others made of them they made of those beside the result itself.
+stages that read these files too, or have both: what others made of them they made of those beside the result itself. A
+stage that has an artefact as a `Path` reads none of it, but then gets files beside it as closer solvers made them.
 """
 
 import contextlib
@@ -19,13 +20,13 @@ from pipeline.cache import artefact, disk
 from pipeline.errors import Lacking, StudyError, nearest
 from pipeline.execution.job import File
 from pipeline.graph import Stage, beneath
-from pipeline.home import result_class, stage_module
+from pipeline.home import DISTRIBUTION, result_class, stage_module
 from pipeline.parameters import loading
 from pipeline.parameters.value import declared, options_of
 from pipeline.room import reading
 
 MISSING, CLOSER = "missing", "closer"
-_NONE = "there is no "
+_NONE, _ARTEFACT = "there is no ", ".h5"
 #: Of a longer reason only the first clause is passed on; the stage that gave it says the whole.
 _LONG = 120
 
@@ -40,9 +41,10 @@ def disagreements(package: str, stage: Stage, inputs: type | None, parameters: t
     for name, kinds in fields.items():
         if name not in known and (Path in kinds or not optional):
             hint = nearest(name, known)
-            yield f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}'
+            yield (f'its Inputs have "{name}", but dvc.yaml lists no such result and no parameter such a file{hint}; '
+                   f"one that an earlier version laid out is renewed by: {DISTRIBUTION} init . --update")
         elif name in known and Path not in kinds:
-            allowed = [result_class(package, name)] if results.get(name, "").endswith(".h5") else []
+            allowed = [result_class(package, name)] if results.get(name, "").endswith(_ARTEFACT) else []
             if list(kinds) != allowed:
                 yield f'its Inputs have "{name}" as {_named(kinds)}; allowed: {_named([*allowed, Path])}'
 
@@ -56,13 +58,14 @@ def _fields(inputs: type | None) -> tuple[dict[str, tuple[Any, ...]], bool]:
 
 def given(
     package: str, stage: Stage, parameters: Any, named: Mapping[str, File], results: Mapping[str, File],
-    errors: bool = True,
+    errors: bool, folder: Path,
 ) -> tuple[Any, Any, dict[str, File]]:  # fmt: skip
     """The stage's inputs (None without a class for them), the same as closer solvers gave them (None where none did, or
     without `errors`), and those of its files that it is given as they lie there.
 
-    `named` are the files that `parameters` name, by key, `results` those of stages, by path. Raises `StudyError` for a
-    disagreement and for a file that is not as it was, `Lacking` for a result that is not there and has to be.
+    `named` are the files that `parameters` name, by key, `results` those of stages, by path; files beside closer
+    results are written into `folder`. Raises `StudyError` for a disagreement and for a file that is not as it was,
+    `Lacking` for a result that is not there and has to be.
     """
     inputs = getattr(stage_module(package, stage.name, "run"), "Inputs", None)
     for sentence in disagreements(package, stage, inputs, type(parameters)):
@@ -77,15 +80,21 @@ def given(
     for why in () if optional else missing.values():
         raise Lacking(why)
     values, closer = dict[str, Any](dict.fromkeys(missing)), dict[str, Any]()
-    open_files: dict[str, File] = {}
+    open_files, beside = dict[str, File](), dict[str, bytes]()
     for name, (path, files) in lying.items():
         if name in missing or not files:  # a parameter that names no file; the field has a default
             continue
         if Path in fields[name]:
             open_files |= files
             values[name] = _place(path, files)
+            if errors and path.endswith(_ARTEFACT):
+                beside |= artefact.closer_files(_content(path, *files[path]), path)
         else:
             values[name], closer[name] = _decoded(path, fields[name][0], *files[path], errors or asks)
+    for name, (path, _) in lying.items():
+        if content := beside.get(Path(path).name):
+            closer[name] = folder / Path(path).name
+            disk.write(closer[name], content)
     values |= {MISSING: missing} if missing else {}
     solved = {name: value for name, value in closer.items()
               if value is not None and (asks or _read_whole(stage, value))}  # fmt: skip
@@ -132,11 +141,17 @@ def _decoded(path: str, kind: Any, place: str, sha256: str, errors: bool) -> tup
     """The result that is called `path` and lies at `place`, as what the field declares, and what closer solvers gave in
     its place, if anything, and if `errors` are wanted.
     """
+    content = _content(path, place, sha256)
+    return artefact.decode(content, kind, path), artefact.decode_closer(content, kind, path) if errors else None
+
+
+def _content(path: str, place: str, sha256: str) -> bytes:
+    """The artefact that is called `path` and lies at `place`, if it is as it was and may be read."""
     content = disk.read(Path(place)) or b""
     if disk.digest(content) != sha256:
         raise StudyError(f"its input {path} was changed by someone else meanwhile; run again")
     reading.check_plain(io.BytesIO(content), path)
-    return artefact.decode(content, kind, path), artefact.decode_closer(content, kind, path) if errors else None
+    return content
 
 
 def check_unchanged(

@@ -202,8 +202,8 @@ class Computing:
         parameters = self._parameters(stage.name, plain)
         other, near = getattr(module, "ONCE", None), closer(parameters)
         again = getattr(module, "again", None)
-        errors = errors and not other
-        inputs, above, open_files = given(self.job.package, stage, parameters, chosen, files, errors)
+        errors = errors and (again is not None or not other)
+        inputs, above, open_files = given(self.job.package, stage, parameters, chosen, files, errors, self.folder)
         declared = [file for file, _ in open_files.values()]
         code = of_code(self.observed.sources.code_root, self.job.package)
         with watched(self.job.root, *code, self.folder, *declared):

@@ -72,7 +72,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     determined, biped, level = determinants(e), summarise(e), parameters.level.level
     models_alone = {name: one for name, one in determined.items() if not name.startswith("runs")}
     digits = digits_of(e.results.analytic.uncertainties, models_alone)
-    both = as_both_have_it(parameters, inputs)
+    both = as_both_have_it(inputs)
     claims = judge(e, both and (Evidence(parameters, both[0]), Evidence(parameters, both[1])))
     tables = tables_of(biped, determined, digits)
     files = {"claims.yaml": as_yaml(claims, tables, headlines(biped, determined, claims), level, biped)}
@@ -82,7 +82,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> tuple[Result, Result]:
     """What is compared, and the same by closer solvers, of synthetic runs those alone that these made once more."""
-    one, other = as_both_have_it(parameters, inputs) or (inputs, inputs)
+    one, other = as_both_have_it(inputs) or (inputs, inputs)
     return run(parameters, replace(one, closer=None)), run(parameters, replace(other, closer=None))
 
 

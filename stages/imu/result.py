@@ -14,6 +14,8 @@ from stages.imu.judgement.verdict import REFUSED
 
 Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
 NOT_OBSERVABLE = -1
+#: Why what was not computed has no numerical error.
+STORED = "it is as stored"
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,8 @@ class SensorReport(FrameFit, ClockFit, RowCounts):
 
     run: str = quantity("-", "experiment")
     place: str = quantity("-", "place of the sensor")
-    bandwidth_hz: float = quantity("Hz", "cut-off of the sensor's low pass as declared; NaN where it is not")
+    bandwidth_hz: float = quantity(
+        "Hz", "cut-off of the sensor's low pass as declared; NaN where it is not", without_error=STORED)
     rows: int = quantity("1", "rows stored")
     smallest_batch: int = quantity("1", "fewest samples of a packet that arrived")
     largest_batch: int = quantity("1", "most samples of a packet that arrived")
@@ -157,7 +160,7 @@ class RunReport:
 
     name: str = quantity("-", "experiment")
     origin: str = quantity("-", "measured or synthetic")
-    slope_deg: float = quantity("deg", "inclination as read off")
+    slope_deg: float = quantity("deg", "inclination as read off", without_error=STORED)
     overlap: float = quantity("1", "share of the longer motion that hip and foot both cover; NaN where unknown")
     foot_lag: float = quantity("s", "lag of the foot's stamps, taken out; NaN without both sensors")
     foot_lag_error: float = quantity("s", "standard error of that lag where the leg moves; NaN where it was not found")
@@ -221,8 +224,10 @@ class SensorSignals:
     index: np.ndarray = quantity(
         "1", "sampling periods since the first packet of the segment, shape (n,)", dimensions=("time",)
     )
-    packet: np.ndarray = quantity("1", "packet number as stored, shape (n,)", dimensions=("time",))
-    position: np.ndarray = quantity("1", "position in the packet, shape (n,)", dimensions=("time",))
+    packet: np.ndarray = quantity(
+        "1", "packet number as stored, shape (n,)", dimensions=("time",), without_error=STORED)
+    position: np.ndarray = quantity(
+        "1", "position in the packet, shape (n,)", dimensions=("time",), without_error=STORED)
     time: np.ndarray = quantity("s", "repaired time since the run's first heel strike, shape (n,)", symbol="t")
     specific_force: np.ndarray = quantity(
         "m/s^2", "specific force forward, up, lateral, shape (n, 3)", symbol="f", dimensions=("time", "body_axis")

@@ -10,31 +10,42 @@ from stages.campaign.result import Result as Campaign
 from stages.comparison.evidence import Inputs
 from stages.comparison.ingest_score import score_ingest
 from stages.comparison.made_again import as_both_have_it
-from tests.comparison.test_measure import PARAMETERS
-from tests.imu.stand_in import Run, make_database, make_run, result_of
+from stages.imu import run as ingest
+from stages.imu.sources.opening import SourceRefused
+from tests.imu.stand_in import EVERY, Run, make_database, make_run, result_of
 
 PERIODS = 0.48, 0.481
 
 
-def campaign(runs: list[Run], database: bytes = b"") -> Campaign:
-    return Campaign("synthetic", tuple(truth for _, truth, _ in runs), (), (), {DATABASE: database} if database else {})
+def campaign(runs: list[Run]) -> Campaign:
+    return Campaign("synthetic", tuple(truth for _, truth, _ in runs), (), (), {})
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory) -> tuple[Inputs, Inputs]:
-    """Four runs, of which closer solvers made the first two once more, a little slower; as they were, and closer."""
+def recorded(tmp_path_factory):
+    """Four runs, of which closer solvers made the first two once more, a little slower: their databases, and runs."""
     usual, anew = ([make_run(seed, period=period) for seed in range(count)]
                    for count, period in zip((4, 2), PERIODS, strict=True))  # fmt: skip
-    path = tmp_path_factory.mktemp("runs") / DATABASE
-    path.write_bytes(make_database(usual))
+    paths = [tmp_path_factory.mktemp("runs") / DATABASE for _ in PERIODS]
+    for path, runs in zip(paths, (usual, anew), strict=True):
+        path.write_bytes(make_database(runs))
+    return paths, usual, anew
+
+
+@pytest.fixture(scope="module")
+def made(recorded) -> tuple[Inputs, Inputs]:
+    """What is compared, and what closer solvers gave in its place."""
+    (path, other), usual, anew = recorded
+    one, two = ingest.again(EVERY["imu"], ingest.Inputs(other, other), result_of(path))
+    assert [run.report.name for run in one.runs] == [run.report.name for run in two.runs], "those that both have"
     others = dict.fromkeys(field.name for field in fields(Inputs) if field.name not in ("missing", "closer"))
     inputs = Inputs(**others | {"imu": result_of(path), "campaign": campaign(usual)})
-    return inputs, replace(inputs, campaign=campaign([*anew, *usual[2:]], make_database(anew)))
+    return inputs, replace(inputs, imu=two, campaign=campaign([*anew, *usual[2:]]))
 
 
 def test_both_have_the_runs_that_were_made_once_more_each_with_its_own_truth(made):
     inputs, closer = made
-    both = as_both_have_it(PARAMETERS, replace(inputs, closer=closer))
+    both = as_both_have_it(replace(inputs, closer=closer))
     frequencies = []
     for each in both:
         assert [run.report.name for run in each.imu.runs] == [run.name for run in inputs.campaign.runs[:2]]
@@ -47,12 +58,20 @@ def test_both_have_the_runs_that_were_made_once_more_each_with_its_own_truth(mad
 
 def test_where_no_run_was_made_once_more_recordings_are_as_they_were(made):
     inputs, closer = made
-    assert as_both_have_it(PARAMETERS, inputs) is None
-    for files in ({}, {DATABASE: make_database([])}):
-        without = replace(closer, campaign=replace(closer.campaign, files=files))
-        both = as_both_have_it(PARAMETERS, replace(inputs, closer=without))
-        assert all(each.imu is inputs.imu and each.campaign is inputs.campaign for each in both)
-    lab = replace(inputs, imu=replace(inputs.imu, origin="measured"), closer=closer)
-    assert as_both_have_it(PARAMETERS, lab)[1].imu.origin == "measured"
+    assert as_both_have_it(inputs) is None
+    both = as_both_have_it(replace(inputs, closer=replace(closer, imu=inputs.imu)))
+    assert all(each.imu is inputs.imu and each.campaign is inputs.campaign for each in both)
     gone = replace(inputs, missing={"imu": "there is no imu"}, closer=closer)
-    assert as_both_have_it(PARAMETERS, gone) == (gone, closer)
+    assert as_both_have_it(gone) == (gone, closer)
+
+
+def test_recordings_of_a_lab_or_of_other_runs_are_not_read_once_more(recorded, tmp_path):
+    (path, other), usual, _ = recorded
+    read = ingest.Inputs(other, other, database=path)
+    assert ingest.again(EVERY["imu"], read, result_of(path)) == ingest.ONCE
+    apart = tmp_path / DATABASE
+    apart.write_bytes(make_database(usual[2:]))
+    assert "no run made once more" in ingest.again(EVERY["imu"], ingest.Inputs(other, other), result_of(apart))
+    apart.write_bytes(make_database([]))
+    with pytest.raises(SourceRefused):
+        ingest.again(EVERY["imu"], ingest.Inputs(apart, apart), result_of(path))

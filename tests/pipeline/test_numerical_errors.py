@@ -131,6 +131,34 @@ def test_a_stage_that_compares_reads_both(falling):
         assert file["force"][()] == 0.25
 
 
+def test_a_stage_that_reads_files_beside_a_closed_result_has_them_of_closer_solvers(falling):
+    falling.edit("dvc.yaml", "outs: [results/fall.h5]", "outs: [results/fall.h5, results/track.txt]")
+    falling.edit("dvc.yaml", "results/fall.h5]\n    params:", "results/fall.h5, results/track.txt]\n    params:")
+    track = '{"track.txt": str(parameters.gravity.gravity).encode()}'
+    falling.edit("PACKAGE/fall/run.py", "settings.parts}, files)", f"settings.parts}}, {track})")
+    falling.edit("PACKAGE/bounce/run.py", "    fall: Fall\n", "    fall: Path\n    track: Path\n")
+    falling.edit("PACKAGE/bounce/run.py", "from dataclasses", "from pathlib import Path\nfrom dataclasses")
+    track = "    return Result(float(inputs.track.read_text()))\n"
+    falling.edit("PACKAGE/bounce/run.py", "    fall = inputs.fall\n", track)
+    falling.run(names=("bounce",))
+    assert errors(falling, "bounce")[0] == {"force": pytest.approx(SAFE * 0.5 * 9.81, rel=0.05)}
+
+
+def test_a_stage_that_solves_nothing_is_made_again_where_something_above_is_closer(toy):
+    toy.edit("PACKAGE/bounce/run.py", "def run(", """ONCE = "it solves nothing"
+
+
+def again(parameters, inputs, result):
+    return Result(1.0), Result(3.0)
+
+
+def run(""")
+    toy.run(names=("bounce",))
+    assert errors(toy, "bounce") == ({}, "it solves nothing")
+    closer_toy(toy).run(names=("bounce",))
+    assert errors(toy, "bounce") == ({"force": SAFE * 2.0}, "")
+
+
 def test_a_stage_may_take_its_closer_result_from_what_it_found(falling):
     path = falling.path("PACKAGE/fall/run.py")
     path.write_text(f"""import dataclasses
@@ -161,7 +189,7 @@ def test_a_closer_result_with_files_goes_to_stages_that_read_these_too():
     campaign = SimpleNamespace(files={"measurements.sqlite": b"", "without_outsole.sqlite": b""})
     readers = [stage for stage in stages if "results/campaign.h5" in stage.inputs]
     assert {stage.name: _read_whole(stage, campaign) for stage in readers} == {
-        "calibration": True, "calibrated_twin": True, "comparison": False}  # fmt: skip
+        "calibration": True, "calibrated_twin": True, "comparison": False, "imu": True}  # fmt: skip
     assert all(_read_whole(stage, SimpleNamespace()) for stage in readers)
 
 
