@@ -114,6 +114,12 @@ def changes(old: Ingredients, new: Ingredients) -> Iterator[str]:
         yield "the form of artefacts changed"
 
 
+def set_for_a_run(stated: Any) -> str:
+    """Where a value comes from that is another than its file's; null may be what others make of it."""
+    follows = "follows from others, or was " if stated is None else ""
+    return f"{follows}set for this run; the file says {compact(stated)}"
+
+
 def compact(value: Any) -> str:
     """A value in few letters: 1e5 rather than 100000.0; a table or a long list only by its length."""
     if isinstance(value, bool) or value is None:

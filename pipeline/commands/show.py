@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline import completion, layout
-from pipeline.cache.fingerprint import INGREDIENTS, compact
+from pipeline.cache.fingerprint import INGREDIENTS, compact, set_for_a_run
 from pipeline.commands import options, status
 from pipeline.errors import StudyError, nearest
 from pipeline.graph import beneath
@@ -293,7 +293,7 @@ def _parameters(study: Study, text: str) -> Iterator[Row]:
             line_of = rows[int(row[0])] if row and row[0].isdigit() and int(row[0]) < len(rows) else node
             found |= {"unit": str(plain.get("unit", "")).replace("-", ""), "place": f"{where}:{line_of.line}",
                       "source": str(plain.get("source", "")) if same else
-                      f"set for this run; the file says {stated}"}  # fmt: skip
+                      set_for_a_run(plain.get("value"))}  # fmt: skip
         yield found
 
 

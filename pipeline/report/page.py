@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline.cache import disk
-from pipeline.cache.fingerprint import compact
+from pipeline.cache.fingerprint import compact, set_for_a_run
 from pipeline.cache.store import Entry
 from pipeline.commands import claims, options
 from pipeline.commands.claims import Claims
@@ -29,7 +29,7 @@ from pipeline.errors import StudyError
 from pipeline.graph import CAPTIONS, CLAIMS, FIGURES, REPORT
 from pipeline.parameters import yaml_text
 from pipeline.parameters.loading import sections
-from pipeline.parameters.value import DEFAULT_LEVEL, declared
+from pipeline.parameters.value import DEFAULT_LEVEL, SUFFIX, declared
 from pipeline.study import Study, shown
 
 if TYPE_CHECKING:
@@ -235,7 +235,8 @@ def _parameters(study: Study, file: str, used: Mapping[str, Any]) -> Iterator[Ro
     fields = {field.name: field for section in sections(study.parameters_classes().values()).get(file, ())
               for field, _ in declared(section).values() if field.default is not dataclasses.MISSING}  # fmt: skip
     for key, value in used.items():
-        about = stated.get(key) if isinstance(stated, dict) else None
+        base = key.removesuffix(SUFFIX)
+        about = stated.get(base) if isinstance(stated, dict) else None
         if about is None and key in fields:
             default = fields[key].default
             if (list(default) if isinstance(default, tuple) else default) == value:
@@ -244,6 +245,6 @@ def _parameters(study: Study, file: str, used: Mapping[str, Any]) -> Iterator[Ro
         else:
             about = about if isinstance(about, dict) else {"value": about}
             unit, source = about.get("unit", ""), about.get("source", "")
-            if "value" in about and about["value"] != value:
-                source = f"set for this run; the file says {compact(about['value'])}"
+            if "value" in about and about["value"] != used.get(base):
+                source = set_for_a_run(about["value"])
         yield {"key": key, "value": compact(value), "unit": unit, "source": source}

@@ -131,7 +131,8 @@ def laid_out(figure: Figure, dpi: int) -> Iterator[None]:
     engine = figure.get_layout_engine()
     with plt.rc_context({"figure.constrained_layout.use": False}):
         if engine is not None:
-            engine.execute(figure)
+            for _ in range(1 + any(axes.get_aspect() != "auto" for axes in figure.get_axes())):
+                engine.execute(figure)  # once more where equal scales leave a panel another height than was planned
             for part in figure.subfigs:  # the solver's last digit is not the same twice
                 part.bbox_relative.set_points(np.round(part.bbox_relative.get_points(), 9))
             for axes in figure.get_axes():

@@ -162,7 +162,7 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     means += f"; of the starts tried, {100 * basin.share:.0f} % end in this gait." if basin else "."
     rung = inputs.twin_ladder.twin if inputs.twin_ladder else None
     twins = largest_of_a_step(rung.plane_multipliers, 1) if rung else math.nan
-    if rung and math.isfinite(twins) and (likely <= SURE or (twins < 1.0) != (value < 1.0)):
+    if rung and math.isfinite(twins) and (rung.limps or likely <= SURE or (twins < 1.0) != (value < 1.0)):
         gait = "gait, which limps," if rung.limps else "gait"
         means += f" The twin's {gait} is {'stable' if twins < 1.0 else 'unstable'}: it leaves {twins:.3g} in the plane."
     if inputs.analytic.gait.stable != (value < 1.0):

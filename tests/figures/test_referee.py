@@ -24,6 +24,7 @@ from stages.analytic.pictures import design_map, families, gaits
 from stages.calibration.information.identifiability import Identifiability
 from stages.calibration.reports import angle_report, identifiability_report
 from stages.calibration.reports.sensor_picture import fit_picture
+from stages.comparison.agreement import HipDifference
 from stages.drawing import style
 from stages.extremes.result import Result as Extremes
 from stages.figures.drawn import at_level, figure, given_to, work_and_extremes
@@ -203,6 +204,31 @@ def test_a_figure_passes_a_referee(name):
     *OF_QUESTIONS, pytest.param("extremes, all", marks=pytest.mark.slow), *list(LARGE)[1:]])
 def test_a_picture_of_a_question_and_a_large_one_pass_a_referee(name):
     assert complaints((OF_QUESTIONS | LARGE)[name]()) == []
+
+
+def test_what_is_largest_over_the_first_step_stands_in_its_panel():
+    compared = SimpleNamespace(**vars(comparison()))
+    compared.models = SimpleNamespace(same_start=HipDifference(np.array([0.1, 0.2]), np.array([3.0, 4.0])))
+    for panel in drawn("figure_08_hip_motion", comparison=compared).axes[2:4] + drawn("figure_08_hip_motion").axes[2:4]:
+        low, high = panel.get_ylim()
+        assert all(low < y < high for lines in panel.collections for (_, y), _ in lines.get_segments())
+
+
+def test_a_spike_is_told_above_its_panel_in_the_panels_unit():
+    twin = results()["twin"]
+    turning = dataclasses.replace(twin.walk, hip_angular_velocity=100.0 * twin.walk.hip_angular_velocity)
+    spiky = SimpleNamespace(**{**vars(twin), "walk": turning})
+    panel = next(one for one in drawn("figure_16_measurement", twin=spiky).axes if "rad/s" in one.get_ylabel())
+    assert panel.get_title("right").startswith("twin's spike") and panel.get_title("right").endswith(" rad/s")
+    assert not panel.texts, "none stands over a curve"
+
+
+@pytest.mark.parametrize("factor", [1e-2, 1.0, 30.0])
+def test_blocks_of_any_robot_have_heights_and_steps_at_their_axes(factor):
+    falls, ramp, _, reached = drawn("rough_ground", factor).axes
+    for axis in (falls.xaxis, ramp.xaxis, falls.yaxis, reached.yaxis):
+        low, high = axis.get_view_interval()
+        assert sum(low <= tick <= high for tick in axis.get_majorticklocs()) >= (1 if axis.axis_name == "x" else 2)
 
 
 def test_enough_figures_are_refereed():

@@ -87,6 +87,20 @@ def rows(figure):
     return said, list(csv.DictReader(io.StringIO("\n".join(lines[len(said) :]))))
 
 
+@pytest.mark.parametrize("height", [1.4, 1.5, 1.52, 1.6, 2.0])
+def test_titles_of_panels_with_equal_scales_stay_in_the_picture(height):
+    with style.drawing():
+        figure, panels = plt.subplots(1, 6, figsize=(style.TWO_COLUMNS, 2.15))
+        for axes in panels:
+            axes.set(xlim=(0.0, 1.0), ylim=(0.0, height), aspect="equal")
+            axes.set_axis_off()
+            axes.set_title("step", fontsize=7)
+        figure.legend(handles=[plt.Line2D([], [], label="legs")], loc="outside lower center")
+        with style.laid_out(figure, 100):
+            figure.draw_without_rendering()
+            assert panels[0].title.get_window_extent().y1 < 0.995 * figure.bbox.y1
+
+
 def test_curves_and_points_are_all_there_with_their_labels():
     figure, (axes, other) = plt.subplots(1, 2)
     x = np.linspace(0.0, 1.0, 5)

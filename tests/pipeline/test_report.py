@@ -44,6 +44,16 @@ def test_it_states_the_parameters_that_were_used_and_none_that_nobody_set(done, 
     assert f">{value}<" in row and f"set for this run; {said}" in row
 
 
+def test_half_widths_come_from_where_their_values_do_and_what_follows_a_null_is_not_said_to_be_set(done):
+    done.edit("params/ground.yaml", "value: 1e5", "value: null")
+    used = {"gravity": 9.81, "gravity half-width": 0.005, "contact_stiffness": 2e5,
+            "static_friction": 1.2, "static_friction half-width": 0.1}  # fmt: skip
+    rows = {row["key"]: (row["unit"], row["source"]) for row in page._parameters(done.study(), "ground", used)}
+    assert rows["gravity half-width"] == ("m/s^2", "standard value")
+    assert rows["static_friction half-width"] == ("1", "set for this run; the file says 1.1")
+    assert rows["contact_stiffness"][1] == "follows from others, or was set for this run; the file says none"
+
+
 def test_damaged_or_missing_results_are_refused_with_a_sentence(done):
     claims = done.root / "results/claims.yaml"
     claims.write_text("[]")

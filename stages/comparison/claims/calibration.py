@@ -179,7 +179,7 @@ def judge_prototype_is_model(
     said = ", ".join(f"{name} {lower:.4g}..{upper:.4g} ({printed:g})" for name, lower, upper, printed in
                      intervals)  # fmt: skip
     return Judgement(
-        f"estimated from {count_of(runs, f'{origin} run')}, with Table 1 in brackets: {said}" if known
+        f"estimated from {count_of(runs, f'{origin} run')}, with biped.yaml's in brackets: {said}" if known
         else "no parameter was estimated from the runs",
         verdict,
         (

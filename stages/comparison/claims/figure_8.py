@@ -87,7 +87,7 @@ def judge_hip_displacement(
                 f"penalty contact tends to that limit: {1e3 * from_limit:.3f} mm away with ground.yaml's set, "
                 f"{1e3 * hardest:.3f} mm with {share:.3g} of the chosen set's creep and impact",
             ),
-            (cancels, f"with ground.yaml's set effects cancel at the step's end: {listed(parts)}"),
+            (cancels, f"with ground.yaml's set effects act against each other at the step's end: {listed(parts)}"),
         ),
         "it is measured over one step from a common state" if verdict == HOLDS_IF else "",
     )

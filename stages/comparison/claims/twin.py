@@ -39,7 +39,7 @@ def judge_twin_settles(
         yes_or_no(settled),
         (
             (
-                settled and first != period,
+                settled and abs(first / period - 1) > 5e-4,
                 f"the twin's fixed point is another: the first step is {percent(first / period - 1, 1)} "
                 "longer in time than the gait's",
             ),
@@ -141,7 +141,7 @@ def judge_push_converges(
         verdict,
         (
             (along and multiplier < 1, f"in the plane a step leaves {multiplier:.2f} of it"),
-            (bool(falls) and verdict == HOLDS_IF, "larger pushes to the side topple it within three steps"),
+            (bool(falls) and verdict == HOLDS_IF, "larger pushes to the side topple it"),
             (
                 sideways > 0.9,
                 f"its heading hardly comes back: a step leaves {sideways:.4f} of a turn to the side",

@@ -106,7 +106,7 @@ def caption_basin(given: Given) -> str:
     if basin is None:
         return "The gait is unstable; no start stays with it."
     share = {number: 100 * float((basin.ending == number).mean()) for number in range(len(basin.endings))}
-    others = ", ".join(f"{words}: {share[number]:.1f} %" for number, words in enumerate(basin.endings)
+    others = ", ".join(f"{words} {share[number]:.1f} %" for number, words in enumerate(basin.endings)
                        if share[number] and number not in (REACHES, NO_START))  # fmt: skip
     steps = basin.steps[basin.ending == REACHES]
     return "".join((
@@ -115,7 +115,7 @@ def caption_basin(given: Given) -> str:
         f"in all coordinates of the section",
         f", after {steps.min()} to {steps.max()} steps, half of them after {np.median(steps):.0f}"
         if steps.size else "",
-        f"; of the others, {others}." if others else ".",
+        f"; others: {others}." if others else ".",
         f" In {share[NO_START]:.1f} % the trailing leg, as long as in the gait, reaches no ground." if share[NO_START]
         else ""))
 

@@ -120,15 +120,10 @@ def draw_agreement(given: Given) -> Figure:
         low, high = np.nanmin(strides[:, :, column]), np.nanmax(strides[:, :, column])
         margin = 0.15 * (high - low)
         panel.set_ylim(low - margin, high + margin)
-        peak = int(np.argmax(np.abs(twin.signals[:, column])))
         if not low - margin <= twin.peaks[column] <= high + margin:
             # a spike of the models that no 100 Hz sensor shows would hide everything else
-            late, words = twin.phase[peak] > 0.6, " before\nthe low pass" if measured.bandwidth > 0 else ""
-            panel.annotate(
-                f"twin's spike{words}: {twin.peaks[column]:.0f} m/s²", (100 * twin.phase[peak], high + 0.9 * margin),
-                xytext=(-6 if late else 6, -4), textcoords="offset points", fontsize=7, va="top",
-                ha="right" if late else "left",
-            )  # fmt: skip
+            words = " before the low pass" if measured.bandwidth > 0 else ""
+            panel.set_title(f"twin's spike{words}: {twin.peaks[column]:.4g} {unit}", loc="right", fontsize=7)
         style.mark_beyond(panel)
         panel.set_ylabel(f"{title}\n[{unit}]")
         style.panel_label(panel, letter)
@@ -210,7 +205,7 @@ def frequency_line(measured: MeasurementAgreement) -> str:
 
 def agreement_line(measured: MeasurementAgreement) -> str:
     """What the runs are compared with: models as the sensors show them, or with their spikes."""
-    how = (f"models behind the sensors' {measured.bandwidth:g} Hz low pass" if measured.bandwidth > 0 else
+    how = (f"models behind the sensors' {measured.bandwidth:.4g} Hz low pass" if measured.bandwidth > 0 else
            "the sensors' bandwidth is not known: the models' spikes at impacts, which they cannot show, count in RMSE, "
            "ICC and limits")  # fmt: skip
     return f"Agreement with the mean of {count_of(measured.runs, f'{measured.origin} run')}; {how}"

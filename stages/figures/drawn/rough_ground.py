@@ -48,11 +48,13 @@ def draw(given: Given) -> Figure:
     norms.set(xlabel="factor on the parameter [1]", ylabel="gait sensitivity norm [s/m]")
     norms.legend(loc="best")
     for axes in (falls, ramp):
-        ticks = [height for height in (0.1, 0.2, 0.3, 0.5, 1, 2, 3, 5, 10)
+        ticks = [height for height in np.outer(10.0 ** np.arange(-4, 4), (1, 2, 3, 5)).ravel()
                  if axes.get_xlim()[0] <= height <= axes.get_xlim()[1]]  # fmt: skip
         axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axes.minorticks_off()
     draw_front(reached, given)
+    for axis in (falls.yaxis, reached.yaxis):
+        style.few_ticks(axis, axis.get_view_interval(), narrow=100.0)
     style.panel_labels((falls, ramp, norms, reached))
     return figure
 
@@ -82,7 +84,6 @@ def draw_front(axes: Axes, given: Given) -> None:
         axes.set_ylim(0.5 * min([line, *lows]), 3.0 * max([line, *seen, *lows]))
         axes.legend(loc="upper left")
     axes.set(yscale="log", xlabel="bound on the change of speed [%]", ylabel="mean steps to a fall [1]")
-    axes.minorticks_off()
 
 
 def given_row(given: Given) -> OnHeight:

@@ -182,8 +182,8 @@ def draw_hip_motion(given: Given) -> Figure:
         difference.plot(time, scale * values[:, column], color=style.TWIN, linewidth=0.9)
         # impact instants differ by a fraction of a millisecond: those spikes would hide the rest
         extent = np.percentile(np.abs(scale * values[:, column]), 98)
-        difference.set_ylim(*(np.array([-1.3, 1.3]) * max(extent, 1.2 * scale * limit)))
         largest = scale * (same.position if name == "hip_position" else same.velocity)[column]
+        difference.set_ylim(*(np.array([-1.3, 1.3]) * max(extent, 1.2 * scale * limit, largest)))
         difference.hlines([-largest, largest], 0.0, period, color=style.TWIN, linestyle=":", linewidth=0.9)
         difference.axvline(period, color="#888888", linewidth=0.6)  # the first step's end
         style.mark_beyond(difference)
