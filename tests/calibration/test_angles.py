@@ -1,5 +1,6 @@
 """A driven robot with encoders: derivatives, blind recordings of its own model, refusals, and how it is followed."""
 
+import csv
 import dataclasses
 import os
 import re
@@ -342,6 +343,8 @@ def test_a_robots_file_gives_it_back_and_goes_with_angles_alone(tmp_path):
     rows = ended.stdout.splitlines()
     assert ended.returncode == 0 and len(rows) == 1 + SAMPLES - encoders.BEGIN
     assert rows[0].startswith("run,time_s,stance_leg,phase,stance_leg_angle_rad,") and rows[1].startswith("step 1,")
+    opened = [float(row["leg_opening_angle_rad"]) for row in csv.DictReader(rows)]
+    np.testing.assert_allclose(np.abs(opened), np.abs(step.between[encoders.BEGIN :]), atol=0.02)
     other = run("follow", "lab.sqlite", "--as", ".", cwd=tmp_path)
     assert other.returncode == 2 and "fitted to recordings of the other kind" in other.stderr
     (tmp_path / NAME).write_bytes(kept.content().replace(b"0.018", b"0.019"))

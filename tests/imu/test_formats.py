@@ -386,6 +386,11 @@ def test_a_unit_that_is_not_read_is_not_guessed(units: tuple[str, str], table: T
         proposal(tmp_path / SINGLE)
 
 
+def test_degrees_in_german_are_no_radians(table: Table, tmp_path: Path) -> None:
+    (tmp_path / SINGLE).write_bytes(Export(names("Time (s)", "Acc * [g]", "Gyr * [Grad/s]"), "s:.2f g deg").of(table))
+    assert "angular rate in deg/s: written in the file" in proposal(tmp_path / SINGLE)[1]
+
+
 @pytest.mark.parametrize("content", ["", "a letter to a friend\n" * 50, "1,2\n" * 50, "a,b,c,d,e\n" * 50])
 def test_what_is_no_table_is_refused(content: str, tmp_path: Path) -> None:
     (tmp_path / SINGLE).write_text(content)

@@ -18,7 +18,7 @@ from stages.imu.strikes.step_times import INNER, OUTER, UNKNOWN, HeelStrikes, st
 from stages.imu.trial.trial import Trial, read_trials
 from stages.imu.trial.walk import hip_at, in_time, leg_motion, stance_angle
 from tests.imu.conftest import RUNS
-from tests.imu.made_logs import Log, made_log, stand_in_walks, with_errors
+from tests.imu.made_logs import Log, made_log, replaced, stand_in_walks, with_errors
 from tests.imu.stand_in import BIPED, DRAWING, PARAMETERS, STUDY, struck
 from tests.imu.test_walks_in import alone
 
@@ -46,6 +46,17 @@ def test_the_angle_is_a_tenth_of_a_degree_off_and_its_error_is_what_is_said(tria
     every = [angle_errors(*one) for one in trials]
     assert np.degrees(np.sqrt(np.mean([np.mean(error**2) for error, _ in every]))) < 0.1
     assert np.mean([np.mean(np.abs(error) <= 2 * said) for error, said in every]) > 0.95
+
+
+def test_a_low_pass_that_is_not_declared_is_in_the_angles_error(trials: list[tuple[Log, Trial]]) -> None:
+    """It delays the angle by 6 ms, and no strike: 95 % intervals held it in no run."""
+    for log, trial in trials:
+        unknown = log.changed("both", lambda one: replaced(
+            one, device=dataclasses.replace(one.device, bandwidth_hz=None)))  # fmt: skip
+        delayed = next(read_trials(log.experiment, unknown.recordings, PARAMETERS)).leg
+        off = np.abs(np.interp(trial.leg.time, delayed.time, delayed.angle) - trial.leg.angle)
+        said = np.interp(trial.leg.time, delayed.time, delayed.angle_error)
+        assert (off > 2 * trial.leg.angle_error).mean() > 0.2 and (off > 2 * said).mean() < 0.05
 
 
 def test_a_step_is_half_a_percent_off(trials: list[tuple[Log, Trial]]) -> None:

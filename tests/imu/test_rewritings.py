@@ -13,6 +13,7 @@ from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun
 from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
 from stages.imu.sources.opening import SourceRefused
+from stages.imu.sources.units import scale_of
 from stages.imu.strikes.step_times import INNER
 from stages.imu.trial.trial import Trial, read_trials
 from tests.imu import wrong_logs
@@ -227,7 +228,33 @@ def test_strikes_in_holes_are_not_trusted(log: Log) -> None:
 
     trial = trial_of(log.changed("both", lost))
     assert "of the heel strikes lie in holes" in remarks(trial)
-    assert {"heel strikes", "step frequency", "step length"} <= set(trial.verdict.not_trusted)
+    assert {"heel strikes", "step frequency", "leg angle", "step length"} <= set(trial.verdict.not_trusted)
+
+
+@pytest.mark.parametrize("mounting", [{}, {"forward_axis": None, "up_axis": None}], ids=["declared", "not declared"])
+def test_a_swing_beyond_full_scale_is_said_to_be_that(mounting: dict[str, None], log: Log) -> None:
+    """Without its swing a leg rolls back only: the gyroscope was said to be turned round, or the legs changed names."""
+
+    def narrow(one: TracedRecording) -> TracedRecording:
+        largest = 0.6 * np.abs(one.angular_rate).max()
+        range_deg_s = largest * scale_of(one).angular_rate * 180 / np.pi
+        return replaced(one, angular_rate=np.clip(one.angular_rate, -largest, largest),
+                        device=dataclasses.replace(one.device, **mounting, gyroscope_unit="deg/s",
+                                                   gyroscope_range_deg_s=range_deg_s))  # fmt: skip
+
+    in_degrees = log.changed("both", lambda one: replaced(
+        one, angular_rate=one.angular_rate * scale_of(one).angular_rate * 180 / np.pi,
+        device=dataclasses.replace(one.device, gyroscope_unit="deg/s")))  # fmt: skip
+    trial = trial_of(in_degrees.changed("both", narrow))
+    assert trial.accepted and "samples are at full scale" in remarks(trial)
+    np.testing.assert_array_equal(trial.strikes.leg, trial_of(log).strikes.leg)
+
+
+def test_gravity_is_looked_at_while_both_sensors_record(log: Log) -> None:
+    """The foot's sensor ended steps before the hip's: gravity was said to lie up to 9 degrees off."""
+    end = log.strike_time[-3]
+    trial = trial_of(log.changed("foot", lambda one: one.take(one.true_time < end)))
+    assert max(abs(trial.evidence.hip_gravity_deg), abs(trial.evidence.foot_gravity_deg)) < 1.0
 
 
 def test_a_rate_that_changed_within_the_recording_is_said(log: Log) -> None:

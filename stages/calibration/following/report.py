@@ -148,8 +148,12 @@ def _row(name: str, one: Instant) -> dict[str, Any]:
 
 
 def _of_state(state: Vector, covariance: np.ndarray) -> dict[str, float]:
-    """A state (size,) with its standard errors."""
-    sd, half, row = np.sqrt(np.diag(covariance)), len(state) // 2, dict[str, float]()
+    """A state (size,) with its standard errors; in place of the swing leg's angle from the normal that between the
+    legs."""
+    half, row = len(state) // 2, dict[str, float]()
+    shown = np.eye(2 * half)
+    shown[half // 2, 0] = shown[half // 2 + half, half] = 1.0
+    state, sd = shown @ state, np.sqrt(np.diag(shown @ covariance @ shown.T))
     for place, (key, unit) in enumerate(LEGS if half == len(LEGS) else LEGS[::2]):
         for title, at, per in ((key, place, ""), (f"{key}_rate", half + place, "_s")):
             row[f"{title}_{unit}{per}"], row[f"{title}_sd"] = float(state[at]), float(sd[at])

@@ -63,7 +63,7 @@ def repair_clock(indexed: IndexedRecording, tolerance: float) -> Clock:
     # the error of the sensor's own clock.
     if name == "device" or (indexed.numbered_by == BY_ROWS and error <= tolerance):
         error = np.nan
-    if name == "device" and indexed.lost_packets == NOT_OBSERVABLE:
+    if name == "device" and indexed.lost_packets == NOT_OBSERVABLE and indexed.batch_size == 1:
         time = stamp.copy()
     return Clock(
         time=time,

@@ -20,6 +20,7 @@ BY_COUNTER, BY_DEVICE_STAMP, BY_ROWS = "counter", "device stamp", "rows"
 REORDER_WINDOW = 64  # packets; a counter that falls back further than this has restarted
 LOOK_AHEAD = 5  # packets looked at to distinguish a late packet from a restart
 BACK_S = 0.5  # a sensor's own stamp that falls by more has restarted
+NEIGHBOURS = 5  # stamps before and after a step that tell a lost sample from a late stamp
 
 
 @dataclass(frozen=True)
@@ -208,8 +209,23 @@ def _index_by_device_stamp(recording: Recording, exact: int, unusable: int) -> I
     fresh = np.append(True, (np.diff(stamp) > 0) | (np.diff(life) != 0))
     batch = max(1, round(len(stamp) / int(fresh.sum())))
     at, which = np.flatnonzero(fresh), np.cumsum(fresh) - 1
-    step, rank = np.diff(stamp[at]), np.arange(len(stamp)) - at[which]
-    usual = float(np.median(step)) if len(step) else 1.0
-    periods = np.append(0, np.cumsum(np.where(np.diff(life[at]) == 0, np.maximum(1, np.rint(step / usual)), 1)))
+    rank, parts = np.arange(len(stamp)) - at[which], np.split(stamp[at], np.flatnonzero(np.diff(life[at])) + 1)
+    periods = np.cumsum(np.concatenate([[1, *_advances(part)] for part in parts])) - 1
     index = (periods[which] * batch + np.minimum(rank, batch - 1)).astype(np.int64)
     return numbered(recording.take(order), life, index, batch, BY_DEVICE_STAMP, exact, falls, unusable)
+
+
+def _advances(stamp: np.ndarray) -> np.ndarray:
+    """Sampling periods from each of a life's stamps (k,) to the next, (k - 1,).
+
+    A stamp that jitters is late alone; after a loss all that follow are.
+    """
+    step, count = np.diff(stamp), len(stamp)
+    if count < 2:
+        return np.empty(0)
+    usual = float(np.median(step))
+    usual = float(step[np.abs(step / usual - 1) < 0.5].mean())  # of stamps in ms the median is a whole number
+    late = np.pad(stamp - usual * np.arange(count), NEIGHBOURS, "edge")
+    level = np.median(np.lib.stride_tricks.sliding_window_view(late, NEIGHBOURS), axis=1)
+    stay = level[NEIGHBOURS + 1 : NEIGHBOURS + count] - level[1:count]
+    return np.asarray(1 + np.maximum(0, np.rint(np.minimum(step / usual - 1, stay / usual))))

@@ -57,6 +57,8 @@ def evidence_of(
         found |= zip(names, lever_of(grid, hip, foot, strikes, settings.grid_rate_hz, quick))
     first = next((place for place in PLACES if place in sensors), "")
     slope, stances = math.radians(slope_deg or 0.0), stances_of(strikes)
+    if len(grid):  # where one sensor ended before the other there is no angle
+        bounds = bounds[(bounds[:, 0] >= grid[0]) & (bounds[:, 1] <= grid[-1])]
     for place, sensor in sensors.items():
         found[f"{place}_axis_deg"] = axis_turn_of(sensor.rate[~sensor.trace.rest])
         if not len(bounds) or not len(grid):
@@ -75,7 +77,7 @@ def evidence_of(
     found["spacing"], found["alternating"] = spacing_of(strikes)
     if first:
         sensor = sensors[first]
-        found["third_moment"] = skewness(sensor.rate[~sensor.trace.rest, LATERAL])
+        found["third_moment"] = skewness(filled(sensor.rate[~sensor.trace.rest, LATERAL]))
         # Among samples that are there: one at full scale shows a strike.
         there = resample(sensor.time, np.zeros((len(sensor.time), 1)), grid, sensor.longest_step(settings))
         reach = max(1, round((0.75 * PULSE_S + SHIFTS_S[-1]) / quick * settings.grid_rate_hz))  # as far as one is moved

@@ -316,13 +316,13 @@ def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
         remark(
             evidence.spacing > limits.spacing or evidence.alternating < 1,
             f"steps are spaced unevenly (one departs by {evidence.spacing:.0%} of the median) or a leg lands twice",
-            STRIKES, LEGS, FREQUENCY, LEG_ANGLE,  # what hides a strike hides how the rate jumps there
+            STRIKES, LEGS, FREQUENCY, LEG_ANGLE,
         ),
         _on_gains(evidence, parameters),
         remark(
             evidence.hidden_strikes > limits.hidden_strikes,
             f"{evidence.hidden_strikes:.0%} of the heel strikes lie in holes of the recording: they are placed by what "
-            "is left of them", STRIKES, FREQUENCY,
+            "is left of them", STRIKES, FREQUENCY, LEG_ANGLE,  # what hides a strike hides how the rate jumps there
         ),
         remark(
             abs(evidence.strike_symmetry_deg) > limits.strike_symmetry_deg,

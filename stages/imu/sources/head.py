@@ -22,7 +22,7 @@ HEAD_LINES = 2000
 _UNITS = (
     ("mg", r"\bmg\b"), ("m/s^2", r"(?<![a-zµ])(m\s*/\s*\(?s\s*(\^2|2|²)|m\.s-2|ms-2)"), ("g", r"[\[(_ ]g[\])_]?$|^g$"),
     ("mdps", r"mdps|mdeg|m°|millidegree"),
-    ("deg/s", r"(?<!m)(deg|dps|°|º)|\bd/s"), ("rad/s", r"(?<![mµu])rad"),
+    ("deg/s", r"(?<!m)(deg|dps|°|º)|\bd/s|\bgrad"), ("rad/s", r"(?<![a-zµ])rad"),
     ("ns", r"\bns\b"), ("us", r"\bus\b|µs|micro"), ("ms", r"\bms\b|milli"), ("s", r"[\[(]s(ec)?[\])]|^s$"),
 )  # fmt: skip
 #: Units that loggers write and nothing here reads.

@@ -72,11 +72,12 @@ def find_frame(
     """The frame from the mean specific force at rest (3,) and the angular rate while walking (n, 3), sensor axes.
 
     The sign of the swing axis follows the declared mounting; where none is declared, the leg swings forward faster
-    than it rolls back, so the third moment of the rate about the lateral axis is positive.
+    than it rolls back, so the third moment of the rate about the lateral axis is positive. Rows with a NaN are drawn
+    over for it: what is beyond full scale is the swing.
     """
-    axis, share = swing_axis(angular_rate)
+    axis, share = swing_axis(angular_rate[np.isfinite(angular_rate).all(axis=1)])
     declared = is_mounting_declared(device)
-    sign = axis @ mounting(device)[2] if declared else np.sum((angular_rate @ axis) ** 3)
+    sign = axis @ mounting(device)[2] if declared else np.sum(filled(angular_rate @ axis) ** 3)
     axis = axis if sign >= 0 else -axis
     plumb = static_force - (static_force @ axis) * axis
     plumb /= np.linalg.norm(plumb)
@@ -96,12 +97,12 @@ def angle_between(first: np.ndarray, second: np.ndarray) -> float:
 
 def frame_of(trace: SensorTrace, settings: Settings) -> Frame | None:
     """The frame of a sensor; None without a still stand or without motion after it."""
-    moving, static = ~trace.rest & np.isfinite(trace.angular_rate).all(axis=1), trace.static_force()
-    if not trace.rest.any() or moving.sum() < 3 or not np.linalg.norm(static) > 0:
+    moving, static = trace.angular_rate[~trace.rest] - trace.bias(), trace.static_force()
+    if not trace.rest.any() or np.isfinite(moving).all(axis=1).sum() < 3 or not np.linalg.norm(static) > 0:
         return None
     return find_frame(
         static,
-        trace.angular_rate[moving] - trace.bias(),
+        moving,
         trace.indexed.recording.device,
         math.radians(trace.indexed.recording.experiment.slope_deg or 0.0),
         math.radians(settings.rest_leg_angle_deg),

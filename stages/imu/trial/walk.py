@@ -108,18 +108,21 @@ def leg_motion(
     times: StepTimes,
     drawing: Drawing,
     quick: float = 1.0,
+    late: float = 0.0,
 ) -> LegMotion:
     """The motion of the leg from its angle (m,) on an even grid (m,) [s].
 
-    The angle's error is that of the stand, of the gyroscopes' gain on what was turned since, and of the bias,
-    `bias_error` [rad/s], on the time since the grid began. A step's is that of the gain, of the leg's length, of when
-    each leg's impacts begin and of both landings' own times, and what rolling on a compliant leg departs from a rigid
-    one; those of gain and length are `confirmed`, relative. The robot is so `quick` as Table 1's.
+    The angle's error is that of the stand, of the gyroscopes' gain on what was turned since, of the bias,
+    `bias_error` [rad/s], on the time since the grid began, and of how `late` [s] the angle may be. A step's is that of
+    the gain, of the leg's length, of when each leg's impacts begin and of both landings' own times, and what rolling on
+    a compliant leg departs from a rigid one; those of gain and length are `confirmed`, relative. The robot is so
+    `quick` as Table 1's.
     """
     gain, of_length = confirmed
     since = time - time[0] if len(time) else time
     stand = math.radians(drawing.stand_error_deg)
-    error = np.sqrt(stand**2 + (gain * (angle - rest_angle)) ** 2 + (bias_error * since) ** 2)
+    delayed = late * np.gradient(angle, time)
+    error = np.sqrt(stand**2 + (gain * (angle - rest_angle)) ** 2 + (bias_error * since) ** 2 + delayed**2)
     start, end = stances_of(strikes)
     inside = (start >= time[0]) & (end <= time[-1]) if len(time) else np.zeros(len(start), dtype=bool)
     start, end = start[inside], end[inside]
@@ -129,8 +132,8 @@ def leg_motion(
     share = math.sqrt(gain**2 + of_length**2 + drawing.rolling_error**2)
     apart = (end - start) / (PATH_POINTS - 1)
     ends = (path[:, [1, -1], 0] - path[:, [0, -2], 0]) / apart[:, None]  # speeds at both landings
-    late = math.hypot(drawing.onset_error_s, drawing.strike_scatter_s)
-    said = np.sqrt((share * length) ** 2 + late**2 * (ends**2).sum(axis=1))
+    landed = math.hypot(drawing.onset_error_s, drawing.strike_scatter_s)
+    said = np.sqrt((share * length) ** 2 + landed**2 * (ends**2).sum(axis=1))
     path[:, :, 0] -= path[:, :1, 0]
     drawn = of_length * length
     return LegMotion(time, angle, error, start, end, length, said, drawn, path, times)
@@ -142,13 +145,15 @@ def leg_of(
 ) -> LegMotion:
     """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's.
 
-    The drawing has errors of when things happen as `at_slowest` gives them.
+    The drawing has errors of when things happen as `at_slowest` gives them. A low pass that is not declared delays the
+    angle, by what strikes show of it, where it delays no strike.
     """
     quick, none = parameters.quick, np.empty(0)
     if len(common.time) < 2:
         return LegMotion(none, none, none, none, none, none, none, none, np.empty((0, PATH_POINTS, 2)), UNKNOWN)
     errors = [sensor.bias_error() for sensor in sensors.values()]
-    lift = math.nan
+    declared = [sensor.trace.indexed.recording.device.bandwidth_hz is not None for sensor in sensors.values()]
+    late, lift = filter_delay(corner_hz) * (1 - np.mean(declared)), math.nan
     if "foot" in sensors:
         landed = quick * strikes.time[strikes.leg == OUTER]
         lift = lift_after(landed, samples_of(sensors["foot"], [UP], quick), corner_hz / quick) / quick
@@ -162,6 +167,7 @@ def leg_of(
         step_times(strikes, lift, drawing),
         drawing,
         quick,
+        float(np.nan_to_num(late)),
     )
 
 
