@@ -85,7 +85,8 @@ class RigidLimit:
     default: Distance = quantity("-", "the starting set")
     chosen: Distance = quantity("-", "the set that the criterion chooses")
     ground: Distance = quantity("-", "the set of ground.yaml, which the other stages use")
-    most_evaluations: float = quantity("1", "evaluations that a chosen set may take over one step")
+    most_evaluations: float = quantity("1", "evaluations that a chosen set may take over one step",
+                                       without_error="it is a count, no number of the gait")
     finalists: tuple[Distance, ...] = quantity("-", "the sets of the search compared between cycles, best first")
     family_share: np.ndarray = quantity("1", "what is left of impact and creep of the chosen set, shape (f,)")
     family: tuple[Distance, ...] = quantity("-", "the chosen set's family at these shares, towards the limit")

@@ -5,6 +5,7 @@ Inputs: the analytic gait to start from. Settings: params/twin_pushes.yaml. Outp
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from math import inf
 
 from stages.analytic.result import Inputs
 from stages.biped.between_steps import uniform_times
@@ -20,9 +21,9 @@ from stages.twin_pushes.result import PushedWalk, Result
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
-    """The result at closer settings: of each kind the largest push that is survived, or the smallest, and the others as
-    they were."""
-    few = [(kind, size or fatal) for kind, _, size, fatal in result.limits()]
+    """The result at closer settings: of each kind the largest push that is survived and the smallest that is not, as a
+    fall enlarges errors, and the others as they were."""
+    few = [(kind, size) for kind, _, *sizes in result.limits() for size in sizes if 0.0 < size < inf]
     found = dict(zip(few, walks_after(few, parameters, inputs), strict=True))
     return replace(result, walks=tuple(found.get((walk.kind, walk.size), walk) for walk in result.walks))
 

@@ -21,6 +21,8 @@ from pipeline.study import Study
 from stages.biped.accuracy.tolerances import CLOSER, CUSTOM
 from stages.biped.quantity import quantity
 from stages.comparison.claims import judge
+from stages.contact_study.result import RigidLimit
+from stages.imu.trial.agreement import Agreement
 
 ROOT = Path(__file__).resolve().parents[2]
 #: The toy's settings that stand for a solver's.
@@ -84,6 +86,11 @@ def test_what_the_solver_chooses_has_no_error_and_says_why():
         assert "numerical_error" not in file["length"].attrs
         assert file["length"].attrs["without_error"] == "the solver's choice"
         assert file["time"].attrs["numerical_error"] == SAFE * 0.5
+
+
+@pytest.mark.parametrize(("result", "name"), [(RigidLimit, "most_evaluations"), (Agreement, "envelope_share")])
+def test_what_is_counted_in_steps_has_no_error_of_round_off(result, name):
+    assert result.__dataclass_fields__[name].metadata["without_error"]
 
 
 def test_of_two_results_over_fewer_points_the_difference_is_the_error():

@@ -33,10 +33,12 @@ def result(given):
     return run(*given)
 
 
-def test_for_errors_the_largest_push_of_each_kind_that_is_survived_is_walked_again(given, result):
-    closer = again(*given, result)
-    assert [one is other for one, other in zip(closer.walks, result.walks, strict=True)] == [
-        False, True, False, False, False]
+def test_for_errors_the_largest_push_that_is_survived_and_the_smallest_that_is_not_are_walked_again(given, result):
+    harder = dataclasses.replace(result.walks[1], size=2.0)
+    found = dataclasses.replace(result, walks=(*result.walks[:2], harder, *result.walks[2:]))
+    closer = again(*given, found)
+    assert [one is other for one, other in zip(closer.walks, found.walks, strict=True)] == [
+        False, False, True, False, False, False]
     np.testing.assert_array_equal(closer.walks[0].roll, result.walks[0].roll)  # at the same settings
 
 
