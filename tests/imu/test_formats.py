@@ -386,6 +386,17 @@ def test_a_unit_that_is_not_read_is_not_guessed(units: tuple[str, str], table: T
         proposal(tmp_path / SINGLE)
 
 
+@pytest.mark.parametrize("stamp", ["unix_us", "micros"])
+def test_a_second_sensors_columns_are_said_to_be_left_out(stamp: str, tmp_path: Path) -> None:
+    """Hip and foot in one table: the foot was passed over without a word, and so were these stamps."""
+    head = [stamp, *(f"{place}_{kind}{axis}" for place in ("hip", "foot") for kind in "ag" for axis in "xyz")]
+    rows = [head, *([str(10_000 * row), *["0", "0", "9.81", "0", "0", "1"] * 2] for row in range(50))]
+    (tmp_path / SINGLE).write_text("\n".join(map(",".join, rows)))
+    said, told = proposal(tmp_path / SINGLE)
+    assert any(line.startswith("left out") and "'foot_ax'" in line and "hip" not in line for line in told)
+    assert f'device_stamp: "{stamp}"' in said
+
+
 def test_degrees_in_german_are_no_radians(table: Table, tmp_path: Path) -> None:
     (tmp_path / SINGLE).write_bytes(Export(names("Time (s)", "Acc * [g]", "Gyr * [Grad/s]"), "s:.2f g deg").of(table))
     assert "angular rate in deg/s: written in the file" in proposal(tmp_path / SINGLE)[1]

@@ -37,7 +37,7 @@ _OTHER = re.compile(r"mag|quat|euler|free|lin|user|grav|temp|roll|pitch|yaw", re
 _AXIS = re.compile(r"(?:^|[^a-z])([xyz])(?:[^a-z]|$)|(?:acc|gyro?|a|g|w)([xyz])(?:[^a-z]|$)", re.I)
 _LETTER = re.compile(r"(?:^|[^a-z])([agw])[\W_]?[xyz](?:[^a-z]|$)", re.I)
 _PACKET = re.compile(r"packet|counter|sample.?(number|index|no)|frame(?!.?id)|^seq", re.I)
-_STAMP = re.compile(r"time|stamp|epoc|elapsed|clock|date|^t$", re.I)
+_STAMP = re.compile(r"time|stamp|epoc|unix|elapsed|clock|date|^t$|^millis|^micros", re.I)
 _SECONDS = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]", re.I)
 _NANOSECONDS, _WHOLE_SECONDS = re.compile(r"n(ano)?sec(onds|s)?$", re.I), re.compile(r"(?<![a-z])sec(onds|s)?$", re.I)
 _TICKS = re.compile("SampleTimeFine", re.I)  # of a length that only its maker knows
@@ -141,7 +141,8 @@ def _of_table(path: Path, gravity: float) -> Proposed:
     force, rates = (_unit(head, columns, kind, maker, gravity) for kind in ("a", "g"))
     missing = [name for name in (*FORCES, *RATES) if name not in columns]
     lacks = f"{LACKS}{', '.join(missing)}" if missing else ""
-    remarks = list(filter(None, (*_layout_remarks(head, maker), said, force[1], rates[1], lacks)))
+    remarks = list(filter(None, (*_layout_remarks(head, maker), said, force[1], rates[1], lacks,
+                                  _left_out(head, columns))))  # fmt: skip
     beside = _gyroscope_beside(path) if tuple(missing) == RATES else None
     other = head if beside is None else head_of(beside)
     found = {} if beside is None else columns_of(other, "g", maker)
@@ -162,6 +163,13 @@ def _of_table(path: Path, gravity: float) -> Proposed:
         entries += ["        gyroscope:", f"          file: {_quoted(beside.name)}", *_layout(other, 10),
                     f"          columns: {_columns(other, found)}"]  # fmt: skip
     return entries, remarks
+
+
+def _left_out(head: Head, columns: dict[str, int]) -> str:
+    """That other columns are named as axes too; empty where none is."""
+    alike = [printable(name) for column, name in enumerate(head.names) if column not in columns.values()
+             and _value_named(head, column, "", False) in (*FORCES, *RATES)]  # fmt: skip
+    return f"left out, as another sensor's or the same in another unit: {', '.join(alike)}" if alike else ""
 
 
 def _stands_twice(head: Head, columns: dict[str, int]) -> bool:
