@@ -55,7 +55,7 @@ def multibody():
         step_frequency_hz=2.0, step_length_m=0.161, peak_normal_force=768.0, largest_penetration=3.1e-5,
         double_stance_s=5e-3, speed_m_s=0.33, period_s=0.5, floquet_multipliers=np.array([[0.62, 0.0], [-0.2, 0.3]]),
     )  # fmt: skip
-    return SimpleNamespace(walk=make_walk(period=0.51), cycle=cycle)
+    return SimpleNamespace(walk=make_walk(period=0.51), cycle=cycle, unsettled="")
 
 
 def twin():

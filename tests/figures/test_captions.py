@@ -65,6 +65,8 @@ def test_every_figure_has_a_title_and_a_caption_from_the_results_that_it_names(n
 @pytest.mark.parametrize(("name", "other", "words"), [
     ("gait_animation", {}, ["2.0718 Hz"]),
     ("gait_animation", {"analytic": analytic(frequency=1.9999)}, ["1.9999 Hz"]),
+    ("gait_animation", {"multibody": SimpleNamespace(**{**vars(results()["multibody"]), "unsettled": "unstable"})},
+     ["161.0 mm (unstable) with penalty"]),
     ("figure_02_ground_reaction", {}, ["768 N with 31 µm"]),
     ("figure_08_hip_motion", {}, ["0.19 mm in x and 0.04 mm in y", "the paper states 0.3 mm and 5 mm/s"]),
     ("figure_05_contact_parameters", {}, ["2.00 mm", "0.20 mm"]),
@@ -101,7 +103,8 @@ def test_the_law_of_the_normal_force_is_that_of_ground_yaml():
 
 def test_walks_that_end_before_have_no_frequency():
     multibody, nothing = given("gait_animation").multibody, np.zeros(0)
-    fell = SimpleNamespace(walk=multibody.walk, cycle=SimpleNamespace(**vars(multibody.cycle) | {"period_s": math.nan}))
+    cycle = SimpleNamespace(**vars(multibody.cycle) | {"period_s": math.nan})
+    fell = SimpleNamespace(walk=multibody.walk, cycle=cycle, unsettled="it fell")
     twin = SimpleNamespace(settling=Settling(nothing, nothing, -1))
     said = figure("gait_animation").caption(SimpleNamespace(analytic=analytic(), multibody=fell, twin=twin))
     assert "no whole step with penalty contact. The twin's last four steps: there are fewer." in said
@@ -200,7 +203,7 @@ def nothing_walks():
 
 def test_a_number_that_is_not_known_is_a_question_mark_in_captions():
     cycle = SimpleNamespace(**vars(results()["multibody"].cycle) | {"step_frequency_hz": math.nan})
-    unknown = SimpleNamespace(walk=make_walk(), cycle=cycle)
+    unknown = SimpleNamespace(walk=make_walk(), cycle=cycle, unsettled="")
     assert "? Hz and" in drawn.draw("gait_animation", parameters(), results(multibody=unknown))[1]
 
 

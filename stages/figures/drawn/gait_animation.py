@@ -96,8 +96,9 @@ def draw(given: Given) -> str:
 
 def caption(given: Given) -> str:
     gait, cycle, settling = given.analytic.gait, given.multibody.cycle, given.twin.settling
+    why = given.multibody.unsettled and f" ({given.multibody.unsettled})"
     penalty = "no whole step" if math.isnan(cycle.period_s) else (
-        f"{cycle.step_frequency_hz:.4f} Hz and {1e3 * cycle.step_length_m:.1f} mm")
+        f"{cycle.step_frequency_hz:.4f} Hz and {1e3 * cycle.step_length_m:.1f} mm{why}")
     return (
         "All three start in the constraint model's mid-stance state and drift apart into gaits of their own. "
         f"Step frequency and length: {gait.step_frequency_hz:.4f} Hz and {1e3 * gait.step_length_m:.1f} mm with "
