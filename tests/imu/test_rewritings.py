@@ -270,6 +270,12 @@ def test_a_rate_that_changed_within_the_recording_is_said(log: Log) -> None:
     assert "come at a lower rate than the others" in trial.report().reason
 
 
+def test_a_walk_that_is_too_short_for_a_frequency_is_said_to_be_short(log: Log) -> None:
+    """Three of its six strikes are left after the transient: it was said that no two steps are alike."""
+    trial = trial_of(log.changed("both", lambda one: one.take(one.true_time < log.strike_time[6] - 0.05)))
+    assert trial.report().reason.startswith("only 6 heel strikes, 7 are needed")
+
+
 @pytest.mark.parametrize("seen", [2, 1])
 def test_of_a_leg_two_strikes_place_those_in_holes_and_one_does_not(log: Log, seen: int) -> None:
     """Of two strikes steps were up to 7 ms off where 0.9 were stated, and of one 43 ms."""

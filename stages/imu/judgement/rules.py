@@ -48,7 +48,7 @@ from stages.imu.parameters import Limits, Reading, Settings
 from stages.imu.result import Evidence, SensorReport
 from stages.imu.sources.units import declared_acceleration_unit
 from stages.imu.strikes.heel_strikes import FEWEST_SEEN
-from stages.imu.strikes.step_times import INNER, OUTER
+from stages.imu.strikes.step_times import FEWEST_USED, INNER, OUTER
 from stages.imu.trial.body import PLACES, BodySensor, is_mounting_declared
 from stages.imu.trial.sensor import SensorTrace
 from stages.imu.trial.two_clocks import have_own_clocks
@@ -298,6 +298,8 @@ def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
     if min(of_leg) < FEWEST_SEEN:
         return (refusal(True, f"of one leg only {min(of_leg)} heel strikes are seen, {FEWEST_SEEN} are needed: the "
                         "others lie in holes, or the other leg seems to land twice"),)  # fmt: skip
+    if count < (fewest := settings.skipped_steps + FEWEST_USED):
+        return (refusal(True, f"only {count} heel strikes, {fewest} are needed for a frequency (imu.skipped_steps)"),)
     if not math.isfinite(frequency):
         return (refusal(True, "no step frequency is found: no two steps are alike, or the hip has too long holes"),)
     return (

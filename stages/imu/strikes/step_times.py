@@ -42,6 +42,7 @@ def stances_of(strikes: HeelStrikes) -> tuple[np.ndarray, np.ndarray]:
 
 
 NAN = math.nan
+FEWEST_USED = 4  # heel strikes, of which a step frequency is found
 #: By how much more the onset is off where no foot is seen to be let go: stiff legs rebound, unlike the blow of the fit.
 #: Steps of 144 runs (nine robots of 0.15 to 1.2 m, rigid or 3 to 10 times as stiff as Table 1's) are off by 1.3 ms rms.
 STIFF = 1.5
@@ -105,7 +106,7 @@ def step_frequency(strikes: HeelStrikes, scatter_s: float = 0.0, clock_rate_erro
     dated by a clock whose rate has this relative error.
     """
     step = np.diff(strikes.time)
-    if len(step) < 3 or not np.median(step) > 0:  # pulses of one and the same time are no walk
+    if len(strikes.time) < FEWEST_USED or not np.median(step) > 0:  # pulses of one and the same time are no walk
         return NAN, NAN
     number = np.append(0, np.cumsum(np.maximum(1, np.rint(step / np.median(step)))))
     columns = np.column_stack((np.ones(len(number)), number, strikes.leg))
