@@ -126,8 +126,9 @@ def along_the_gait(
 
 
 def matrix_slope(gait: GaitTangents, row: int, share: float) -> np.ndarray:
-    """Central difference (j, j) of the exact monodromy matrix over a share of a parameter to both sides of the gait."""
-    tolerance = attainable_tolerance(gait.walker.p, TOLERANCE)
+    """Central difference (j, j) of the exact monodromy matrix over a share of a parameter to both sides of the gait, a
+    smaller one where the gait's coordinates change by a larger one, as with the length of one leg."""
+    tolerance, share = attainable_tolerance(gait.walker.p, TOLERANCE), share / max(1.0, np.abs(gait.z[:, row]).max())
     sides = [
         iterate(
             moved(gait.walker, side * share * gait.changes.along[row]),
