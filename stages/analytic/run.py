@@ -139,7 +139,7 @@ def answers(
 ) -> tuple[tuple[Elasticities, ...], tuple[Uncertainty, ...]]:
     """How the gait answers to its parameters, and what their digits leave open; nothing where it has no derivatives."""
     try:
-        varied = gait_derivatives(design, point, sensitive_names(design), tolerance)
+        varied = gait_derivatives(design, point, sensitive_names(design, parameters.half_widths), tolerance)
     except (StepFailed, np.linalg.LinAlgError):  # a step at the edge of the walkable, a gait on a fold
         return (), ()
     return elasticities_of(varied, parameters.half_widths), uncertainties_of(

@@ -278,7 +278,8 @@ class Ladder:
         """The gait's parameters that are known to a last digit only."""
         from stages.analytic.derivatives.numbers import sensitive_names
 
-        return [each for each in sensitive_names(self.design_point) if self.parameters.half_widths.get(each)]
+        return [each for each in sensitive_names(self.design_point, self.parameters.half_widths)
+                if self.parameters.half_widths.get(each)]
 
     @cached_property
     def by_values(self) -> float:
@@ -304,7 +305,7 @@ class Ladder:
         from stages.analytic.derivatives.gait import gait_derivatives
         from stages.analytic.derivatives.numbers import sensitive_names
 
-        names = sensitive_names(self.design_point)
+        names = sensitive_names(self.design_point, self.parameters.half_widths)
         try:
             return gait_derivatives(self.design_point, self.design.as_it_stands[1], names, CONSTRAINT)
         except (NoGait, StepFailed, np.linalg.LinAlgError):

@@ -18,7 +18,7 @@ from stages.analytic.parameters import DesignDigits, Parameters, Settings, Slope
 from stages.analytic.questions.sensitivity import open_lines
 from stages.analytic.run import neighbour, outsole_effect, zero_of
 from stages.biped.rubber import soled
-from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, found_gait, run_alone
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait, run_alone
 
 DIGITS = {"hip_mass": 5e-4, "foot_mass": 5e-4, "leg_length": 5e-4, "foot_radius": 5e-4, "foot_com": 5e-4,
           "stiffness": 5e-3, "damping": 5e-4}
@@ -108,11 +108,16 @@ def test_errors_that_go_together_are_added_so_and_impossible_ones_are_not_known(
     assert math.isnan(together(parts, whole | {("a", "c"): -1.0}))
 
 
-def test_a_parameter_that_is_zero_may_be_uncertain_too(gait):
-    every = uncertainties_of(DESIGN, gait, {"biped.leg_inertia": 1e-5})
-    one = next(each for each in every if each.name == "step_frequency_hz")
-    heavier = measures(DESIGN.with_value("biped.leg_inertia", 1e-5), gait.point.z)
-    assert one.worst == pytest.approx(one.value - heavier["step_frequency_hz"], rel=0.02)
+@pytest.mark.parametrize(("biped", "key", "width"), [
+    (TABLE_1, "leg_inertia", 1e-5), (changed(TABLE_1_RIGID, frame_mass=0.05), "hip_damping", 1e-5),
+], ids=["of every design", "a detail"])  # fmt: skip
+def test_a_parameter_that_is_zero_may_be_uncertain_too(biped, key, width):
+    settings = Settings(tolerance=1e-10, steps=1, sampling_rate_hz=200.0)
+    result = run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, settings, design_digits=DesignDigits({key: width})))
+    one = next(each for each in result.uncertainties if each.name == "step_frequency_hz")
+    there = DesignPoint(biped, SLOPE).with_value(f"biped.{key}", width)
+    assert one.worst == pytest.approx(abs(one.value - measures(there, found_gait(biped)[1].z)["step_frequency_hz"]),
+                                      rel=0.02)  # fmt: skip
 
 
 def test_the_stage_tells_elasticities_of_all_and_uncertainties_of_what_is_given(gait, uncertainties):

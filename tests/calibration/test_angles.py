@@ -23,7 +23,7 @@ from stages.calibration.following import encoders
 from stages.calibration.following.encoders import follow, with_noise
 from stages.calibration.following.robot_file import NAME
 from stages.calibration.intervals.model_error import whiteness
-from stages.calibration.reports.angle_report import calibrated
+from stages.calibration.reports.angle_report import calibrated, parameters_left_of_angles
 from stages.ground.slope import Slope
 from tests.calibration.runs import BIPED
 from tests.commands import run
@@ -350,6 +350,23 @@ def test_a_robots_file_gives_it_back_and_goes_with_angles_alone(tmp_path):
     (tmp_path / NAME).write_bytes(kept.content().replace(b"0.018", b"0.019"))
     with pytest.raises(WrongOption, match="was changed"):
         read(tmp_path)
+
+
+def test_a_robot_of_angles_is_left_with_its_errors_and_a_twin_of_its_own():
+    """They were left out, so that every answer took what was fitted for exact; the twin was of the paper's parts."""
+    robot, sizes = robot_and_sizes((1, 1, 1))
+    kept = fitted(robot, sizes)
+    covariance = kept.covariance + np.outer(sizes, sizes) * (0.3 - 0.3 * np.eye(len(sizes)))
+    given = {"legs": "rigid", "hip_gravity_mass": -0.4}
+    left = parameters_left_of_angles(dataclasses.replace(
+        kept, covariance=covariance, setup=dataclasses.replace(kept.setup, given=given)))  # fmt: skip
+    for name, size in zip(OF_STEPS[:2], sizes, strict=False):
+        assert left.pop(name) == {"value": robot.value(name), "uncertainty": pytest.approx(HALF_WIDTH * size),
+                                  "unit": "m"}  # fmt: skip
+    assert left == {
+        "biped.legs": {"value": "rigid", "unit": "-"}, "biped.hip_gravity_mass": {"value": -0.4, "unit": "kg"},
+        "twin.inertia": "planar", "biped.correlations": {"rows": [
+            {"one": OF_STEPS[0], "other": OF_STEPS[1], "correlation": pytest.approx(0.3)}]}}  # fmt: skip
 
 
 @needs_real

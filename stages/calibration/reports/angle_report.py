@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,13 +13,14 @@ from stages.biped.design import Biped
 from stages.biped.question import Answer, at_hand
 from stages.calibration.angles.fit import AngleFit, HeldOut, fit_robot, held_out
 from stages.calibration.angles.recording import DrivenStep, read_steps
-from stages.calibration.angles.robot import FARTHEST_ZERO, ZEROS, AngleSetup, setup_of
+from stages.calibration.angles.robot import FARTHEST_ZERO, OF_ROBOT, ZEROS, AngleSetup, setup_of
 from stages.calibration.angles.same import FittedEncoders
 from stages.calibration.estimation.least_squares import covariance_of
 from stages.calibration.following.encoders import with_noise
 from stages.calibration.following.robot_file import NAME
 from stages.calibration.information.identifiability import listed, short
 from stages.calibration.intervals.model_error import correlation_length
+from stages.calibration.reports.parameters_left import PLANAR, with_errors
 from stages.calibration.result import HALF_WIDTH
 from stages.ground.slope import Slope
 
@@ -212,12 +213,21 @@ def answered(result: Calibrated) -> Answer:
             "remarks": result.remarks, "converged": fit.converged,
         },
         files={NAME: result.robot.content()} if result.robot else {},
-        parameters={} if result.refuted else {
-            **{f"biped.{key}": value for key, value in setup.given.items()},
-            **{name: fit.robot.value(name) for name in setup.free if name.startswith("biped.")}},
+        parameters=parameters_left_of_angles(result.robot) if result.robot else {},
         draw=partial(_draw, result),
         no=result.refuted,
     )  # fmt: skip
+
+
+def parameters_left_of_angles(robot: FittedEncoders) -> dict[str, Any]:
+    """Parameters as a folder keeps them: those that the file gives, and those found with their errors."""
+    setup, design = robot.setup, robot.setup.robot.design
+    units = {field.name: field.metadata["unit"] for field in fields(Biped)}
+    found = [row for row, name in enumerate(setup.free) if name not in OF_ROBOT]
+    names = [setup.free[row] for row in found]
+    left = {f"biped.{key}": {"value": value, "unit": units[key]} for key, value in setup.given.items()}
+    left |= with_errors(design, names, [*map(design.value, names)], robot.covariance[np.ix_(found, found)])
+    return left if design.biped.frame_mass else left | PLANAR
 
 
 def _draw(result: Calibrated, save: Any) -> None:

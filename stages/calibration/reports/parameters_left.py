@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -35,21 +36,28 @@ def parameters_left(result: Calibrated, robot: FittedRobot) -> dict[str, Any]:
             covariance = with_other_length(result.fit, robot)
         else:
             left[OTHER_LENGTH] = {"value": None, "unit": "m"}
-    sd = np.sqrt(np.diag(covariance))
-    left |= {name: {"value": float(value), "uncertainty": float(HALF_WIDTH * own), "unit": design.unit(name)}
-             for name, value, own in zip(names, values, sd, strict=True)}  # fmt: skip
+    hip = [HIP if result.of_parts and name == FRAME else name for name in names]
+    left |= with_errors(design, hip, values, covariance)
     for one in (one for one in result.known if one.name == TOTAL_MASS):
         left |= {"calibration.weighed_mass": one.value, "calibration.weighed_sd": one.sd / one.value}
     if result.of_parts:
-        frame = left.pop(FRAME, {"value": design.biped.frame_mass, "uncertainty": 0.0, "unit": "kg"})
-        hip = {"value": design.biped.hip_mass + 2.0 * frame["value"], "uncertainty": 2.0 * frame["uncertainty"]}
-        left = {"biped.leg_inertia": design.biped.leg_inertia, HIP: {**frame, **hip}, **left}
-        names = tuple(HIP if name == FRAME else name for name in names)
-    shares = np.clip(covariance / np.outer(sd, sd), -1.0, 1.0)
-    left["biped.correlations"] = {"rows": [
-        {"one": names[one], "other": names[other], "correlation": float(shares[one, other])}
-        for one, other in combinations(range(len(names)), 2)]}  # fmt: skip
+        frame = left.pop(HIP, {"value": design.biped.frame_mass, "uncertainty": 0.0, "unit": "kg"})
+        both = {"value": design.biped.hip_mass + 2.0 * frame["value"], "uncertainty": 2.0 * frame["uncertainty"]}
+        left = {"biped.leg_inertia": design.biped.leg_inertia, HIP: {**frame, **both}, **left}
     return left if design.biped.frame_mass and not result.of_parts else left | PLANAR
+
+
+def with_errors(
+    design: DesignPoint, names: Sequence[str], values: Sequence[float], covariance: np.ndarray
+) -> dict[str, Any]:
+    """Parameters `names` of a design, with half widths from their `covariance` (n, n) and how their errors go together.
+    """
+    sd = np.sqrt(np.diag(covariance))
+    shares = np.clip(covariance / np.outer(sd, sd), -1.0, 1.0)
+    return {name: {"value": float(value), "uncertainty": float(HALF_WIDTH * own), "unit": design.unit(name)}
+            for name, value, own in zip(names, values, sd, strict=True)} | {"biped.correlations": {"rows": [
+                {"one": names[one], "other": names[other], "correlation": float(shares[one, other])}
+                for one, other in combinations(range(len(names)), 2)]}}  # fmt: skip
 
 
 def _legs_differ(drawn: DesignPoint, robot: FittedRobot) -> bool:
