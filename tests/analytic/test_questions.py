@@ -11,6 +11,7 @@ import pytest
 from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.design.search import TARGETS
 from stages.analytic.errors import NoGait
+from stages.analytic.gait.continuation import TURNING_POINT, Branch, BranchPoint
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.parameters import DesignDigits, Parameters, Settings, SlopeDigits
@@ -127,6 +128,13 @@ def test_a_special_point_of_a_family_is_neither_stable_nor_unstable():
     for point in branch["special"]:
         assert abs(np.abs([complex(*value) for value in point["floquet_multipliers"]]) - 1.0).min() < 1e-6
     assert {point["stable"] for point in branch["points"]} <= {True, False}
+
+
+def test_a_family_reaches_as_far_as_its_turning_points():
+    """It was said to reach as far as the last gait before them."""
+    points = [BranchPoint(value, np.zeros(1), np.zeros(1), 1.0, np.zeros(2)) for value in (1.0, 2.0, 1.5, 2.1)]
+    branch = Branch("ground.slope_deg", 1, tuple(points[:3]), ((TURNING_POINT, points[3]),), "here")
+    assert next(continue_gait.branch_lines(branch, 1)).startswith("cycle of 1: ground.slope_deg 1 to 2.1, 3 gaits, ")
 
 
 def test_basin_counts_the_starts_that_reach_the_gait(found):

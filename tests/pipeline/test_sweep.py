@@ -80,11 +80,12 @@ def test_a_grid_computes_the_stage_and_what_is_above_it_and_no_point_again_until
 
 def test_a_sweep_gives_what_run_gives(toy):
     _, columns = run(toy, "stage: fall\nkind: list\noutputs: [height, mass.*, sample.distance.*]\npoints:\n"
-                          "  - {fall.height: 3.5, fall.parts.1.mass: 0.7}\n")  # fmt: skip
+                          "  - {fall.height: 3.5, fall.parts.1.mass: 0.7}\n  - {fall.steps: 4}\n")  # fmt: skip
     toy.run("fall.height=3.5", "fall.parts.1.mass=0.7", names=("fall",))
     with h5py.File(toy.root / "results/fall.h5") as file:
         assert columns["height"][0] == file["height"][()] == 3.5
         assert columns["mass.shell"][0] == file["mass/shell"][()] == 0.7
+        assert columns["fall.height"][1] == columns["height"][1] == 2.0 and columns["fall.steps"][0] == 5
         assert columns["sample.distance.4"][0] == file["sample/distance"][4] and "sample.time.4" not in columns
 
 

@@ -67,9 +67,9 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
 def branch_lines(branch: Branch, steps: int) -> Iterator[str]:
     """A family in words, whose gaits repeat after so many steps."""
-    found = [point.value for point in branch.points]
+    found = [point.value for point in (*branch.points, *(turn for _, turn in branch.special))]
     yield (
-        f"cycle of {steps}: {branch.name} {min(found):.9g} to {max(found):.9g}, {len(found)} gaits, "
+        f"cycle of {steps}: {branch.name} {min(found):.9g} to {max(found):.9g}, {len(branch.points)} gaits, "
         f"{sum(point.stable for point in branch.points)} stable; ends: {branch.ended}"
     )
     for kind, point in branch.special:
