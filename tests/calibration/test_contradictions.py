@@ -13,6 +13,7 @@ from stages.biped.question import WrongOption
 from stages.calibration.angles.fit import HeldOut, fit_robot
 from stages.calibration.angles.recording import MOST_HIDDEN, bridged, captured, read_steps
 from stages.calibration.angles.robot import FARTHEST_ZERO, setup_of
+from stages.calibration.angles.same import FittedEncoders
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.intervals.model_error import correlation_length
 from stages.calibration.reports.angle_report import (
@@ -131,7 +132,8 @@ def test_a_fit_that_is_not_at_rest_has_no_intervals_and_ends_with_3(converged):
     steps = driven(ROBOT, 5, 4, 1e-3, 60)
     fit = dataclasses.replace(fit_robot(ROBOT, steps, LOOKED_FOR, sizes(ROBOT), {}, (), 1e-3), converged=converged)
     tell = HeldOut((1e-3, 1e-3), (1e-3, 1e-3), fit.residuals)
-    answer = answered(Calibrated(setup(), fit, tell, tell, dict.fromkeys(LOOKED_FOR, 1e-3), [], not converged))
+    robot = FittedEncoders.of(setup(), fit) if converged else None
+    answer = answered(Calibrated(setup(), fit, tell, tell, dict.fromkeys(LOOKED_FOR, 1e-3), [], not converged, robot))
     assert answer.no is not converged
     assert any("intervals" in title for title, _, _ in answer.tables) is converged
     assert all((row["sd"] is not None) is converged for row in answer.plain["numbers"].values())

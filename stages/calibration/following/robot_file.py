@@ -39,7 +39,7 @@ OF_MOUNTING = ("foot_place", "bandwidth")
 #: What the model does not explain shows in so many samples, of either sensor.
 IN_A_ROW = 4
 #: What JSON has of plain types.
-PLAIN: Mapping[Any, Any] = {float: (int, float)}
+PLAIN: Mapping[Any, Any] = {float: (int, float), Any: (int, float, str)}
 #: By so much an eigenvalue of a covariance may be negative, of rounding, where its variances are one.
 ROUNDED = 1e-6
 
