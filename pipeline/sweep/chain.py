@@ -94,6 +94,11 @@ class Chain:
             for key, value in values.items()
         }
 
+    def usual(self) -> dict[str, Any]:
+        """Of a list the varied parameters as the files and `--set` have them, which a point need not give."""
+        fixed = self.fixed() if self.spec.points else {}
+        return {name: fixed[name] for name in self.spec.names if fixed.get(name) is not None}
+
     def unit(self, name: str) -> str:
         """Unit of a varied parameter; empty for a word and for an entry of a table."""
         override = self._overrides[name]

@@ -40,14 +40,12 @@ def table(
     """The HDF5 file of a sweep's points with their rows, and how many have each outcome; `note` gets an output
     that no result has.
     """
-    count, fixed = chain.spec.size, chain.fixed()
+    count, usual = chain.spec.size, chain.usual()
     given, found = dict[str, Any](), dict[str, Any]()
     ended, reasons = list[str](), list[str]()
     for index, row in enumerate(rows):
-        point = chain.spec.point(index)
-        for name in chain.spec.names:  # what a point of a list does not give is as in the files
-            if name in point or fixed.get(name) is not None:
-                _put(given, name, index, point.get(name, fixed.get(name)), count)
+        for name, value in {**usual, **chain.spec.point(index)}.items():
+            _put(given, name, index, value, count)
         for name, value in row.values.items():
             if any(fnmatchcase(name, pattern) for pattern in chain.spec.outputs):
                 _put(found, name, index, value, count)
