@@ -270,6 +270,18 @@ def test_a_rate_that_changed_within_the_recording_is_said(log: Log) -> None:
     assert "come at a lower rate than the others" in trial.report().reason
 
 
+def test_cells_without_a_number_end_no_still_stand(log: Log) -> None:
+    """With an eighth of the rows without one no half second was whole, and no still stand was said to be there."""
+    lacking = np.random.default_rng(8)
+
+    def holed(one: TracedRecording) -> TracedRecording:
+        rate = np.where(lacking.random((one.rows, 1)) < 0.12, np.nan, one.angular_rate.astype(float))
+        return replaced(one, angular_rate=rate)
+
+    trial, whole = trial_of(log.changed("both", holed)), trial_of(log)
+    assert trial.accepted and trial.frequency[0] == pytest.approx(whole.frequency[0], abs=1e-3)
+
+
 def test_a_walk_that_is_too_short_for_a_frequency_is_said_to_be_short(log: Log) -> None:
     """Three of its six strikes are left after the transient: it was said that no two steps are alike."""
     trial = trial_of(log.changed("both", lambda one: one.take(one.true_time < log.strike_time[6] - 0.05)))

@@ -122,7 +122,8 @@ def find_rest(force: np.ndarray, rate: np.ndarray, rate_hz: float, settings: Set
         # A window at the edge still passes when a movement begins in it: half a window is given up at each end.
         margin = min(length // 2, (ends[longest] - starts[longest]) // 4)
         first, last = starts[longest] + margin, ends[longest] - margin
-        first, last = first + _unmoved(rate[first:last], length)
+        drawn = np.column_stack([filled(axis) for axis in rate[first:last].T])
+        first, last = first + _unmoved(drawn, length)
         still[first:last] = True
     return still
 
@@ -170,15 +171,16 @@ def _window_means(value: np.ndarray, length: int) -> np.ndarray:
 
 
 def _window_rms(value: np.ndarray, length: int) -> np.ndarray:
-    """Rms of (n, 3) about its mean in every window of `length` rows; infinite where a window holds a NaN."""
+    """Rms of the rows of (n, 3) without a NaN about their mean in every window of `length` rows; infinite where most
+    have one."""
     known = np.isfinite(value).all(axis=1)
     if not known.any():
         return np.full(len(value) - length + 1, np.inf)
     about = np.where(known[:, None], value - np.median(value[known], axis=0), 0.0)
-    first, second = (_window_means(about**k, length) for k in (1, 2))
-    missing = np.cumsum(np.append(0, ~known))
+    there = _window_means(np.repeat(known[:, None], 3, axis=1), length)
+    first, second = (_window_means(about**k, length) / np.maximum(there, 0.5) for k in (1, 2))
     variance = np.maximum(second - first**2, 0.0).sum(axis=1)
-    return np.where(missing[length:] == missing[:-length], np.sqrt(variance), np.inf)
+    return np.where(there[:, 0] > 0.5, np.sqrt(variance), np.inf)
 
 
 def walks_in(trace: SensorTrace, settings: Settings, limits: Limits) -> list[slice]:
