@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=30)
     parser.add_argument("--walks", type=Path)
     chosen = parser.parse_args()
-    imu = locate(start=ROOT).parameters(("imu",))["imu"].read
+    imu = locate(start=ROOT).parameters(("imu",))["imu"]
     print("| seed | quantity | rms error | standard error said | 95 % intervals that hold |\n|---|---|---|---|---|")
     for seed in chosen.seed:
         file = None if chosen.walks is None else chosen.walks / f"walks{seed}.pickle"

@@ -24,7 +24,7 @@ from stages.analytic.run import run as run_analytic
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun, first_state, walk_twin
 from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
-from stages.imu.parameters import Reading
+from stages.imu.parameters import Parameters as Ingest
 from stages.imu.trial.sensor import trace_sensor
 from stages.imu.trial.trial import read_trials
 from tests.imu import wrong_logs
@@ -54,7 +54,7 @@ def campaign(seed: int, runs: int, file: Path | None) -> tuple[Parameters, list[
 
 
 def judged(
-    family: wrong_logs.Family, times: float, parameters: Parameters, walks: Sequence[TwinRun], imu: Reading
+    family: wrong_logs.Family, times: float, parameters: Parameters, walks: Sequence[TwinRun], imu: Ingest
 ) -> Counter[str]:
     """Counts over the runs: outcomes, and accepted runs with something wrong, named or unsaid."""
     count: Counter[str] = Counter()
@@ -70,7 +70,7 @@ def judged(
 
 
 def clocks(
-    family: wrong_logs.Family, parameters: Parameters, walks: Sequence[TwinRun], imu: Reading
+    family: wrong_logs.Family, parameters: Parameters, walks: Sequence[TwinRun], imu: Ingest
 ) -> tuple[int, int, float, float, float, int]:
     """Recordings, those whose clock is used, their largest true error and median reported error [ms], the largest
     ratio of true to reported, and how many are off by more than the tolerance though a smaller error is reported."""
@@ -99,7 +99,7 @@ def main() -> None:
     parser.add_argument("family", nargs="*")
     chosen = parser.parse_args()
     parameters, walks = campaign(chosen.seed, chosen.runs, chosen.walks)
-    imu = locate(start=ROOT).parameters(("imu",))["imu"].read
+    imu = locate(start=ROOT).parameters(("imu",))["imu"]
     families = {"good": good, **wrong_logs.WRONG, **wrong_logs.LATER, **wrong_logs.CLOCKS, **wrong_logs.LAST,
                 **wrong_logs.SILENT}  # fmt: skip
     families = {name: one for name, one in families.items() if not chosen.family or name in chosen.family}

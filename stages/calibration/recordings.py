@@ -159,8 +159,8 @@ def read_runs(
     reading: Callable[..., Iterator[Any]] = at_hand,
 ) -> Iterator[MeasuredRun | str]:  # fmt: skip
     """Runs of a database, one at a time, or why one cannot be used. Raises SourceRefused, and what `reading` raises."""
-    for trial in trials(map(as_read, reading(runs, source)), parameters.ingest.read, progress):
-        yield run_of(trial, design, model.layout, parameters.settings, parameters.ingest.read.limits.lever_arm)
+    for trial in trials(map(as_read, reading(runs, source)), parameters.ingest, progress):
+        yield run_of(trial, design, model.layout, parameters.settings, parameters.ingest.limits.lever_arm)
 
 
 def named_runs(

@@ -174,18 +174,8 @@ class Cover:
 
 
 @dataclass(frozen=True)
-class Reading:
-    """What the reading of a trial depends on, with nothing left null; the robot is so `quick`, in Table 1's."""
-
-    settings: Settings
-    limits: Limits
-    drawing: Drawing
-    quick: float = 1.0
-
-
-@dataclass(frozen=True)
 class Parameters:
-    """All the ingest depends on besides the measurements."""
+    """All the ingest depends on besides the measurements, with nothing left null."""
 
     settings: Settings
     limits: Limits
@@ -195,16 +185,21 @@ class Parameters:
     cover: Cover
     level: Level = Level()
 
-    @property
-    def read(self) -> Reading:
-        """How trials are read: what is null follows the robot and its ground."""
-        biped, gravity = self.biped, self.slope.gravity
+    def __post_init__(self) -> None:
+        """What is null follows the robot and its ground."""
+        biped, gravity, quick = self.biped, self.slope.gravity, self.quick
         rubber = self.cover.of(biped)
-        quick = quickness(biped, gravity)
         settings = followed(self.settings, gravity=gravity, rest_rate_deg_s=3.0 * quick,
                             rest_acceleration=0.3 * (gravity / GRAVITY), grid_rate_hz=200.0 * quick,
                             slowest_step_hz=0.8 * quick, fastest_step_hz=4.0 * quick)  # fmt: skip
         weight = 0.0 if biped.legs == "rigid" else (biped.total_mass - biped.foot_mass) * gravity
         drawing = followed(self.drawing, leg_length=biped.leg_length + rubber, foot_radius=biped.foot_radius + rubber,
                            sag=weight / biped.stiffness)
-        return Reading(settings, followed(self.limits, lever_arm=biped.leg_length - biped.foot_com), drawing, quick)
+        limits = followed(self.limits, lever_arm=biped.leg_length - biped.foot_com)
+        for name, value in (("settings", settings), ("limits", limits), ("drawing", drawing)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def quick(self) -> float:
+        """How quick the robot is, in Table 1's."""
+        return quickness(self.biped, self.slope.gravity)

@@ -12,7 +12,7 @@ import numpy as np
 
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import SENSOR_SIGNALS
-from stages.imu.parameters import Parameters, Reading
+from stages.imu.parameters import Parameters
 from stages.imu.result import Result, Run, RunReport, SensorReport, SensorSignals, origin_of, stepping
 from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.opening import SourceRefused
@@ -42,7 +42,7 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     Raises SourceRefused, in one sentence.
     """
     with SqliteSource(inputs.database or inputs.measurements) as source:
-        return collect(trials(source.runs(), parameters.read, progress))
+        return collect(trials(source.runs(), parameters, progress))
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> tuple[Result, Result] | str:
@@ -62,7 +62,7 @@ def alone(imu: Result, names: Collection[str]) -> Result:
 
 
 def trials(
-    runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], parameters: Reading, progress: Progress = ignore
+    runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], parameters: Parameters, progress: Progress = ignore
 ) -> Iterator[Trial]:
     """Each walk of each run of a source as a trial, one at a time."""
     for number, (experiment, recordings) in enumerate(runs):

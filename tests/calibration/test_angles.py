@@ -17,7 +17,7 @@ from stages.biped.question import WrongOption
 from stages.calibration.angles.fit import fit_robot
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import OF_ROBOT, OF_STATE, SIZES, USUAL, Robot, drive_of, late, setup_of, show
-from stages.calibration.angles.same import FittedEncoders, read
+from stages.calibration.angles.same import FittedEncoders
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.following import encoders
 from stages.calibration.following.encoders import follow, with_noise
@@ -334,7 +334,7 @@ def test_a_robots_file_gives_it_back_and_goes_with_angles_alone(tmp_path):
     given = {"legs": "rigid", "hip_mass": 2.0}  # with a design of its own in the file of --with it could not be read
     kept = dataclasses.replace(kept, setup=dataclasses.replace(kept.setup, given=given))
     (tmp_path / NAME).write_bytes(kept.content())
-    assert read(tmp_path).content() == kept.content()
+    assert FittedEncoders.read(tmp_path).content() == kept.content()
     rng, lines = np.random.default_rng(4), ["time_s,stance_angle_rad,hip_angle_rad,motor_signal,outer_pair_stands"]
     for number in range(2):
         step, _ = stepped(robot, sizes, rng, (1, 1, 1), number)
@@ -351,7 +351,7 @@ def test_a_robots_file_gives_it_back_and_goes_with_angles_alone(tmp_path):
     assert other.returncode == 2 and "fitted to recordings of the other kind" in other.stderr
     (tmp_path / NAME).write_bytes(kept.content().replace(b"0.018", b"0.019"))
     with pytest.raises(WrongOption, match="was changed"):
-        read(tmp_path)
+        FittedEncoders.read(tmp_path)
 
 
 def test_a_robot_of_angles_is_left_with_its_errors_and_a_twin_of_its_own():

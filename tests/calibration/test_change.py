@@ -83,7 +83,7 @@ def test_further_runs_are_read_as_the_robots_own_were():
     """
     robot = comparison().robot
     found = dataclasses.replace(SETTING, biped=dataclasses.replace(SETTING.biped, leg_length=0.345))
-    assert found.ingest.read.limits.lever_arm == pytest.approx(0.245)
+    assert found.ingest.limits.lever_arm == pytest.approx(0.245)
     assert robot.read_by(found).ingest == SETTING.ingest and robot.read_by(found).settings == SETTING.settings
     assert dataclasses.replace(robot, of_parts=True).read_by(found) is found
 

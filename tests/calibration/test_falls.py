@@ -14,7 +14,7 @@ from stages.calibration.estimation.least_squares import NotIdentified
 from stages.calibration.estimation.request import Request
 from stages.calibration.following import report
 from stages.calibration.following.follower import Follower
-from stages.calibration.following.robot_file import read
+from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.following.step import Estimate, Step
 from stages.calibration.following.stream import STAMP, Stream, rows_of
 from stages.calibration.following.track import Track, follow
@@ -266,7 +266,7 @@ def test_rows_need_their_columns_and_a_clock_that_goes_on():
 def test_what_is_said_of_an_option_names_it_as_it_is_typed(tmp_path):
     """as: nothing has no robot.json, it said; and a run that is not there was said without the key that names it."""
     with pytest.raises(WrongOption, match=r"^--as: .* has no robot\.json"):
-        read(tmp_path)
+        FittedRobot.read(tmp_path)
     for key in ("held_out", "fitted"):
         with pytest.raises(WrongOption, match=f"^--with: {key}: no run 'walk 9' can be used; there are walk 1$"):
             _split([SimpleNamespace(name="walk 1")], Request(**{key: ("walk 9",)}), 3)

@@ -13,11 +13,11 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.run_fit import design_sizes
-from stages.calibration.following import robot_file, track
+from stages.calibration.following import track
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Present
 from stages.calibration.following.report import _follower as follower_of
-from stages.calibration.following.robot_file import FittedRobot, Learned
+from stages.calibration.following.robot_file import NAME, FittedRobot, Learned
 from stages.calibration.following.step import Step
 from stages.calibration.following.track import Track, follow, forecasts, lateness, samples_of, with_forecasts
 from stages.calibration.information.identifiability import SLOPE, first_model
@@ -471,19 +471,19 @@ def test_a_state_is_known_as_well_as_all_samples_until_then_allow():
 
 def test_a_robot_is_read_as_it_was_left_and_one_that_was_changed_is_refused(tmp_path):
     robot, _ = model()
-    file = tmp_path / robot_file.NAME
+    file = tmp_path / NAME
     file.write_bytes(robot.content())
-    again = robot_file.read(tmp_path)
+    again = FittedRobot.read(tmp_path)
     assert again.content() == robot.content() and again.design == robot.design
     changed = json.loads(robot.content())
     changed["design"]["biped"]["hip_mass"] = 0.4
     for content, sentence in ((json.dumps(changed), "was changed"), ("{", "is no fitted"), ("[]", "is no fitted")):
         file.write_text(content)
         with pytest.raises(WrongOption, match=sentence):
-            robot_file.read(tmp_path)
+            FittedRobot.read(tmp_path)
     file.unlink()
     with pytest.raises(WrongOption, match=r"has no robot\.json, which calibrate --into leaves; fit the robot again"):
-        robot_file.read(tmp_path)
+        FittedRobot.read(tmp_path)
 
 
 @pytest.mark.parametrize(("where", "value", "sentence"), [
@@ -514,12 +514,12 @@ def test_a_robot_file_signed_anew_with_what_no_fit_leaves_is_refused(where, valu
     for key in where[:-1]:
         inner = inner[key]
     inner[where[-1]] = value
-    file = tmp_path / robot_file.NAME
+    file = tmp_path / NAME
 
     def left():
         digest = hashlib.sha256(json.dumps(plain).encode()).hexdigest()
         file.write_text(json.dumps({**plain, "sha256": digest}))
-        return robot_file.read(tmp_path)
+        return FittedRobot.read(tmp_path)
 
     with pytest.raises(WrongOption, match=sentence):
         left()

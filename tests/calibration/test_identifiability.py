@@ -15,7 +15,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.question import WrongOption
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.request import Request
-from stages.calibration.following import robot_file
+from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.information.identifiability import (
     described,
     experiments,
@@ -134,7 +134,7 @@ def test_the_command_goes_by_what_is_recorded_and_a_robot_goes_on_with_sensors_a
     for way, name in ((angle_report, "calibrated"), (sensor_report, "calibrated"), (plan, "answered")):
         monkeypatch.setattr(way, name, lambda *given, of=way: done.append((of, given)))
     monkeypatch.setattr(angle_report, "answered", lambda found: found)
-    monkeypatch.setattr(robot_file, "read", lambda path, option: (path, option))
+    monkeypatch.setattr(FittedRobot, "read", lambda path, option: (path, option))
     asking = SimpleNamespace(progress=lambda share, what: None, reading="reading")
 
     def asked(text="", **options):

@@ -22,8 +22,8 @@ from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified
 from stages.calibration.estimation.request import BIPED, PARTS, Request
 from stages.calibration.estimation.run_fit import RunFit, begun, fit_near, run_equations
-from stages.calibration.following import robot_file
 from stages.calibration.following.fitted import earlier_fits, earlier_runs, fitted_robot
+from stages.calibration.following.robot_file import NAME, FittedRobot
 from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import ALONE, Discrepancy, Judged, judged, widening
 from stages.calibration.recordings import (
@@ -439,8 +439,8 @@ def test_runs_held_out_show_how_parts_usually_look_changed():
 
 def test_a_robots_file_has_its_runs_and_how_far_they_were_fitted(tmp_path):
     robot, _ = learned()
-    (tmp_path / robot_file.NAME).write_bytes(robot.content())
-    again = robot_file.read(tmp_path)
+    (tmp_path / NAME).write_bytes(robot.content())
+    again = FittedRobot.read(tmp_path)
     assert again.content() == robot.content()
     _, model = model_of(SHORTER)
     for one, other, fit in zip(robot.learned, again.learned, earlier_fits(again, model), strict=True):

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from stages.analytic.errors import StepFailed
-from stages.calibration.following import report, robot_file
+from stages.calibration.following import report
 from stages.calibration.following.fitted import unexplained
+from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.following.track import Track, follow
 from stages.calibration.observation.measured_run import SIDES
 from tests.calibration.runs import PARAMETERS
@@ -65,7 +66,7 @@ def test_a_run_that_the_twin_does_not_fit_is_said_to_be_so(noise, fits, monkeypa
     rng = np.random.default_rng(3)
     samples = {side: run.samples[side] + noise * np.array(fitted.noise) * rng.normal(size=run.samples[side].shape)
                for side in SIDES}  # fmt: skip
-    monkeypatch.setattr(robot_file, "read", lambda _: robot)
+    monkeypatch.setattr(FittedRobot, "read", lambda _: robot)
     monkeypatch.setattr(report, "named_runs", lambda *_: ({"a": replace(run, samples=samples)}, []))
     asking = SimpleNamespace(progress=lambda *_: None)
     found = report.followed(PARAMETERS, Path("lab.sqlite"), Path("robot"), (), asking)
@@ -73,7 +74,7 @@ def test_a_run_that_the_twin_does_not_fit_is_said_to_be_so(noise, fits, monkeypa
     assert [line.startswith("a: the twin does not fit: readings are typically") for line in found.lines] == [True] * (
         not fits)
     limp = replace(robot, innovation=3.0)  # so large are those of its own runs
-    monkeypatch.setattr(robot_file, "read", lambda _: limp)
+    monkeypatch.setattr(FittedRobot, "read", lambda _: limp)
     assert not report.followed(PARAMETERS, Path("lab.sqlite"), Path("robot"), (), asking).no
 
 
@@ -93,7 +94,7 @@ def test_a_stream_that_the_twin_does_not_fit_is_said_to_be_so_while_it_comes(far
     run, _, _ = made(1, 5)
     instants = [replace(one, innovation=far) for one in follow(follower(), run)][:130]
     robot, _ = model()
-    monkeypatch.setattr(robot_file, "read", lambda _: robot)
+    monkeypatch.setattr(FittedRobot, "read", lambda _: robot)
     monkeypatch.setattr(report, "rows_of", lambda *_: iter(()))
     monkeypatch.setattr(report.Stream, "follow", lambda *_: iter(instants))
     said, notes = [], []

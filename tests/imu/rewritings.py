@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stages.imu.parameters import Reading
+from stages.imu.parameters import Parameters
 from stages.imu.sources.column_map import CsvSource
 from stages.imu.sources.schema import Device, Recording
 from stages.imu.sources.units import scale_of
@@ -109,7 +109,7 @@ def described(log: Log, how: Rewriting) -> dict[str, Any]:
     return {"experiment": experiment, "files": files[::-1] if how.foot_first else files}
 
 
-def rewritten(log: Log, how: Rewriting, folder: Path, parameters: Reading) -> Trial:
+def rewritten(log: Log, how: Rewriting, folder: Path, parameters: Parameters) -> Trial:
     """The trial as it is read from the log's files."""
     for one in log.recordings:
         (folder / f"{one.device.place}.csv").write_bytes(text_of(one, how).encode())

@@ -16,7 +16,7 @@ from stages.campaign.run import database_bytes, sensed_run
 from stages.campaign.twin_run import TwinRun, Variation, joined, rolling_leg, stand_and_push
 from stages.campaign.virtual_sensor import SensorMotion, Transmitted
 from stages.ground.slope import Slope
-from stages.imu.parameters import Reading, Settings
+from stages.imu.parameters import Settings
 from stages.imu.result import Result
 from stages.imu.run import collect, trials
 from stages.imu.sources.databases import SqliteSource
@@ -30,13 +30,13 @@ SENSOR = SensorSettings(100.0, 2000.0, 40.0, 4.0, 2000.0, 16, 2.0, 0.005, 0.005,
 RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.02, 0.2, 0.01, 0.25)
 ROUGH_RADIO = dataclasses.replace(RADIO, stall_share=0.10, loss_share=0.05)
 EVERY = locate(start=Path(__file__).parents[2]).parameters(("imu", "campaign"))
-STUDY = EVERY["imu"].read
+STUDY = EVERY["imu"]
 LIMITS = STUDY.limits
 SETTINGS = Settings(None, 9.81, 0.0, 0.5, 3.0, 0.3, 200.0, 1.5, 3, 6, 101, 0.8, 4.0, 0.05, 0.005, 0.3)
 
 #: The stand-in has no outsole.
 DRAWING = dataclasses.replace(STUDY.drawing, leg_length=BIPED.leg_length, foot_radius=BIPED.foot_radius, sag=0.0)
-PARAMETERS = Reading(SETTINGS, LIMITS, DRAWING)
+PARAMETERS = dataclasses.replace(STUDY, settings=SETTINGS, drawing=DRAWING)
 
 #: The study's campaign with this robot, and these sensors and radio.
 CAMPAIGN = dataclasses.replace(EVERY["campaign"], biped=BIPED, slope=SLOPE, given_sensor=SENSOR, radio=RADIO)

@@ -205,8 +205,8 @@ SENSOR = ("rate_hz", "bandwidth_hz", "accelerometer_range_g", "gyroscope_range_d
 
 def values(*settings):
     found = locate(start=ROOT, settings=settings).parameters(("campaign", "imu", "calibration"))
-    sensor, read = found["campaign"].sensor, found["imu"].read
-    assert found["calibration"].sensor == sensor and found["calibration"].ingest.read == read
+    sensor, read = found["campaign"].sensor, found["imu"]
+    assert found["calibration"].sensor == sensor and found["calibration"].ingest == read
     return ([getattr(sensor, name) for name in SENSOR], found["campaign"].push_s,
             [read.settings.gravity, read.settings.grid_rate_hz, read.settings.slowest_step_hz,
              read.settings.fastest_step_hz, read.settings.rest_rate_deg_s, read.settings.rest_acceleration],

@@ -21,7 +21,7 @@ from stages.calibration.angles.fit import AngleFit, fit_robot
 from stages.calibration.angles.recording import DrivenStep, read_steps
 from stages.calibration.angles.robot import AngleSetup
 from stages.calibration.estimation.least_squares import NotIdentified
-from stages.calibration.following.robot_file import OF_ANGLES, left_in, signed_content
+from stages.calibration.following.robot_file import KINDS, Kept
 from stages.calibration.following.score_test import Change, Part, Verdict, by_chance, shifts, verdict
 from stages.calibration.information.identifiability import short
 from stages.calibration.reports.change_report import answered
@@ -36,12 +36,14 @@ TURNED = {"sign of the stance angle": (-1, 1, 1, False), "sign of the hip angle"
 
 
 @dataclass(frozen=True)
-class FittedEncoders:
+class FittedEncoders(Kept):
     """How the recording is read and what is looked for, the robot as it was found; the `covariance` (m, m) of its
     numbers by the scatter of `steps` steps; `noise` [rad] that one sample is worth; mean and standard deviation between
     steps of the logarithm of their residuals [rad]; changes that are neither large nor small, by name. While a leg
     stands, a row each: noise of the encoders `encoded` (2, 2) [rad], and by how much the rates of both angles are
     `unmodelled` (2, 2) [rad^2/s^3]."""
+
+    KIND = KINDS[1]
 
     setup: AngleSetup
     covariance: np.ndarray
@@ -60,16 +62,6 @@ class FittedEncoders:
         covariance = np.where(np.isfinite(covariance), covariance, LOST)
         return cls(replace(setup, robot=fit.robot), covariance, fit.noise, len(fit.starts),
                    (float(logs.mean()), float(logs.std(ddof=1))), sizes)  # fmt: skip
-
-    def content(self) -> bytes:
-        """The file."""
-        return signed_content(OF_ANGLES, self)
-
-
-def read(folder: Path) -> FittedEncoders:
-    """The robot of a folder. Raises WrongOption where it has none that was fitted to angles."""
-    robot: FittedEncoders = left_in(folder, "as", OF_ANGLES, FittedEncoders)
-    return robot
 
 
 def turned(step: DrivenStep, stance: int, between: int, signal: int, other: bool) -> DrivenStep:
@@ -122,7 +114,7 @@ def judged(robot: FittedEncoders, steps: Sequence[DrivenStep]) -> Verdict:
 
 def answer(source: Path, folder: Path, asking: Asking) -> Answer:
     """The answer to `same` for a recording of encoders. Raises WrongOption."""
-    robot = read(folder)
+    robot = FittedEncoders.read(folder)
     setup = robot.setup
     steps = read_steps(source, setup.columns, setup.left_out, setup.markers, asking.reading)
     refuse((len(steps) <= len(setup.free), f"{source}: has {len(steps)} steps, and more than {len(setup.free)} are "

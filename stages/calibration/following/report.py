@@ -15,10 +15,11 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import Vector
 from stages.biped.question import Answer, Asking, refuse
 from stages.calibration.angles.recording import read_steps
-from stages.calibration.angles.same import read as read_encoders
-from stages.calibration.following import encoders, robot_file
+from stages.calibration.angles.same import FittedEncoders
+from stages.calibration.following import encoders
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Instant
+from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.following.stream import Stream, rows_of
 from stages.calibration.following.track import BEFORE, follow, forecasts, typical
 from stages.calibration.intervals.model_error import whiteness
@@ -38,14 +39,14 @@ LEVEL = 0.01
 FITS, LATEST = 1.5, 100
 
 
-def _follower(parameters: Parameters, robot: robot_file.FittedRobot) -> Follower:
+def _follower(parameters: Parameters, robot: FittedRobot) -> Follower:
     """What follows a robot. Raises NoGait."""
     return Follower.of(robot, robot.fitted_by(parameters), parameters.settings)
 
 
 def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], asking: Asking) -> Answer:
     """Follow rows of standard input, and say each answer at once. Raises WrongOption, NoGait, NotIdentified."""
-    robot = robot_file.read(folder)
+    robot = FittedRobot.read(folder)
     parameters = robot.read_by(parameters)
     stream = Stream(_follower(parameters, robot), about, parameters)
     said, lost, latest, strange = 0, "", deque[float](maxlen=LATEST), ""
@@ -67,7 +68,7 @@ def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], ask
 
 def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
     """The answer to `follow`. Raises WrongOption, NoGait, NotIdentified."""
-    robot = robot_file.read(folder)
+    robot = FittedRobot.read(folder)
     parameters = robot.read_by(parameters)
     follower = _follower(parameters, robot)
     runs, lines = named_runs(source, robot.began, follower.model, parameters, names, asking)
@@ -96,7 +97,7 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
 
 def of_angles(source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
     """The answer to `follow` for encoders or markers: steps are "step 0" and so on. Raises WrongOption."""
-    robot = read_encoders(folder)
+    robot = FittedEncoders.read(folder)
     setup = robot.setup
     found = read_steps(source, setup.columns, setup.left_out, setup.markers, asking.reading)
     steps = {f"step {one.number}": one for one in found}
@@ -124,7 +125,7 @@ def of_angles(source: Path, folder: Path, names: Sequence[str], asking: Asking) 
                   plain={"runs": plain, "states": rows}, rows=rows)  # fmt: skip
 
 
-def _strange(innovations: Iterable[float], robot: robot_file.FittedRobot) -> str:
+def _strange(innovations: Iterable[float], robot: FittedRobot) -> str:
     """That the twin does not fit, where it does not."""
     size = typical(innovations)
     return (f"the twin does not fit: readings are typically {size:.1f} standard deviations from it, in its own runs at "
@@ -132,7 +133,7 @@ def _strange(innovations: Iterable[float], robot: robot_file.FittedRobot) -> str
             "changed") * (size > FITS * max(robot.innovation, 1.0))
 
 
-def _late(one: Instant, robot: robot_file.FittedRobot) -> Instant:
+def _late(one: Instant, robot: FittedRobot) -> Instant:
     """With the next heel strike when it will be found, not when the model has it."""
     return replace(one, strike=one.strike + robot.late, strike_sd=float(np.hypot(one.strike_sd, robot.late_sd)))
 

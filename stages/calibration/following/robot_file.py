@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, is_dataclass, replace
 from pathlib import Path
 from types import UnionType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from stages.calibration.observation.measured_run import (
 )
 from stages.calibration.parameters import Parameters
 
-NAME, KIND, OF_ANGLES = "robot.json", "bipedstudy fitted robot 7", "bipedstudy fitted robot of angles 2"
+NAME, KINDS = "robot.json", ("bipedstudy fitted robot 7", "bipedstudy fitted robot of angles 2")
 #: What belongs to sensors that stay on the robot, and is known better after a fit: unknowns of a run.
 OF_MOUNTING = ("foot_place", "bandwidth")
 #: What the model does not explain shows in so many samples, of either sensor.
@@ -42,6 +42,50 @@ IN_A_ROW = 4
 PLAIN: Mapping[Any, Any] = {float: (int, float), Any: (int, float, str)}
 #: By so much an eigenvalue of a covariance may be negative, of rounding, where its variances are one.
 ROUNDED = 1e-6
+R = TypeVar("R", bound="Kept")
+
+
+class Kept:
+    """A robot as a folder keeps it: a dataclass whose file is of one of the `KINDS`."""
+
+    KIND: ClassVar[str]
+
+    def content(self) -> bytes:
+        """The file: JSON with its kind, one entry a line, and its digest."""
+        plain = {"kind": self.KIND, **asdict(self)}  # type: ignore[call-overload]
+        lines = (f"{json.dumps(key)}: {_text(value)}" for key, value in {**plain, "sha256": _digest(plain)}.items())
+        return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+    def broken_rules(self) -> Iterator[Broken]:
+        """What no fit leaves."""
+        return iter(())
+
+    @classmethod
+    def read(cls: type[R], folder: Path, option: str = "as") -> R:
+        """The robot of a folder that an `option` names. Raises WrongOption where it has none of this kind, or one that
+        was changed."""
+        path = folder / NAME
+        try:
+            plain: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+            said, found = plain.pop("sha256") == _digest(plain), plain.pop("kind", None)
+        except FileNotFoundError:
+            raise WrongOption(
+                f"--{option}: {folder} has no {NAME}, which calibrate --into leaves; fit the robot again") from None
+        except (OSError, ValueError, KeyError, AttributeError, TypeError):
+            raise WrongOption(f"--{option}: {path} is no fitted robot that calibrate --into left") from None
+        refuse((said and found in KINDS and found != cls.KIND,
+                f"--{option}: the robot in {folder} was fitted to recordings of the other kind: angles go with a robot "
+                "of angles, sensors at hip and foot with one of those"),
+               (not said or found != cls.KIND,
+                f"--{option}: {path} was changed, or is of another version; fit the robot again"))
+        try:
+            robot: R = restored(cls, plain)
+            wrong = next(robot.broken_rules(), None)
+        except (KeyError, TypeError, ValueError, AttributeError):
+            raise WrongOption(
+                f"--{option}: {path} has not the rows and values of a fitted robot; fit it again") from None
+        refuse((wrong is not None, f"--{option}: {path}: {wrong and wrong.key} must be {wrong and wrong.allowed}"))
+        return robot
 
 
 @dataclass(frozen=True)
@@ -54,7 +98,7 @@ class Learned:
 
 
 @dataclass(frozen=True)
-class FittedRobot:
+class FittedRobot(Kept):
     """A robot with the parameters `names` (d,) that all runs share, their `covariance` (d, d) and the spread (o,) of
     those that are each run's `own`. `mounting` (m, 2) has mean and standard error of `OF_MOUNTING`. Residuals were
     `sigmas` times the sensors' noise, `sigmas_sd` apart, and errors are `wider` for it. Heel strikes are found `late`
@@ -66,6 +110,8 @@ class FittedRobot:
     (mean, standard deviation between runs, its degrees of freedom), as the model lacks something. `learned` are the
     runs. All of `IN_A_ROW` samples are `unexplained` by mean squares of that somewhere in them, and an `innovation` is
     typically so large at most, in standard deviations. SI units."""
+
+    KIND = KINDS[0]
 
     design: DesignPoint
     names: tuple[str, ...]
@@ -115,10 +161,6 @@ class FittedRobot:
         values = np.linalg.eigvalsh(self.covariance / np.outer(sd, sd))
         yield from broken((bool(values.min() < -ROUNDED), "covariance", "that of numbers"))
 
-    def content(self) -> bytes:
-        """The file."""
-        return signed_content(KIND, self)
-
     def fitted_by(self, parameters: Parameters) -> Model:
         """The model that its runs were fitted by, about the design with which the fit began: about the one found, a run
         leaves other residuals than are kept. Raises NoGait."""
@@ -165,45 +207,6 @@ def mounted(model: Model, mounting: np.ndarray, wider: float) -> Model:
     return replace(model, layout=layout, noise=(forward, up, rate))
 
 
-def signed_content(kind: str, robot: Any) -> bytes:
-    """The file of a dataclass: JSON with its `kind`, one entry a line, and its digest."""
-    plain = {"kind": kind, **asdict(robot)}
-    lines = (f"{json.dumps(key)}: {_text(value)}" for key, value in {**plain, "sha256": _digest(plain)}.items())
-    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
-
-
-def left_in(folder: Path, option: str, kind: str, of: Any) -> Any:
-    """What a folder's file has, which an `option` names, as a value `of` a type. Raises WrongOption where there is none
-    of this `kind`, or one that was changed."""
-    path = folder / NAME
-    try:
-        plain: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        said, found = plain.pop("sha256") == _digest(plain), plain.pop("kind", None)
-    except FileNotFoundError:
-        raise WrongOption(
-            f"--{option}: {folder} has no {NAME}, which calibrate --into leaves; fit the robot again") from None
-    except (OSError, ValueError, KeyError, AttributeError, TypeError):
-        raise WrongOption(f"--{option}: {path} is no fitted robot that calibrate --into left") from None
-    refuse((said and found in (KIND, OF_ANGLES) and found != kind,
-            f"--{option}: the robot in {folder} was fitted to recordings of the other kind: angles go with a robot of "
-            "angles, sensors at hip and foot with one of those"),
-           (not said or found != kind,
-            f"--{option}: {path} was changed, or is of another version; fit the robot again"))
-    try:
-        value = restored(of, plain)
-        wrong = next(value.broken_rules(), None) if isinstance(value, FittedRobot) else None
-    except (KeyError, TypeError, ValueError, AttributeError):
-        raise WrongOption(f"--{option}: {path} has not the rows and values of a fitted robot; fit it again") from None
-    refuse((wrong is not None, f"--{option}: {path}: {wrong and wrong.key} must be {wrong and wrong.allowed}"))
-    return value
-
-
-def read(folder: Path, option: str = "as") -> FittedRobot:
-    """The robot of a folder that an `option` names. Raises WrongOption where it has none or one that was changed."""
-    robot: FittedRobot = left_in(folder, option, KIND, FittedRobot)
-    return robot
-
-
 def plain_of(value: Any) -> Any:
     """A dataclass, with all that is in it, as JSON gives it back; `restored` makes the value of it."""
     return json.loads(_text(asdict(value)))
@@ -216,7 +219,10 @@ def restored(kind: Any, plain: Any) -> Any:
         hints = get_type_hints(kind)
         return kind(**{name: restored(hints[name], value) for name, value in plain.items()})
     if np.ndarray in (kind, get_origin(kind)):
-        return _of_numbers(np.array(plain))
+        array = np.array(plain)
+        if array.dtype.kind not in "bif":
+            raise ValueError("no numbers")
+        return array
     if get_origin(kind) is UnionType:
         return None if plain is None else restored(inner[0], plain)
     if get_origin(kind) is tuple:
@@ -224,17 +230,7 @@ def restored(kind: Any, plain: Any) -> Any:
         return tuple(restored(one, value) for one, value in zip(kinds, plain, strict=True))
     if get_origin(kind) is Mapping:
         return {name: restored(inner[1], value) for name, value in plain.items()}
-    return _of_kind(PLAIN.get(kind, kind), plain)
-
-
-def _of_numbers(array: np.ndarray) -> np.ndarray:
-    if array.dtype.kind not in "bif":
-        raise ValueError("no numbers")
-    return array
-
-
-def _of_kind(kind: Any, plain: Any) -> Any:
-    if not isinstance(plain, kind) or isinstance(plain, bool) != (kind is bool):
+    if not isinstance(plain, PLAIN.get(kind, kind)) or isinstance(plain, bool) != (kind is bool):
         raise TypeError("no such value")
     return plain
 

@@ -133,7 +133,7 @@ class Stream:
     """
 
     def __init__(self, follower: Follower, about: Mapping[str, Any], parameters: Parameters) -> None:
-        self._follower, self._parameters, self._reading = follower, parameters, parameters.ingest.read
+        self._follower, self._parameters, self._ingest = follower, parameters, parameters.ingest
         sensor = parameters.sensor
         usual = {"rate_hz": sensor.rate_hz, "bandwidth_hz": sensor.bandwidth_hz, "accelerometer_unit": "m/s^2",
                  "gyroscope_unit": "rad/s"}  # fmt: skip
@@ -210,13 +210,13 @@ class Stream:
         """Find the mounting, unless it is known, and the last heel strikes. Raises SourceRefused, StepFailed."""
         recordings = {side: self._recording(side) for side in SIDES}
         known = {side: self._known(recordings[side]) for side in SIDES} if self.mounted else self._found(recordings)
-        strikes, _ = strikes_of(known, self._reading.settings, self._reading.quick)
+        strikes, _ = strikes_of(known, self._ingest.settings, self._ingest.quick)
         if len(strikes.time) < FEWEST_STRIKES + FROM:
             raise StepFailed(f"there are {len(strikes.time)} heel strikes, {FEWEST_STRIKES + FROM} are needed")
         keep = slice(-FEWEST_STRIKES, None)
         run = measured("-", known, strikes.time[keep], strikes.leg[keep], self.experiment.slope_deg,
                        self._follower.design, self._follower.model.layout, self._parameters.settings,
-                       self._reading.limits.lever_arm)  # fmt: skip
+                       self._ingest.limits.lever_arm)  # fmt: skip
         self._begin = float(strikes.time[-FEWEST_STRIKES])
         self.mounted = self.mounted or {side: _mounted(known[side], self._stamps(side)) for side in SIDES}
         self._scales = {side: (one.trace.scale.acceleration, one.trace.scale.angular_rate)
@@ -234,7 +234,7 @@ class Stream:
 
     def _found(self, recordings: Mapping[str, Recording]) -> dict[str, BodySensor]:
         """The sensors as the ingest finds them."""
-        found, settings, limits = {}, self._reading.settings, self._reading.limits
+        found, settings, limits = {}, self._ingest.settings, self._ingest.limits
         for side, recording in recordings.items():
             sensor, _, against = read_sensor(trace_sensor(recording, settings), settings, limits)
             why = next((one.sentence for one in against if one.refused), "no still stand: the frame cannot be found")
@@ -245,7 +245,7 @@ class Stream:
 
     def _known(self, recording: Recording) -> BodySensor:
         """A sensor whose mounting is known."""
-        mounted, trace = self.mounted[recording.device.place], trace_sensor(recording, self._reading.settings)
+        mounted, trace = self.mounted[recording.device.place], trace_sensor(recording, self._ingest.settings)
         frame, turn = Frame(math.nan, math.nan, math.nan, mounted.rotation), mounted.rotation.T
         time = (self._stamps(recording.device.place) - mounted.stamp) * mounted.long
         return BodySensor(trace, frame, time, trace.specific_force @ turn, (trace.angular_rate - mounted.bias) @ turn)

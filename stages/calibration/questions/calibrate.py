@@ -52,7 +52,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     from stages.calibration.estimation.request import PARTS, request_of
 
     if recorded:
-        from stages.calibration.following import robot_file
+        from stages.calibration.following.robot_file import FittedRobot
         from stages.calibration.reports.sensor_report import calibrated as from_sensors
 
         request, before = request_of(options.about), None
@@ -61,7 +61,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
             refuse(*((bool(getattr(request, key)), f"--with: {key} {of_robot}")
                      for key in ("known", "free", "fixed", "also")),
                    (request.design == PARTS, "--with: design is that of the robot; leave it out"))  # fmt: skip
-            before = robot_file.read(Path(options.robot), "continue")
+            before = FittedRobot.read(Path(options.robot), "continue")
         return from_sensors(parameters, request, Path(recorded), asking, before)
     request = request_of(options.about)
     if options.identifiability:

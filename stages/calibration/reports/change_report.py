@@ -11,8 +11,8 @@ import numpy as np
 
 from stages.analytic.errors import StepFailed
 from stages.biped.question import Answer, Asking
-from stages.calibration.following import robot_file
 from stages.calibration.following.change import Comparison, Evidence
+from stages.calibration.following.robot_file import FittedRobot
 from stages.calibration.following.score_test import LEVEL, Change, Verdict
 from stages.calibration.information.identifiability import listed
 from stages.calibration.parameters import Parameters
@@ -26,7 +26,7 @@ Table = tuple[str, list[str], list[list[Any]]]
 
 def compared(parameters: Parameters, source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:
     """The answer to `same`. Raises WrongOption, NoGait, NotIdentified."""
-    robot = robot_file.read(folder)
+    robot = FittedRobot.read(folder)
     parameters = robot.read_by(parameters)
     comparison = Comparison(robot, robot.fitted_by(parameters))
     runs, lines = named_runs(source, robot.began, comparison.model, parameters, names, asking)

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from stages.imu.clock.clock import resample
-from stages.imu.parameters import Drawing, Reading
+from stages.imu.parameters import Drawing, Parameters
 from stages.imu.result import Evidence
 from stages.imu.strikes.heel_strikes import PULSE_S, SHIFTS_S, filled, in_hole, lowest_between
 from stages.imu.strikes.step_times import INNER, HeelStrikes, stances_of
@@ -45,7 +45,7 @@ NAN = math.nan
 
 def evidence_of(
     sensors: Mapping[str, BodySensor], common: GridSignals, strikes: HeelStrikes, bounds: np.ndarray,
-    slope_deg: float | None, parameters: Reading,
+    slope_deg: float | None, parameters: Parameters,
 ) -> Evidence:
     """What the run's signals say about themselves, by all strikes and the strides between these bounds."""
     settings, drawing, quick, grid = parameters.settings, parameters.drawing, parameters.quick, common.time
@@ -283,7 +283,7 @@ def mean_gain(evidence: Evidence, drawing: Drawing) -> tuple[float, float]:
     return (sum(mean * one for mean, one in gains) / weight, weight**-0.5) if gains else (NAN, NAN)
 
 
-def confirmed(evidence: Evidence, parameters: Reading) -> tuple[float, float]:
+def confirmed(evidence: Evidence, parameters: Parameters) -> tuple[float, float]:
     """Standard errors (1) of the gyroscopes' gain and of the leg's length, both taken as they are declared.
 
     They say how far what is declared is confirmed by what was found, with a standard error of its own.

@@ -44,7 +44,7 @@ from stages.imu.judgement.verdict import (
     refusal,
     remark,
 )
-from stages.imu.parameters import Limits, Reading, Settings
+from stages.imu.parameters import Limits, Parameters, Settings
 from stages.imu.result import Evidence, SensorReport
 from stages.imu.sources.units import declared_acceleration_unit
 from stages.imu.strikes.heel_strikes import FEWEST_SEEN
@@ -134,7 +134,7 @@ def against_sensor(
     return tuple(one for one in rules if one)
 
 
-def verdict_on(trial: Trial, left_out: Iterable[Finding], parameters: Reading) -> Verdict:
+def verdict_on(trial: Trial, left_out: Iterable[Finding], parameters: Parameters) -> Verdict:
     """The verdict on a run; `left_out` says of each sensor that is not used why it is not."""
     sensors = trial.sensors
     if not sensors:
@@ -196,7 +196,7 @@ def _on_a_clock(place: str, sensor: BodySensor) -> tuple[Rule, ...]:
     )  # fmt: skip
 
 
-def _on_two_places(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
+def _on_two_places(trial: Trial, parameters: Parameters) -> tuple[Rule, ...]:
     evidence, limits = trial.evidence, parameters.limits
     together, overlap = trial.together, trial.overlap
     apart = (
@@ -289,7 +289,7 @@ def _beyond(ratio: float, tolerance: float) -> bool:
     return abs(math.log(max(ratio, 1e-9))) > math.log1p(tolerance)
 
 
-def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
+def _on_the_walk(trial: Trial, parameters: Parameters) -> tuple[Rule, ...]:
     settings, limits, evidence = parameters.settings, parameters.limits, trial.evidence
     count, frequency = len(trial.strikes.time), trial.frequency[0]
     of_leg = [int((trial.strikes.leg == leg).sum()) for leg in (INNER, OUTER)]
@@ -335,7 +335,7 @@ def _on_the_walk(trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
     )  # fmt: skip
 
 
-def _on_gains(evidence: Evidence, parameters: Reading) -> Rule:
+def _on_gains(evidence: Evidence, parameters: Parameters) -> Rule:
     """What gravity's turning says: of both places alike of the gyroscopes, of one alone of its accelerometer."""
     limits = parameters.limits
     gain, error = mean_gain(evidence, parameters.drawing)
@@ -357,7 +357,7 @@ def _on_gains(evidence: Evidence, parameters: Reading) -> Rule:
     )  # fmt: skip
 
 
-def _on_a_place(place: str, trial: Trial, parameters: Reading) -> tuple[Rule, ...]:
+def _on_a_place(place: str, trial: Trial, parameters: Parameters) -> tuple[Rule, ...]:
     limits, trace, found = parameters.limits, trial.sensors[place].trace, trial.evidence.at(place)
     moved = (("its swing axis", found["axis_deg"]), ("gravity beside its rate", found["pitch_deg"]))
     turned = " and ".join(f"{what} by {angle:.1f}" for what, angle in moved if angle > limits.turned_deg)

@@ -40,7 +40,7 @@ class Options:
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     """Read every run of the source and report on it. Raises WrongOption, also for what the ingest refuses."""
     if options.propose is not None:
-        return proposed(options, parameters.read.settings.gravity, asking)
+        return proposed(options, parameters.settings.gravity, asking)
     from stages.imu.export import picture
     from stages.imu.result import origin_of, tables
     from stages.imu.run import trials
@@ -51,7 +51,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     try:
         with ExitStack() as open_until_read:
             store = open_until_read.enter_context(asking.new_file(options.store)) if options.store else None
-            for trial in trials(read(options, asking, store), parameters.read, asking.progress):
+            for trial in trials(read(options, asking, store), parameters, asking.progress):
                 sensors.extend(trial.reports)
                 runs.append(trial.report())
                 if options.export is not None or not taken:

@@ -16,7 +16,7 @@ from stages.imu.judgement.sensor_evidence import (
     quantisation_step,
 )
 from stages.imu.judgement.verdict import Finding, Verdict
-from stages.imu.parameters import Limits, Reading, Settings
+from stages.imu.parameters import Limits, Parameters, Settings
 from stages.imu.result import Evidence, FrameFit, LegMotion, RunReport, SensorReport
 from stages.imu.sources.opening import printable
 from stages.imu.sources.schema import Experiment, Recording
@@ -127,7 +127,7 @@ class Trial:
 
 
 def read_trials(
-    experiment: Experiment, recordings: tuple[Recording, ...], parameters: Reading
+    experiment: Experiment, recordings: tuple[Recording, ...], parameters: Parameters
 ) -> Iterator[Trial]:
     """Take each walk of a run from raw rows to registered strides and a verdict.
 
@@ -154,7 +154,7 @@ def read_trials(
 
 
 def _trial(
-    experiment: Experiment, traces: Sequence[SensorTrace], parameters: Reading, left_out: list[Finding]
+    experiment: Experiment, traces: Sequence[SensorTrace], parameters: Parameters, left_out: list[Finding]
 ) -> Trial:
     """One walk, from what its sensors show, and what is known against it."""
     settings, limits = parameters.settings, parameters.limits

@@ -18,7 +18,7 @@ import numpy as np
 
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.imu.clock.clock import resample
-from stages.imu.parameters import Drawing, Reading, Settings, filter_delay
+from stages.imu.parameters import Drawing, Parameters, Settings, filter_delay
 from stages.imu.result import Ensemble, LegMotion, StepTimes
 from stages.imu.strikes.heel_strikes import NO_STRIKES, find_heel_strikes, mean_and_variance
 from stages.imu.strikes.impact_onset import Samples, at_onsets, lift_after
@@ -141,7 +141,7 @@ def leg_motion(
 
 def leg_of(
     sensors: Mapping[str, BodySensor], common: GridSignals, strikes: HeelStrikes, corner_hz: float,
-    confirmed: tuple[float, float], drawing: Drawing, parameters: Reading,
+    confirmed: tuple[float, float], drawing: Drawing, parameters: Parameters,
 ) -> LegMotion:
     """The leg's motion from the rates of all sensors, where several see it from their mean; toe-off from the foot's.
 
@@ -171,7 +171,7 @@ def leg_of(
     )
 
 
-def at_slowest(sensors: Mapping[str, BodySensor], parameters: Reading, hidden: float) -> Drawing:
+def at_slowest(sensors: Mapping[str, BodySensor], parameters: Parameters, hidden: float) -> Drawing:
     """The drawing with errors of when things happen as they are at the slowest sensor's rate, with so many (1) of the
     strikes `hidden` in holes."""
     rates = [sensor.trace.indexed.recording.device.rate_hz for sensor in sensors.values()]
