@@ -7,16 +7,12 @@ from stages.biped.accuracy.scales import Following, followed, quickness, size
 from stages.biped.accuracy.tolerances import CLOSER, Level
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
-from stages.campaign.parameters import Fitted, SensorSettings
+from stages.campaign.parameters import NOT_NEGATIVE, POSITIVE, Fitted, SensorSettings
 from stages.ground.slope import Slope
 from stages.imu.parameters import Cover, Drawing, Limits, filter_delay
 from stages.imu.parameters import Parameters as IngestParameters
 from stages.imu.parameters import Settings as IngestSettings
 from stages.twin.parameters import Settings as TwinSettings
-
-POSITIVE, NOT_NEGATIVE = Bound(above=0), Bound(minimum=0)
-#: Noise that a second-order low pass lets through, in cut-offs.
-NOISE_BANDWIDTH = math.pi / (2 * math.sqrt(2))
 
 
 @dataclass(frozen=True)
@@ -138,6 +134,5 @@ class Parameters:
     @property
     def noise(self) -> tuple[float, float, float]:
         """Standard deviation of a sample forward and up [m/s^2] and of the lateral rate [rad/s]."""
-        root = math.sqrt(NOISE_BANDWIDTH * self.sensor.bandwidth_hz)
-        force = self.sensor.acceleration_noise_density * root
-        return force, force, math.radians(self.sensor.angular_rate_noise_density_deg_s) * root
+        force, rate = self.sensor.noise
+        return force, force, rate

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,6 +14,8 @@ from stages.biped.quantity import Bound, Broken, parameter
 from stages.ground.contact_law import OnGround
 from stages.twin.parameters import Settings as TwinSettings
 
+#: Noise that a second-order low pass (Butterworth) lets through, in cut-offs.
+NOISE_BANDWIDTH = math.pi / (2 * math.sqrt(2))
 POSITIVE, NOT_NEGATIVE, SHARE = Bound(above=0), Bound(minimum=0), Bound(minimum=0, below=1)
 
 
@@ -84,6 +87,12 @@ class SensorSettings:
         """The low pass cuts off below half the sampling rate."""
         if self.bandwidth_hz is not None and self.rate_hz is not None and self.bandwidth_hz >= self.rate_hz / 2:
             yield Broken("bandwidth_hz", f"< rate_hz / 2 = {self.rate_hz / 2:g} Hz")
+
+    @property
+    def noise(self) -> tuple[float, float]:
+        """Standard deviation of a sample of the specific force [m/s^2] and of the angular rate [rad/s]."""
+        root = math.sqrt(NOISE_BANDWIDTH * self.bandwidth_hz)
+        return self.acceleration_noise_density * root, math.radians(self.angular_rate_noise_density_deg_s) * root
 
     def of(self, biped: Biped, gravity: float) -> SensorSettings:
         """The sensor of a robot, whose time and gravity [m/s^2] decide what is null."""

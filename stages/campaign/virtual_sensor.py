@@ -17,7 +17,6 @@ from stages.imu.sources.schema import Device, Rows
 from stages.imu.trial.body import mounting
 
 STANDARD_GRAVITY = 9.80665  # m/s^2 in one g of a sensor's data sheet
-NOISE_BANDWIDTH = np.pi / (2 * np.sqrt(2))  # of a second-order Butterworth filter over its cut-off
 
 
 @dataclass(frozen=True)
@@ -75,21 +74,21 @@ def read(motion: SensorMotion, errors: SensorErrors, settings: SensorSettings, r
         largest = 2 ** (settings.bits - 1)
         return np.asarray(np.clip(np.rint(value / full_scale * largest), -largest, largest - 1).astype(np.int64))
 
-    root_bandwidth = np.sqrt(NOISE_BANDWIDTH * settings.bandwidth_hz)
+    force_noise, rate_noise = settings.noise
     return Readings(
         time=time,
         acceleration=channel(
             motion.specific_force,
             errors.acceleration_gain,
             errors.acceleration_bias,
-            settings.acceleration_noise_density * root_bandwidth,
+            force_noise,
             settings.accelerometer_range_g * STANDARD_GRAVITY,
         ),
         angular_rate=channel(
             motion.angular_velocity,
             errors.angular_rate_gain,
             errors.angular_rate_bias,
-            np.deg2rad(settings.angular_rate_noise_density_deg_s) * root_bandwidth,
+            rate_noise,
             np.deg2rad(settings.gyroscope_range_deg_s),
         ),
     )

@@ -9,6 +9,7 @@ import contextlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -121,7 +122,7 @@ def fitted_robot(
         unexplained=max(unexplained((run.sampling.of(side), one.residuals[side] / wider) for side in SIDES)
                         for run, one in zip(fit.runs, fit.equations, strict=True)))  # fmt: skip
     comparison = Comparison(robot, model)
-    return _with_usual(robot, comparison, [*_shifts(comparison, model, fit), *_shifts_of(comparison, held_out)])
+    return _with_usual(robot, comparison, [*_shifts(comparison, model, fit, held_out)])
 
 
 def unexplained(sides: Iterable[tuple[Vector, np.ndarray]]) -> float:
@@ -133,19 +134,16 @@ def unexplained(sides: Iterable[tuple[Vector, np.ndarray]]) -> float:
     return max((float(squares[at : at + IN_A_ROW].min()) for at in range(len(squares) - IN_A_ROW + 1)), default=0.0)
 
 
-def _shifts(comparison: Comparison, model: Model, fit: CampaignFit) -> Iterator[np.ndarray]:
-    """How parts look changed in the runs of a fit, (c, 2) as `Comparison.shifts` has it, as far as they walk."""
-    for run, own, unknowns in zip(fit.runs, fit.own, fit.unknowns, strict=True):
+def _shifts(
+    comparison: Comparison, model: Model, fit: CampaignFit, held_out: Iterable[MeasuredRun]
+) -> Iterator[np.ndarray]:
+    """How parts look changed in the runs of a fit and in others, (c, 2) as `Comparison.shifts` has it, as far as they
+    walk."""
+    fitted = [partial(comparison.evidence, run, model.robot(comparison.robot.began, fit.design, own), unknowns)
+              for run, own, unknowns in zip(fit.runs, fit.own, fit.unknowns, strict=True)]
+    for shown in (*fitted, *(partial(comparison.alike, run) for run in held_out)):
         with contextlib.suppress(StepFailed):
-            there = model.robot(comparison.robot.began, fit.design, own)
-            yield comparison.shifts(comparison.evidence(run, there, unknowns))
-
-
-def _shifts_of(comparison: Comparison, runs: Iterable[MeasuredRun]) -> Iterator[np.ndarray]:
-    """The same of other runs."""
-    for run in runs:
-        with contextlib.suppress(StepFailed):
-            yield comparison.shifts(comparison.alike(run))
+            yield comparison.shifts(shown())
 
 
 def _with_usual(robot: FittedRobot, comparison: Comparison, shifts: Sequence[np.ndarray]) -> FittedRobot:
