@@ -11,13 +11,10 @@ from pipeline.errors import StudyError
 from pipeline.parameters.value import LEVELS, broken_rules
 from pipeline.study import locate
 from stages.biped.accuracy.tolerances import CHECKED_FINEST, FINEST, scaled
-from stages.biped.design import BeyondModel, Biped, require_plain
+from stages.biped.design import BeyondModel, require_plain
 from stages.biped.quantity import faults
 from stages.biped.rubber import Rubber, ring_sector, soled
-from tests.pipeline.toy import HOME
-from tests.study import parameters_of
-
-TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
+from tests.study import ROOT, TABLE_1, parameters_of
 
 
 def with_values(**values):
@@ -195,7 +192,7 @@ STAGES = ("analytic", "multibody", "contact_study", "error_budget", "twin", "cam
 
 
 def at(*settings, asked="paper"):
-    study = dataclasses.replace(locate(settings=settings, start=HOME), requested=(("accuracy", asked),))
+    study = dataclasses.replace(locate(settings=settings, start=ROOT), requested=(("accuracy", asked),))
     return study.parameters(STAGES)
 
 

@@ -8,12 +8,11 @@ import numpy as np
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import find_gait
-from stages.biped.design import Biped
 from stages.calibration.blind_score import draw, model_of
 from stages.calibration.observation.measured_run import SIDES, Sampling, layout_of
-from tests.study import parameters_of
+from tests.study import TABLE_1, parameters_of
 
-BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 8.576e-4)
+BIPED = dataclasses.replace(TABLE_1, leg_inertia=8.576e-4)
 #: The study's own settings, legs with the inertia of the twin's.
 PARAMETERS = parameters_of("calibration", "biped.leg_inertia=8.576e-4")
 SENSOR, SETTINGS = PARAMETERS.sensor, PARAMETERS.settings

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stages.biped.design import Biped
 from stages.biped.walk import StanceState
 from stages.campaign.parameters import RadioSettings, SensorSettings
 from stages.campaign.run import spike
@@ -21,11 +20,11 @@ from stages.campaign.virtual_sensor import (
     read,
     transmit,
 )
-from stages.ground.slope import Slope
 from stages.imu.sources.schema import Device
 from stages.imu.trial.body import mounting
 from tests.imu.stand_in import EVERY
 from tests.planar_start import ROUGH
+from tests.study import SLOPE, TABLE_1
 
 PERFECT = SensorSettings(100.0, 0.0, 40.0, 4.0, 2000.0, 16, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.1, 0.2, 0.05, 0.25)
@@ -110,9 +109,6 @@ def test_losses_are_whole_packets_and_as_many_as_asked_for(sent) -> None:
 # --- The still stand and the push: continuous into the walk, and true to mechanics.
 
 
-BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
-SLOPE = Slope(2.0, 9.81)
-
 
 @given(st.floats(-0.3, 0.3), st.floats(-3, 3), st.floats(-20, 20), st.floats(0.2, 1.0))
 def test_quintic_goes_from_rest_to_its_end(value: float, rate: float, acceleration: float, duration: float) -> None:
@@ -131,7 +127,7 @@ def test_rates_are_the_derivatives() -> None:
 
 def test_at_rest_both_sensors_feel_gravity() -> None:
     time, leg = stand_and_push(np.deg2rad(2.0), (np.deg2rad(2.0), 0.0, 0.0), 0.5, 0.4, 1e-3)
-    for sensor in rolling_leg((leg[0], leg[1], leg[2]), BIPED, SLOPE, time):
+    for sensor in rolling_leg((leg[0], leg[1], leg[2]), TABLE_1, SLOPE, time):
         np.testing.assert_allclose(sensor.specific_force, np.tile([0, 9.81, 0], (len(time), 1)), atol=1e-12)
 
 
@@ -139,10 +135,10 @@ def test_specific_force_is_the_second_derivative_of_the_rolling_motion() -> None
     time = np.arange(0, 0.5, 1e-4)
     phi = 0.2 * np.cos(4 * time)
     leg = (phi, -0.8 * np.sin(4 * time), -3.2 * np.cos(4 * time))
-    r, length = BIPED.foot_radius, BIPED.leg_length
+    r, length = TABLE_1.foot_radius, TABLE_1.leg_length
     hip = np.stack([-r * phi - (length - r) * np.sin(phi), r + (length - r) * np.cos(phi)], axis=1)
-    foot = hip + (length - BIPED.foot_com) * np.stack([np.sin(phi), -np.cos(phi)], axis=1)
-    for place, sensor in zip((hip, foot), rolling_leg(leg, BIPED, SLOPE, time)):
+    foot = hip + (length - TABLE_1.foot_com) * np.stack([np.sin(phi), -np.cos(phi)], axis=1)
+    for place, sensor in zip((hip, foot), rolling_leg(leg, TABLE_1, SLOPE, time)):
         force = np.gradient(np.gradient(place, 1e-4, axis=0), 1e-4, axis=0) - np.array(SLOPE.gravity_vector)
         forward = np.stack([np.cos(phi), np.sin(phi)], axis=1)
         up = np.stack([-np.sin(phi), np.cos(phi)], axis=1)

@@ -18,7 +18,8 @@ from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.strikes.step_times import OUTER, HeelStrikes, step_frequency
 from stages.imu.trial.body import FORWARD, LATERAL, UP, angle_between
 from stages.imu.trial.trial import Trial
-from tests.imu.stand_in import SLOPE, walked
+from tests.imu.stand_in import walked
+from tests.study import SLOPE
 
 #: Spreads of a sensor that grow with its errors.
 ERRORS = (

@@ -8,38 +8,35 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.stats import norm
 
 from pipeline.study import locate
-from stages.biped.design import Biped
 from stages.campaign import run as campaign
 from stages.campaign.parameters import RadioSettings, SensorSettings
 from stages.campaign.result import LegTruth, RunTruth
 from stages.campaign.run import database_bytes, sensed_run
 from stages.campaign.twin_run import TwinRun, Variation, joined, rolling_leg, stand_and_push
 from stages.campaign.virtual_sensor import SensorMotion, Transmitted
-from stages.ground.slope import Slope
 from stages.imu.parameters import Settings
 from stages.imu.result import Result
 from stages.imu.run import collect, trials
 from stages.imu.sources.databases import SqliteSource
 from stages.imu.sources.schema import Device, Experiment
 from stages.twin.machine.machine import Build
+from tests.study import ROOT, SLOPE, TABLE_1
 
 GRID, PUSH_S, REBOUND_S = 1 / 5000, 0.4, 0.06
-BIPED = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
-SLOPE = Slope(2.0, 9.81)
 SENSOR = SensorSettings(100.0, 2000.0, 40.0, 4.0, 2000.0, 16, 2.0, 0.005, 0.005, 0.02, 0.5, 1.77e-3, 0.007)
 RADIO = RadioSettings(3, 65536, 0.0, 0.008, 0.015, 0.02, 0.2, 0.01, 0.25)
 ROUGH_RADIO = dataclasses.replace(RADIO, stall_share=0.10, loss_share=0.05)
-EVERY = locate(start=Path(__file__).parents[2]).parameters(("imu", "campaign"))
+EVERY = locate(start=ROOT).parameters(("imu", "campaign"))
 STUDY = EVERY["imu"]
 LIMITS = STUDY.limits
 SETTINGS = Settings(None, 9.81, 0.0, 0.5, 3.0, 0.3, 200.0, 1.5, 3, 6, 101, 0.8, 4.0, 0.05, 0.005, 0.3)
 
 #: The stand-in has no outsole.
-DRAWING = dataclasses.replace(STUDY.drawing, leg_length=BIPED.leg_length, foot_radius=BIPED.foot_radius, sag=0.0)
+DRAWING = dataclasses.replace(STUDY.drawing, leg_length=TABLE_1.leg_length, foot_radius=TABLE_1.foot_radius, sag=0.0)
 PARAMETERS = dataclasses.replace(STUDY, settings=SETTINGS, drawing=DRAWING)
 
 #: The study's campaign with this robot, and these sensors and radio.
-CAMPAIGN = dataclasses.replace(EVERY["campaign"], biped=BIPED, slope=SLOPE, given_sensor=SENSOR, radio=RADIO)
+CAMPAIGN = dataclasses.replace(EVERY["campaign"], biped=TABLE_1, slope=SLOPE, given_sensor=SENSOR, radio=RADIO)
 
 
 def result_of(path: Path) -> Result:
@@ -67,12 +64,12 @@ def walking(
     theta = amplitude * (2 * phase - 1 + 0.16 * np.sin(2 * np.pi * phase))  # standing leg, hip ahead positive
     psi = amplitude * (2 * phase - 1 - 0.28 * np.sin(2 * np.pi * phase))  # swinging leg, foot ahead positive
     phi = gaussian_filter1d(np.where(number % 2 == 0, -theta, psi), 0.0015 / GRID)
-    r, length = BIPED.foot_radius, BIPED.leg_length
+    r, length = TABLE_1.foot_radius, TABLE_1.leg_length
     step = 2 * (r * amplitude + (length - r) * np.sin(amplitude))
     x = number * step + r * theta + (length - r) * np.sin(theta)
     y = r + (length - r) * np.cos(theta)
     hip = gaussian_filter1d(np.stack([x, y], axis=1), 0.0015 / GRID, axis=0)
-    foot = hip + (length - BIPED.foot_com) * np.stack([np.sin(phi), -np.cos(phi)], axis=1)
+    foot = hip + (length - TABLE_1.foot_com) * np.stack([np.sin(phi), -np.cos(phi)], axis=1)
     forward, up = np.stack([np.cos(phi), np.sin(phi)], axis=1), np.stack([-np.sin(phi), np.cos(phi)], axis=1)
     rate = np.gradient(phi, GRID)
     inside = slice(200, 200 + len(time))
@@ -94,7 +91,7 @@ def walked(steps: int, period: float, rest_s: float, variation: Variation) -> Tw
     hip, foot, strikes, leg = walking(steps, period)
     rate = hip.angular_velocity[:, 2]
     time, pushed = stand_and_push(0.0, (0.0, rate[0], (rate[1] - rate[0]) / GRID), rest_s, PUSH_S, GRID)
-    before = rolling_leg(tuple(pushed), BIPED, SLOPE, time)
+    before = rolling_leg(tuple(pushed), TABLE_1, SLOPE, time)
     legs = (np.arange(steps) + 1) % 2
     return TwinRun(joined(before[0], hip), joined(before[1], foot), strikes, legs, leg, variation, 1)
 

@@ -31,6 +31,7 @@ from tests.imu.stand_in import (
     make_run,
     result_of,
 )
+from tests.study import ROOT
 
 #: Runs of a database, more of them in the slow tests, over the usual radio and over one that loses 5 % and stalls 10 %.
 FEW, MANY = 3, 6
@@ -199,7 +200,6 @@ def test_same_database_same_bits(tmp_path: Path) -> None:
 # --- What is null in imu.yaml and campaign.yaml follows the robot: Table 1's to the bit, others' by their own time.
 
 
-ROOT = Path(__file__).parents[2]
 SENSOR = ("rate_hz", "bandwidth_hz", "accelerometer_range_g", "gyroscope_range_deg_s")
 
 

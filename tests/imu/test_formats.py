@@ -357,12 +357,6 @@ def test_a_folder_is_proposed_as_runs_with_the_sensors_of_each(table: Table, log
     assert [len(recordings) for recordings in read] == [2, 2]
 
 
-def test_a_folder_without_a_sensor_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "steps.csv").write_text("a,b,c,d\n1,2,3,4\n2,3,4,5\n")
-    with pytest.raises(SourceRefused, match=r"has no file with an inertial sensor: 'steps.csv' has no axis .* propose"):
-        proposal(tmp_path)
-
-
 @pytest.mark.parametrize("packet", [1, 20])
 def test_a_gap_makes_a_sensor_no_slower(packet: int, tmp_path: Path) -> None:
     """Stamps of single samples, or of packets; a second is missing in twelve."""
@@ -402,11 +396,13 @@ def test_degrees_in_german_are_no_radians(table: Table, tmp_path: Path) -> None:
     assert "angular rate in deg/s: written in the file" in proposal(tmp_path / SINGLE)[1]
 
 
-@pytest.mark.parametrize("content", ["", "a letter to a friend\n" * 50, "1,2\n" * 50, "a,b,c,d,e\n" * 50])
-def test_what_is_no_table_is_refused(content: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("content", "of", "said"), [
+    *((content, SINGLE, ".") for content in ("", "a letter to a friend\n" * 50, "1,2\n" * 50, "a,b,c,d,e\n" * 50)),
+    ("a,b,c,d\n1,2,3,4\n2,3,4,5\n", ".", f"has no file with an inertial sensor: '{SINGLE}' has no axis .* propose")])
+def test_what_is_no_table_of_a_sensor_is_refused(content: str, of: str, said: str, tmp_path: Path) -> None:
     (tmp_path / SINGLE).write_text(content)
-    with pytest.raises(SourceRefused):
-        proposal(tmp_path / SINGLE)
+    with pytest.raises(SourceRefused, match=said):
+        proposal(tmp_path / of)
 
 
 def test_a_gyroscope_with_times_of_its_own_is_brought_to_the_accelerometer_s(table: Table, tmp_path: Path) -> None:

@@ -19,8 +19,9 @@ from stages.imu.trial.trial import Trial, read_trials
 from stages.imu.trial.walk import hip_at, in_time, leg_motion, stance_angle
 from tests.imu.conftest import RUNS
 from tests.imu.made_logs import Log, made_log, replaced, stand_in_walks, with_errors
-from tests.imu.stand_in import BIPED, DRAWING, PARAMETERS, STUDY, struck
+from tests.imu.stand_in import DRAWING, PARAMETERS, STUDY, struck
 from tests.imu.test_walks_in import alone
+from tests.study import TABLE_1
 
 AMPLITUDE = 0.24  # of the stand-in's leg
 
@@ -80,8 +81,8 @@ def test_the_hips_path_is_that_of_a_rolling_foot(trials: list[tuple[Log, Trial]]
     for _, trial in trials:
         path = trial.leg.hip_path
         assert (np.diff(path[:, :, 0], axis=1) > 0).all()
-        assert path[:, :, 1].max() == pytest.approx(BIPED.leg_length, abs=1e-4)
-        lowest = BIPED.foot_radius + (BIPED.leg_length - BIPED.foot_radius) * np.cos(AMPLITUDE)
+        assert path[:, :, 1].max() == pytest.approx(TABLE_1.leg_length, abs=1e-4)
+        lowest = TABLE_1.foot_radius + (TABLE_1.leg_length - TABLE_1.foot_radius) * np.cos(AMPLITUDE)
         np.testing.assert_allclose(path[:, [0, -1], 1], lowest, atol=1e-3)
 
 
@@ -111,9 +112,9 @@ def test_an_angle_is_continued_to_the_landings_from_inside_the_stance() -> None:
 
 def test_the_drawing_is_that_of_the_biped(parameters: Parameters) -> None:
     """What params/imu.yaml leaves null is what params/biped.yaml and params/campaign.yaml say."""
-    outsole, drawing = parameters.runs.of(BIPED).outsole, STUDY.drawing
+    outsole, drawing = parameters.runs.of(TABLE_1).outsole, STUDY.drawing
     assert (drawing.leg_length, drawing.foot_radius, STUDY.limits.lever_arm) == pytest.approx(
-        (BIPED.leg_length + outsole, BIPED.foot_radius + outsole, BIPED.leg_length - BIPED.foot_com))
+        (TABLE_1.leg_length + outsole, TABLE_1.foot_radius + outsole, TABLE_1.leg_length - TABLE_1.foot_com))
 
 
 # --- Errors that step times are given, against what strikes and toe-offs with such errors do to them.
@@ -139,17 +140,12 @@ def test_a_steps_error_is_that_of_two_strikes(drawn: tuple[np.ndarray, list]) ->
     assert drawn[1][0].asymmetry_error == pytest.approx(np.sqrt(np.mean(asymmetry**2)), rel=0.08)
 
 
-def test_a_step_of_legs_that_show_no_toe_off_is_known_less() -> None:
-    """Measured against the truth of synthetic runs: Table 1's 60 are off by 0.8 ms rms, 144 of stiff legs by 1.3 ms."""
+def test_a_step_of_legs_that_show_no_toe_off_and_a_long_double_stance_are_known_less() -> None:
+    """Measured against the truth of synthetic runs: Table 1's 60 are off by 0.8 ms rms, 144 of stiff legs by 1.3 ms.
+    A foot is let go gently: 33 double stances of twins of 4 to 80 ms are off by .85 of what is said, rms."""
     strikes = HeelStrikes(STEP * np.arange(COUNT), (np.arange(COUNT) + 1) % 2)
-    seen, unseen = (1e3 * step_times(strikes, double, DRAWING).step_error for double in (4e-3, math.nan))
-    assert 0.8 <= seen < 0.95 and 1.25 < unseen < 1.4
-
-
-def test_a_long_double_stance_is_known_less() -> None:
-    """The foot is let go gently: 33 double stances of twins of 4 to 80 ms are off by .85 of what is said, rms."""
-    strikes = HeelStrikes(STEP * np.arange(COUNT), (np.arange(COUNT) + 1) % 2)
-    short, long = (step_times(strikes, double, DRAWING) for double in (6e-3, 36e-3))
+    seen, short, long, unseen = (step_times(strikes, double, DRAWING) for double in (4e-3, 6e-3, 36e-3, math.nan))
+    assert 0.8 <= 1e3 * seen.step_error < 0.95 and 1.25 < 1e3 * unseen.step_error < 1.4
     assert 1e3 * short.double_stance_error < 1.05 and 2.5 < 1e3 * long.double_stance_error < 3.0
     assert long.inner_error == long.double_stance_error and long.step_error == short.step_error
 
@@ -182,7 +178,7 @@ def stood(gain: float, arm: float, drift: float = 0.0) -> tuple[float, ...]:
     time = np.arange(-0.2, 2.8, 0.005)
     fine = np.arange(-0.2, 2.8, 0.0001)
     theta = -(0.25 * np.cos(2 * np.pi * fine) + 0.03 * np.sin(6 * np.pi * fine))
-    r = BIPED.foot_radius
+    r = TABLE_1.foot_radius
     place = np.column_stack((r * theta + (arm - r) * np.sin(theta), r + (arm - r) * np.cos(theta)))
     second = np.gradient(np.gradient(place, fine, axis=0), fine, axis=0)
     felt = second - 9.81 * np.array([math.sin(SLOPE), -math.cos(SLOPE)])
@@ -249,6 +245,10 @@ def test_responses_are_those_of_the_low_pass() -> None:
     np.testing.assert_allclose(responses(time, CORNER_HZ), expected, atol=2e-3)
 
 
+#: Twelve strikes [s], and which leg lands.
+STRIKES, LEGS = 0.3 + 0.4937 * np.arange(12), np.arange(12) % 2
+
+
 def sampled(
     strikes: np.ndarray, sizes: np.ndarray, seed: int, delay: float = 0.0, full_scale: float = np.inf
 ) -> Samples:
@@ -266,15 +266,13 @@ def sampled(
 @pytest.mark.parametrize("delay", [0.0, 0.0056])
 def test_strikes_move_to_where_the_impacts_begin(delay: float, seeds: int) -> None:
     """Whatever was found within some milliseconds, each leg off by its own: within a twentieth of a sample."""
-    true = 0.3 + 0.4937 * np.arange(12)
-    legs = np.arange(12) % 2
-    sizes = np.where(legs[:, None] == 0, [8.0, 5.0, 1.0], [-6.0, 7.0, 0.0])
+    sizes = np.where(LEGS[:, None] == 0, [8.0, 5.0, 1.0], [-6.0, 7.0, 0.0])
     off = []
     for seed in range(seeds):
         rng = np.random.default_rng(100 + seed)
         shift = rng.uniform(-0.006, 0.006, 2)
-        found, corner = at_onsets(HeelStrikes(true + shift[legs], legs), sampled(true, sizes, seed, delay), 0)
-        off.append([(found.time - true)[legs == leg].mean() for leg in (0, 1)])
+        found, corner = at_onsets(HeelStrikes(STRIKES + shift[LEGS], LEGS), sampled(STRIKES, sizes, seed, delay), 0)
+        off.append([(found.time - STRIKES)[leg == LEGS].mean() for leg in (0, 1)])
     assert np.abs(off).max() < 5e-4
     assert corner == pytest.approx(CORNER_HZ, abs=10)
 
@@ -282,24 +280,22 @@ def test_strikes_move_to_where_the_impacts_begin(delay: float, seeds: int) -> No
 def test_impacts_beyond_full_scale_begin_where_they_do() -> None:
     """Of impacts that clip at a quarter of their height: what is clipped is less than is there. Left out as if it were
     missing, two legs of sixteen began 2.6 and 2.9 ms late."""
-    true, legs = 0.3 + 0.4937 * np.arange(12), np.arange(12) % 2
     off = []
     for seed in range(8):
-        seen = sampled(true, np.tile([40.0, 5.0, 1.0], (12, 1)), seed, full_scale=10.0)
+        seen = sampled(STRIKES, np.tile([40.0, 5.0, 1.0], (12, 1)), seed, full_scale=10.0)
         assert (seen.beyond > 0).sum() >= 9
-        found, _ = at_onsets(HeelStrikes(true + 0.004, legs), seen, 0)
-        off.append([(found.time - true)[legs == leg].mean() for leg in (0, 1)])
+        found, _ = at_onsets(HeelStrikes(STRIKES + 0.004, LEGS), seen, 0)
+        off.append([(found.time - STRIKES)[leg == LEGS].mean() for leg in (0, 1)])
     assert np.abs(off).max() < 5e-4
 
 
 def test_a_leg_whose_impacts_are_not_seen_moves_with_the_other() -> None:
     """All strikes were found 15 ms late, by their pulse: one leg alone put right would limp by as much."""
-    true, legs = 0.3 + 0.4937 * np.arange(12), np.arange(12) % 2
-    seen = sampled(true, np.tile([8.0, 5.0, 1.0], (12, 1)), 3)
-    near = np.abs(seen.time[:, None] - true[legs == 1]).min(axis=1) < 0.06
+    seen = sampled(STRIKES, np.tile([8.0, 5.0, 1.0], (12, 1)), 3)
+    near = np.abs(seen.time[:, None] - STRIKES[LEGS == 1]).min(axis=1) < 0.06
     holes = dataclasses.replace(seen, force=np.where(near[:, None], np.nan, seen.force))
-    found, _ = at_onsets(HeelStrikes(true + 0.015, legs), holes, 0)
-    np.testing.assert_allclose(found.time, true, atol=1e-3)
+    found, _ = at_onsets(HeelStrikes(STRIKES + 0.015, LEGS), holes, 0)
+    np.testing.assert_allclose(found.time, STRIKES, atol=1e-3)
 
 
 def test_strikes_without_impacts_stay() -> None:
