@@ -16,7 +16,6 @@ from stages.calibration.estimation.run_fit import design_sizes
 from stages.calibration.following import track
 from stages.calibration.following.follower import Follower
 from stages.calibration.following.present import Present
-from stages.calibration.following.report import _follower as follower_of
 from stages.calibration.following.robot_file import NAME, FittedRobot, Learned
 from stages.calibration.following.step import Step
 from stages.calibration.following.track import Track, follow, forecasts, lateness, samples_of, with_forecasts
@@ -288,7 +287,7 @@ def test_a_robot_is_followed_by_the_model_that_its_own_runs_were_followed_by():
     innovations of 1.50 where 1.26 was kept of it."""
     robot, fitted = model()
     found = dataclasses.replace(robot, design=DESIGN.with_value("biped.foot_radius", 1.1 * DESIGN.biped.foot_radius))
-    layout = follower_of(PARAMETERS, found).model.layout
+    layout = Follower.of(found, found.fitted_by(PARAMETERS), SETTINGS).model.layout
     assert (layout.middle == fitted.layout.middle).all() and (layout.strike == fitted.layout.strike).all()
 
 

@@ -39,16 +39,11 @@ LEVEL = 0.01
 FITS, LATEST = 1.5, 100
 
 
-def _follower(parameters: Parameters, robot: FittedRobot) -> Follower:
-    """What follows a robot. Raises NoGait."""
-    return Follower.of(robot, robot.fitted_by(parameters), parameters.settings)
-
-
 def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], asking: Asking) -> Answer:
     """Follow rows of standard input, and say each answer at once. Raises WrongOption, NoGait, NotIdentified."""
     robot = FittedRobot.read(folder)
     parameters = robot.read_by(parameters)
-    stream = Stream(_follower(parameters, robot), about, parameters)
+    stream = Stream(Follower.of(robot, robot.fitted_by(parameters), parameters.settings), about, parameters)
     said, lost, latest, strange = 0, "", deque[float](maxlen=LATEST), ""
     try:
         for instant in stream.follow(rows_of(asking.lines(), asking.note, stream.periods)):
@@ -70,7 +65,7 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
     """The answer to `follow`. Raises WrongOption, NoGait, NotIdentified."""
     robot = FittedRobot.read(folder)
     parameters = robot.read_by(parameters)
-    follower = _follower(parameters, robot)
+    follower = Follower.of(robot, robot.fitted_by(parameters), parameters.settings)
     runs, lines = named_runs(source, robot.began, follower.model, parameters, names, asking)
     rows, plain, table, odd = list[dict[str, Any]](), dict[str, Any](), list[list[Any]](), list[str]()
     for number, (name, run) in enumerate(runs.items()):

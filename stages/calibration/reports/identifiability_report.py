@@ -59,7 +59,10 @@ def answered(parameters: Parameters, request: Request, runs: int) -> Answer:
         tables=[
             (f"What {counted} of {parameters.settings.planned_steps} steps can determine: standard deviations",
              ["parameter", "value", "unit", "one run", counted, "goes with", "correlation", "were it known"],
-             _rows(with_scale, single, units)),
+             [[short(name), f"{with_scale.values[row]:.6g}", units[row], _share(single, row, single.sd),
+               _share(with_scale, row, with_scale.sd), short(with_scale.partners[row]),
+               f"{with_scale.correlations[row]:+.3f}", _share(with_scale, row, with_scale.sd_without)]
+              for row, name in enumerate(with_scale.names)]),
             ("What would help: standard deviations shrink by", ["measurement", *map(short, names)], more),
         ],
         plain={
@@ -80,13 +83,6 @@ def _weak(found: Identifiability) -> list[str]:
     return [f"weak: {short(name)} goes with {short(found.partners[row])} (correlation {found.correlations[row]:+.3f}); "
             f"were that known, {short(name)} would be known to {_share(found, row, found.sd_without)}"
             for row, name in enumerate(found.names) if abs(found.correlations[row]) >= STRONG]  # fmt: skip
-
-
-def _rows(found: Identifiability, single: Identifiability, units: Sequence[str]) -> list[list[str]]:
-    """The table's rows."""
-    return [[short(name), f"{found.values[row]:.6g}", units[row], _share(single, row, single.sd),
-             _share(found, row, found.sd), short(found.partners[row]), f"{found.correlations[row]:+.3f}",
-             _share(found, row, found.sd_without)] for row, name in enumerate(found.names)]  # fmt: skip
 
 
 def _parameters(
