@@ -84,7 +84,7 @@ def test_a_smaller_push_is_no_advice_for_a_twin_that_falls_by_itself(few, inputs
 def ingested(made: Result, every: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Ingested:
     path = tmp_path_factory.mktemp("campaign") / "measurements.sqlite"
     path.write_bytes(made.files["measurements.sqlite"])
-    return ingest(every["imu"], Measured(path))
+    return ingest(every["imu"], Measured(path, path.with_name("campaign.h5")))
 
 
 @pytest.mark.slow
@@ -234,7 +234,7 @@ def scores(
         made = [sensed_run(number, walk, parameters) for number, walk in enumerate(walks)]
         sent = [(experiment, sent) for experiment, _, sent in made]
         path.write_bytes(database_bytes([device(place, parameters) for place in MOUNTING], sent))
-        result = ingest(every["imu"], Measured(path))
+        result = ingest(every["imu"], Measured(path, path.with_name("campaign.h5")))
         assert len(result.runs) == RUNS
         score = score_ingest(Result(SYNTHETIC, tuple(truth for _, truth, _ in made), (), (), {}), result, 3, 9.81)
         assert score is not None
