@@ -530,8 +530,9 @@ def test_a_run_of_the_study_is_followed_beside_the_truth():
     run, design, unknowns = made(5, 7)
     robot, fitted = model()
     values, d = np.array([design.value(name) for name in fitted.of_design]), len(fitted.shared)
+    nothing = SimpleNamespace(time=np.empty(0), residual=np.empty((0, 3)))
     fit = FittedRun("drawn", "lab", values[:d], values[d:], unknowns, robot.covariance, values[:d], 1.0, 1.0, 1, True,
-                    "", None, None, run.strikes)  # fmt: skip
+                    "", nothing, nothing, run.strikes)  # fmt: skip
     times = np.arange(0.6, run.duration, 0.005)
     begun = walk(design, (), unknowns, fitted.layout, run.sampling, run.duration, 1e-9)
     states, lie = begun.states(true_times(unknowns, times))
