@@ -306,3 +306,10 @@ def test_a_stamp_that_is_late_alone_is_no_loss(rate: float, jitter: float, unit:
     sensor = dataclasses.replace(device("hip"), rate_hz=rate)
     indexed = index_samples(recording_from_columns(made(0)[0], sensor, columns))
     assert np.abs(indexed.index - (sampled - sampled[0])).max() <= (2 if jitter else 0)
+
+
+def test_a_hole_in_three_samples_is_as_long_as_it_was() -> None:
+    """The median of two steps was none of them, and no step near it."""
+    columns = np.full((3, 11), np.nan)
+    columns[:, 2], columns[:, 5:] = (0.0, 0.01, 0.11), np.eye(3, 6)
+    assert index_samples(recording_from_columns(made(0)[0], device("hip"), columns)).index.tolist() == [0, 1, 11]

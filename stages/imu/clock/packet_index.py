@@ -223,7 +223,7 @@ def _advances(stamp: np.ndarray) -> np.ndarray:
     step, count = np.diff(stamp), len(stamp)
     if count < 2:
         return np.empty(0)
-    usual = float(np.median(step))
+    usual = float(np.quantile(step, 0.5, method="lower"))  # one of them
     usual = float(step[np.abs(step / usual - 1) < 0.5].mean())  # of stamps in ms the median is a whole number
     late = np.pad(stamp - usual * np.arange(count), NEIGHBOURS, "edge")
     level = np.median(np.lib.stride_tricks.sliding_window_view(late, NEIGHBOURS), axis=1)
