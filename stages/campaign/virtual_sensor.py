@@ -61,7 +61,10 @@ def low_pass(signal: np.ndarray, grid_rate_hz: float, bandwidth_hz: float) -> np
 
 
 def read(motion: SensorMotion, errors: SensorErrors, settings: SensorSettings, rng: np.random.Generator) -> Readings:
-    """The counts the sensor puts out over the whole motion, from a random phase of its own clock."""
+    """The counts the sensor puts out over the whole motion, from a random phase of its own clock.
+
+    What is drawn for each sample has a generator of its own: a sample more at the end changes nothing before.
+    """
     grid_rate = 1 / (motion.time[1] - motion.time[0])
     phase = rng.uniform(0, errors.period)
     count = int((motion.time[-1] - motion.time[0] - phase) / errors.period) + 1
@@ -70,7 +73,7 @@ def read(motion: SensorMotion, errors: SensorErrors, settings: SensorSettings, r
     def channel(signal: np.ndarray, gain: np.ndarray, bias: np.ndarray, noise: float, full_scale: float) -> np.ndarray:
         smooth = low_pass(signal, grid_rate, settings.bandwidth_hz)
         sampled = np.column_stack([np.interp(time, motion.time, axis) for axis in smooth.T])
-        value = (sampled @ errors.rotation.T) * gain + bias + rng.normal(scale=noise, size=sampled.shape)
+        value = (sampled @ errors.rotation.T) * gain + bias + noise * rng.spawn(1)[0].normal(size=sampled.shape)
         largest = 2 ** (settings.bits - 1)
         return np.asarray(np.clip(np.rint(value / full_scale * largest), -largest, largest - 1).astype(np.int64))
 
@@ -108,18 +111,20 @@ def transmit(
 
     The device stamp is what the sensor believes: its own count of samples over its nominal rate.
     A stall holds a packet back and all that queue behind it; a lost packet leaves a hole in the packet numbers.
+    Generators as in `read`.
     """
+    delays, stalls, lengths, uploads, losses = rng.spawn(5)
     batch = settings.batch_size
     packets = len(readings.time) // batch
     row = np.arange(packets * batch)
     ready = readings.time[batch - 1 :: batch][:packets]
-    delay = settings.latency_s + rng.exponential(settings.jitter_s, packets)
-    stalled = rng.random(packets) < settings.stall_share
-    delay += np.where(stalled, rng.exponential(settings.stall_s, packets), 0.0)
+    delay = settings.latency_s + delays.exponential(settings.jitter_s, packets)
+    stalled = stalls.random(packets) < settings.stall_share
+    delay += np.where(stalled, lengths.exponential(settings.stall_s, packets), 0.0)
     phone = np.maximum.accumulate(_next_connection(ready, settings.connection_interval_s, rng) + delay)
     uploaded = np.ceil(phone / settings.upload_interval_s) * settings.upload_interval_s
-    server = np.maximum.accumulate(uploaded + settings.latency_s + rng.exponential(settings.jitter_s, packets))
-    kept = np.repeat(rng.random(packets) >= settings.loss_share, batch)
+    server = np.maximum.accumulate(uploaded + settings.latency_s + uploads.exponential(settings.jitter_s, packets))
+    kept = np.repeat(losses.random(packets) >= settings.loss_share, batch)
 
     first = int(rng.integers(0, settings.counter_modulus))
     number = (first + np.arange(packets)) % settings.counter_modulus

@@ -239,7 +239,11 @@ def scores(
         score = score_ingest(Result(SYNTHETIC, tuple(truth for _, truth, _ in made), (), (), {}), result, 3, 9.81)
         assert score is not None
         print(f"seed {seed}, {request.param}:", *(" ".join(row) for row in score.table()[2]), sep="\n  ")
-        found.append(score)
+        both = np.array([len(run.hip.time) and len(run.foot.time) for run in result.runs]) > 0
+        assert all("heel strikes" in result.runs[one].report.not_trusted for one in np.flatnonzero(~both))
+        found.append(dataclasses.replace(score, recall=score.recall[both], precision=score.precision[both]))
+    few = RUNS * len(SEEDS) - sum(len(one.recall) for one in found)
+    assert few <= 3, "of a clock in thirty stalls may leave too little: its sensor is not used, which is said"
     return found
 
 

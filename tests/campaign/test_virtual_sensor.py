@@ -106,6 +106,20 @@ def test_losses_are_whole_packets_and_as_many_as_asked_for(sent) -> None:
     assert (np.diff(got.packet.astype(int))[got.position[1:] == 0] % 65536 >= 1).all()
 
 
+def test_a_longer_walk_is_sensed_and_sent_as_a_shorter_one_to_its_end() -> None:
+    """Closer solvers change a walk's length: with another noise and other losses from there on, these were compared."""
+    settings = dataclasses.replace(PERFECT, acceleration_noise_density=2000.0, angular_rate_noise_density_deg_s=0.05)
+
+    def seen(steps: int) -> np.ndarray:
+        rng, still = np.random.default_rng(4), motion(np.zeros((steps, 3)))
+        readings = read(still, draw_errors(settings, DEVICE, rng), settings, rng)
+        return transmit(readings, 1000.0, 100.0, RADIO, rng).table().astype(float)
+
+    one, other = seen(50_000), seen(50_200)
+    assert len(other) - len(one) in (0, 3) and len(one) > 900
+    np.testing.assert_array_equal(one, other[: len(one)])
+
+
 # --- The still stand and the push: continuous into the walk, and true to mechanics.
 
 
