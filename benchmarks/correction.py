@@ -15,11 +15,9 @@ import numpy as np
 from pipeline.study import Study
 from stages.analytic.result import Inputs as WalkInputs
 from stages.analytic.run import run as run_analytic
-from stages.calibrated_twin.run import Inputs as TwinInputs
-from stages.calibrated_twin.run import run as run_calibrated_twin
+from stages.calibrated_twin.run import Inputs as TwinInputs, run as run_calibrated_twin
 from stages.calibration.run import Inputs, run
-from stages.campaign.run import Inputs as CampaignInputs
-from stages.campaign.run import run as run_campaign
+from stages.campaign.run import Inputs as CampaignInputs, run as run_campaign
 from stages.twin.run import run as run_twin
 
 ROOT = Path(__file__).resolve().parent.parent

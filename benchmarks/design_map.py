@@ -20,8 +20,7 @@ from scipy.stats import binomtest
 
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.poincare import by_stability
-from stages.analytic.maps.answers import COLUMNS, UNANSWERED, WAYS, Task, anchors_of, block
-from stages.analytic.maps.answers import searched as search
+from stages.analytic.maps.answers import COLUMNS, UNANSWERED, WAYS, Task, anchors_of, block, searched as search
 from stages.analytic.maps.box import Box, read
 from stages.biped.design import Biped
 from stages.ground.slope import Slope

@@ -18,8 +18,7 @@ from pipeline.layout import markdown
 from pipeline.parameters.loading import load
 from stages.penalty.walk import Settings, simulate
 from stages.twin.exports import mjcf
-from stages.twin.exports.exported import Exported
-from stages.twin.exports.exported import exported as begun
+from stages.twin.exports.exported import Exported, exported as begun
 from stages.twin.exports.fmu.package import gait, write
 from stages.twin.exports.formats import FORMATS
 from stages.twin.machine.contact import COUNT, feet_places

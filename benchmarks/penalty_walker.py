@@ -22,8 +22,7 @@ from stages.contact_study.parameters import Parameters
 from stages.ground.laws import NORMAL_FORCES
 from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.cycle import SectionWalker
-from stages.multibody.walking.walk import build
-from stages.multibody.walking.walk import simulate as exudyn_walk
+from stages.multibody.walking.walk import build, simulate as exudyn_walk
 from stages.penalty.model.changes import changes_of, names_of
 from stages.penalty.step_map import PenaltyStepper, changed, responses
 from stages.penalty.walk import Settings, simulate

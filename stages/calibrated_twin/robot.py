@@ -29,8 +29,7 @@ from stages.imu.trial.body import FORWARD, LATERAL, UP
 from stages.planar.signals import IMU
 from stages.twin.machine.machine import Machine
 from stages.twin.machine.projection import with_numbers_of
-from stages.twin.parameters import IMU_IN_SPACE
-from stages.twin.parameters import Settings as TwinSettings
+from stages.twin.parameters import IMU_IN_SPACE, Settings as TwinSettings
 from stages.twin.walking.record import Record, sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 

@@ -38,10 +38,8 @@ from stages.calibration.recordings import (
     recorded,
     sources,
 )
-from stages.calibration.result import FittedRun, HeldOut
-from stages.calibration.result import Result as Calibration
-from stages.campaign.result import BARE
-from stages.campaign.result import Result as Campaign
+from stages.calibration.result import FittedRun, HeldOut, Result as Calibration
+from stages.campaign.result import BARE, Result as Campaign
 from stages.twin.machine.machine import build
 
 AS_FOUND = "as found"

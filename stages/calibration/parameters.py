@@ -9,9 +9,14 @@ from stages.biped.design import Biped
 from stages.biped.quantity import Bound, parameter
 from stages.campaign.parameters import NOT_NEGATIVE, POSITIVE, Fitted, SensorSettings
 from stages.ground.slope import Slope
-from stages.imu.parameters import Cover, Drawing, Limits, filter_delay
-from stages.imu.parameters import Parameters as IngestParameters
-from stages.imu.parameters import Settings as IngestSettings
+from stages.imu.parameters import (
+    Cover,
+    Drawing,
+    Limits,
+    Parameters as IngestParameters,
+    Settings as IngestSettings,
+    filter_delay,
+)
 from stages.twin.parameters import Settings as TwinSettings
 
 

@@ -25,8 +25,7 @@ from stages.campaign.result import Result as Campaign
 from stages.imu.parameters import filter_delay
 from stages.imu.run import trials
 from stages.imu.sources.opening import as_file
-from stages.imu.sources.reading import run_of as as_read
-from stages.imu.sources.reading import runs
+from stages.imu.sources.reading import run_of as as_read, runs
 from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor
 from stages.imu.trial.sensor import SensorTrace
 from stages.imu.trial.trial import Trial

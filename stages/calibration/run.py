@@ -52,8 +52,7 @@ from stages.calibration.recordings import (
     table_value,
 )
 from stages.calibration.result import Determined, Failed, FittedRun, Followed, HeldOut, Misses, Result
-from stages.campaign.result import Result as Campaign
-from stages.campaign.result import RunTruth
+from stages.campaign.result import Result as Campaign, RunTruth
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,9 @@ import numpy as np
 from stages.biped.between_steps import running_integral
 from stages.biped.quantity import quantity
 from stages.calibration.result import HALF_WIDTH
-from stages.campaign.result import Result as Campaign
-from stages.campaign.result import RunTruth, SensorTruth
+from stages.campaign.result import Result as Campaign, RunTruth, SensorTruth
 from stages.comparison.tables import Table
-from stages.imu.result import Result as Ingested
-from stages.imu.result import Run, SensorSignals
+from stages.imu.result import Result as Ingested, Run, SensorSignals
 from stages.imu.strikes.step_times import HeelStrikes, step_frequency
 
 #: For Table 1's robot; others have their own time.

@@ -8,8 +8,7 @@ import numpy as np
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.stride import NoEvidence, Stride, last_bounds, through_low_pass
-from stages.imu.result import Result as Ingested
-from stages.imu.result import Run
+from stages.imu.result import Result as Ingested, Run
 from stages.imu.strikes.step_times import INNER, OUTER, HeelStrikes, stride_bounds
 from stages.imu.trial.agreement import Agreement, FrequencyDifference, agreement, frequency_difference
 

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from stages.analytic.parameters import Rounded
-from stages.analytic.parameters import Settings as ConstraintSettings
+from stages.analytic.parameters import Rounded, Settings as ConstraintSettings
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.quantity import Bound, parameter
 from stages.calibration.parameters import Settings as CalibrationSettings
@@ -15,9 +14,7 @@ from stages.contact_study.parameters import Settings as StudySettings
 from stages.error_budget.parameters import Settings as BudgetSettings
 from stages.ground.blocks import Blocks
 from stages.ground.contact_law import DefaultSet, OnGround
-from stages.imu.parameters import Drawing
-from stages.imu.parameters import Limits as IngestLimits
-from stages.imu.parameters import Settings as IngestSettings
+from stages.imu.parameters import Drawing, Limits as IngestLimits, Settings as IngestSettings
 from stages.multibody.parameters import Settings as PlanarSettings
 from stages.rough_ground.parameters import Settings as RoughSettings
 from stages.tradeoff.parameters import Settings as TradeoffSettings

@@ -14,8 +14,7 @@ from stages.biped.quantity import Bound, faults, parameter
 from stages.ground.contact_law import OnGround
 from stages.ground.slope import Friction
 from stages.multibody.parameters import Settings as MultibodySettings
-from stages.twin.parameters import Parameters as TwinParameters
-from stages.twin.parameters import Settings as TwinSettings
+from stages.twin.parameters import Parameters as TwinParameters, Settings as TwinSettings
 
 #: Models: the constraint model's gait with rolling and with Coulomb feet, that of designs with frames, unequal legs and
 #: more than a hinge at the hip, one step of it, many steps of it in a row, a gait's derivatives and the estimate of its

@@ -18,8 +18,7 @@ from stages.extremes.result import Finding, judged
 from stages.ground.contact_law import ContactLaw
 from stages.ground.slope import Friction, Slope
 from stages.multibody.walking.walk import simulate
-from stages.penalty.walk import Settings as CompiledSettings
-from stages.penalty.walk import simulate as compiled_walk
+from stages.penalty.walk import Settings as CompiledSettings, simulate as compiled_walk
 from stages.planar.energy import energy_balance
 from stages.planar.run import Run, Trajectory, rolling_state
 from stages.twin.machine.machine import build

@@ -20,11 +20,9 @@ from stages.biped.walk import largest_of_a_step
 from stages.comparison.result import Result as Comparison
 from stages.figures.entry import Inputs
 from stages.imu.judgement.verdict import FREQUENCY
-from stages.imu.result import Result as Ingested
-from stages.imu.result import stepping
+from stages.imu.result import Result as Ingested, stepping
 from stages.model_error.measures import NAMES, in_digits
-from stages.model_error.result import EVEN, SHARED, WIDTH
-from stages.model_error.result import Result as ModelError
+from stages.model_error.result import EVEN, SHARED, WIDTH, Result as ModelError
 from stages.planar.run import FELL
 from stages.twin.result import with_doubt
 

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from stages.analytic.parameters import DesignDigits, Rounded, SlopeDigits
-from stages.analytic.parameters import Settings as AnalyticSettings
+from stages.analytic.parameters import DesignDigits, Rounded, Settings as AnalyticSettings, SlopeDigits
 from stages.biped.design import Biped
 from stages.biped.quantity import Bound, Broken, broken, parameter
 from stages.ground.blocks import Blocks

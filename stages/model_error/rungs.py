@@ -17,8 +17,7 @@ from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe, find_gait
 from stages.analytic.gait.poincare import FixedPoint, by_stability, fixed_point, repeated
-from stages.analytic.maps.answers import corrected as corrected_gait
-from stages.analytic.maps.answers import exact
+from stages.analytic.maps.answers import corrected as corrected_gait, exact
 from stages.analytic.model.walker import Vector, Walker
 from stages.analytic.walk.recording import crossing_state
 from stages.biped.design import Biped
@@ -29,10 +28,8 @@ from stages.model_error.measures import NAMES
 from stages.model_error.parameters import Parameters
 from stages.model_error.result import MODELS, PRICES, SHARED
 from stages.penalty.step_map import PenaltyStepper
-from stages.penalty.walk import Settings as PenaltySettings
-from stages.penalty.walk import simulate
-from stages.planar.limit_cycle import corrected, floquet_multipliers, gait_near
-from stages.planar.limit_cycle import fixed_point as limit_cycle
+from stages.penalty.walk import Settings as PenaltySettings, simulate
+from stages.planar.limit_cycle import corrected, fixed_point as limit_cycle, floquet_multipliers, gait_near
 from stages.planar.run import LimitCycle
 from stages.planar.sampling import peaks
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state

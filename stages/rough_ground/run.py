@@ -18,13 +18,11 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import fixed_point
 from stages.analytic.model.walker import Vector
-from stages.analytic.result import OTHERWISE, REACHES, Inputs
-from stages.analytic.result import Result as Analytic
+from stages.analytic.result import OTHERWISE, REACHES, Inputs, Result as Analytic
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.processes import Progress, ignore
 from stages.ground.blocks import Blocks
-from stages.penalty.walk import Settings as PenaltySettings
-from stages.penalty.walk import begin, numbers_of
+from stages.penalty.walk import Settings as PenaltySettings, begin, numbers_of
 from stages.planar.run import COMPLETED, rolling_state
 from stages.rough_ground.parameters import Parameters, Settings
 from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN, DesignNorm, OnHeight, Reached, Result

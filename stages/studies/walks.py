@@ -19,8 +19,7 @@ from stages.multibody.parameters import Settings as ExudynSettings
 from stages.multibody.walking.cycle import SectionWalker
 from stages.multibody.walking.walk import simulate as exudyn_walk
 from stages.penalty.step_map import PenaltyStepper
-from stages.penalty.walk import Settings
-from stages.penalty.walk import simulate as compiled_walk
+from stages.penalty.walk import Settings, simulate as compiled_walk
 from stages.planar.limit_cycle import corrected, fixed_point
 from stages.planar.run import PlanarState, Run, rolling_state
 from stages.planar.section import SectionStep, section_numbers

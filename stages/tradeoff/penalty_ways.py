@@ -27,8 +27,7 @@ from stages.twin.machine import machine as spatial
 from stages.twin.machine.contact import X, Y
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings as TwinSettings
-from stages.twin.walking.record import Record, peak_force
-from stages.twin.walking.record import find_events as find_spatial_events
+from stages.twin.walking.record import Record, find_events as find_spatial_events, peak_force
 from stages.twin.walking.simulate import rolling_start, simulate_twin
 
 PENALTY = "penalty model"

@@ -18,8 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stages.analytic.errors import StepFailed
-from stages.analytic.result import Inputs
-from stages.analytic.result import Result as Analytic
+from stages.analytic.result import Inputs, Result as Analytic
 from stages.biped.design import BeyondModel, Biped, require_own_strikes
 from stages.biped.processes import Progress, ignore
 from stages.studies.result import COMPLETED

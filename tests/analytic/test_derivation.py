@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from stages.analytic.model import derivation as d
-from stages.analytic.model import formulas, made, terms
+from stages.analytic.model import derivation as d, formulas, made, terms
 from stages.analytic.model.formulas import document
 from stages.analytic.model.generate import SOURCES, compact
 from stages.analytic.model.kinds import DetailedCompliant, DetailedRigid, PlainCompliant, PlainRigid, present

@@ -20,8 +20,17 @@ from stages.analytic.phases.motion import RIGID, flow
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from stages.analytic.walk.sampling import sample_walk
-from tests.analytic.designs import FRICTION, HEAVY_LEGS, SLOPE, TABLE_1, changed, found_gait, gait_beside, random_states
-from tests.analytic.designs import found_gait as gait_of
+from tests.analytic.designs import (
+    FRICTION,
+    HEAVY_LEGS,
+    SLOPE,
+    TABLE_1,
+    changed,
+    found_gait,
+    found_gait as gait_of,
+    gait_beside,
+    random_states,
+)
 from tests.analytic.differences import extrapolated, gait_slope, together
 
 #: Every detail at work, and a gait with it.

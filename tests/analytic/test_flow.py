@@ -8,8 +8,7 @@ import pytest
 from stages.analytic.gait.gait_report import audit, report_gait
 from stages.analytic.gait.gait_search import step_length
 from stages.analytic.gait.poincare import poincare_derivative, poincare_map
-from stages.analytic.integration.dop853_tableau import A as EXPLICIT
-from stages.analytic.integration.dop853_tableau import B
+from stages.analytic.integration.dop853_tableau import A as EXPLICIT, B
 from stages.analytic.integration.integrator import DOP853, STAGES, step_factor
 from stages.analytic.integration.radau import A_INVERSE, A, C, error_norm, jacobian, take_step
 from stages.analytic.integration.readable import take_step as readable_step

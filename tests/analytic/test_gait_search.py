@@ -16,8 +16,8 @@ from stages.analytic.gait.continuation import (
     BranchPoint,
     continue_gait,
     follow_family,
+    test_functions as signs_at,
 )
-from stages.analytic.gait.continuation import test_functions as signs_at
 from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import by_stability, describe, find_gait, find_gaits, from_neighbours, gaits_kept

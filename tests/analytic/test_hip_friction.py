@@ -21,8 +21,7 @@ from stages.analytic.walk.recording import crossing_state, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.design import BeyondModel
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait
-from tests.analytic.differences import extrapolated, gait_slope, map_slope, shares, step_slope
-from tests.analytic.differences import together as along_all
+from tests.analytic.differences import extrapolated, gait_slope, map_slope, shares, step_slope, together as along_all
 
 FREE = {"rigid": changed(TABLE_1_RIGID, frame_mass=0.01, frame_com=0.02),
         "compliant": changed(TABLE_1, frame_mass=0.01, frame_com=0.02)}  # fmt: skip

@@ -18,8 +18,7 @@ from stages.analytic.phases.motion import RIGID, flow
 from stages.analytic.walk.driven_stance import driven_stance
 from stages.biped.design import Biped
 from stages.ground.slope import Slope
-from tests.authorities.test_simplest_walker import SLOPE as OF_THE_SIMPLEST
-from tests.authorities.test_simplest_walker import limit_of_light_feet
+from tests.authorities.test_simplest_walker import SLOPE as OF_THE_SIMPLEST, limit_of_light_feet
 
 SLOPE = Slope(slope_deg=math.degrees(0.01), gravity=1.0)
 #: Point feet; the program counts q2 with the other sign.

@@ -12,8 +12,7 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.model.walker import build_walker
 from stages.biped.question import WrongOption
 from stages.calibration.blind_score import draw, scored, summary
-from stages.calibration.estimation import first_guess as first_guess_module
-from stages.calibration.estimation import run_fit
+from stages.calibration.estimation import first_guess as first_guess_module, run_fit
 from stages.calibration.estimation.campaign import JOINT, Joint, fit_campaign
 from stages.calibration.estimation.first_guess import first_guess, other_guesses
 from stages.calibration.estimation.least_squares import (

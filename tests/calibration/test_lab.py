@@ -15,8 +15,7 @@ from pipeline.questions.asking import Asked
 from pipeline.study import Study
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.walk.sampling import walk_from_mid_stance
-from stages.calibration import blind_score, recordings
-from stages.calibration import run as stage
+from stages.calibration import blind_score, recordings, run as stage
 from stages.calibration.blind_score import draw, model_of
 from stages.calibration.estimation.campaign import fit_campaign
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified

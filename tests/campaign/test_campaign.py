@@ -34,8 +34,7 @@ from stages.campaign.run import (
 from stages.campaign.twin_run import NoWalk, TwinRun, draw_variation, first_state, generator, walk_twin
 from stages.comparison.ingest_score import IngestScore, score_ingest
 from stages.imu.result import Result as Ingested
-from stages.imu.run import Inputs as Measured
-from stages.imu.run import run as ingest
+from stages.imu.run import Inputs as Measured, run as ingest
 from tests.study import parameters_of
 
 

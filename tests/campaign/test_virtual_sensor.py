@@ -4,8 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from stages.biped.walk import StanceState
 from stages.campaign.parameters import RadioSettings, SensorSettings

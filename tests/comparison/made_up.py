@@ -18,10 +18,10 @@ from stages.error_budget.result import (
     UNEXPLAINED,
     Convergence,
     CycleBudget,
+    Result as Budget,
     Split,
     StepBudget,
 )
-from stages.error_budget.result import Result as Budget
 from stages.ground.contact_law import ContactLaw
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
 from stages.studies.result import COMPLETED, Distance, EngineAgreement

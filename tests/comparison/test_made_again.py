@@ -5,8 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from stages.campaign.result import DATABASE
-from stages.campaign.result import Result as Campaign
+from stages.campaign.result import DATABASE, Result as Campaign
 from stages.comparison.evidence import Inputs
 from stages.comparison.ingest_score import score_ingest
 from stages.comparison.made_again import as_both_have_it

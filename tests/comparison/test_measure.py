@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pipeline.commands.claims import Claim as Shown
-from pipeline.commands.claims import as_text
+from pipeline.commands.claims import Claim as Shown, as_text
 from stages.comparison.claims import calibration, contact, figure_8, gait, judge, measurement, numerics, twin
 from stages.comparison.claims.judge import SAFE, judged
 from stages.comparison.claims.paper import STANDARD_GRAVITY

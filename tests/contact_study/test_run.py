@@ -10,8 +10,7 @@ from pipeline.cache import artefact
 from stages.analytic.errors import NoGait
 from stages.analytic.gait.gait_search import gaits_kept
 from stages.biped.accuracy.scales import scales_of, size
-from stages.contact_study import rigid_limit
-from stages.contact_study import run as stage
+from stages.contact_study import rigid_limit, run as stage
 from stages.contact_study.one_step import (
     NO_HEEL_STRIKE,
     Scene,

@@ -11,8 +11,7 @@ from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.model.walker import build_walker
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
-from stages.extremes import constraint_points, penalty_points
-from stages.extremes import run as stage
+from stages.extremes import constraint_points, penalty_points, run as stage
 from stages.extremes.parameters import (
     COMPILED,
     COULOMB,

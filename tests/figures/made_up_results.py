@@ -21,18 +21,14 @@ from stages.figures.parameters import Settings
 from stages.ground.blocks import Blocks
 from stages.model_error.measures import NAMES
 from stages.model_error.result import Result as ModelError
-from stages.rough_ground.result import MODELS, DesignNorm, OnHeight, Reached
-from stages.rough_ground.result import Result as RoughGround
+from stages.rough_ground.result import MODELS, DesignNorm, OnHeight, Reached, Result as RoughGround
 from stages.stability.result import Result as Stability
 from stages.studies.result import COMPLETED
-from stages.tradeoff.result import Errors, Reference, Row
-from stages.tradeoff.result import Result as Tradeoff
+from stages.tradeoff.result import Errors, Reference, Result as Tradeoff, Row
 from stages.twin.machine.parts import Part
 from stages.twin.result import Settling
-from stages.twin_ladder.result import Result as Ladder
-from stages.twin_ladder.result import RungGait, SameMachine
-from stages.twin_pushes.result import PushedWalk
-from stages.twin_pushes.result import Result as Pushes
+from stages.twin_ladder.result import Result as Ladder, RungGait, SameMachine
+from stages.twin_pushes.result import PushedWalk, Result as Pushes
 from tests.comparison.made_up import DEFAULTS, make_agreement, make_budget, make_study, make_walk, scaled
 
 

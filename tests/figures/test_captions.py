@@ -33,13 +33,13 @@ from tests.figures.made_up_results import (
     analytic,
     calibration,
     comparison,
+    drawn as made_up_figure,
     given,
     misses,
     parameters,
     results,
     stability,
 )
-from tests.figures.made_up_results import drawn as made_up_figure
 
 
 def folded():

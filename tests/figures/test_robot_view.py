@@ -15,8 +15,7 @@ from stages.biped.design import Biped
 from stages.comparison.claims.judge import STATEMENTS
 from stages.drawing import style
 from stages.figures import view
-from stages.figures.drawn import figure_09_section, robot_symbols
-from stages.figures.drawn import robot_in_space as robot
+from stages.figures.drawn import figure_09_section, robot_in_space as robot, robot_symbols
 from stages.figures.drawn.robot_symbols import DrawnLeg, Page, formula
 from stages.ground.blocks import Blocks, BlocksDoNotFit
 from stages.twin.exports.solids import box, ring

@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.study import locate
 from stages.campaign.parameters import SensorSettings
-from stages.campaign.result import Result as Campaign
-from stages.campaign.result import RunTruth
+from stages.campaign.result import Result as Campaign, RunTruth
 from stages.comparison.ingest_score import IngestScore, score_ingest
 from stages.imu.parameters import filter_delay
 from stages.imu.result import Result

@@ -95,8 +95,7 @@ def ros(kind: str, folder: Path) -> Path:
     """A recording of two topics, one of an inertial sensor."""
     pytest.importorskip("rosbags", reason=WHY)
     from rosbags.rosbag1 import Writer as Ros1
-    from rosbags.rosbag2 import StoragePlugin
-    from rosbags.rosbag2 import Writer as Ros2
+    from rosbags.rosbag2 import StoragePlugin, Writer as Ros2
     from rosbags.typesys import Stores, get_typestore
 
     types = get_typestore(Stores.ROS1_NOETIC if kind == "ros1" else Stores.ROS2_HUMBLE)

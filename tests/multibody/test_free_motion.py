@@ -15,8 +15,7 @@ from stages.multibody.parameters import Settings
 from stages.multibody.walking.walk import simulate
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
 from stages.planar.run import PlanarState, hip_creep, rolling_state
-from tests.analytic.test_driven_stance import ROBOT
-from tests.analytic.test_driven_stance import START as STANCE
+from tests.analytic.test_driven_stance import ROBOT, START as STANCE
 
 ASSEMBLIES = pytest.mark.parametrize("assembly", ["tree", "joints"])
 LEGS = pytest.mark.parametrize("legs", ["compliant", "rigid"])

@@ -15,8 +15,7 @@ from stages.biped.accuracy.scales import scales_of
 from stages.ground.blocks import Blocks, BlocksDoNotFit
 from stages.ground.friction import SCALARS, Lane, lanes
 from stages.multibody.walking.watch import Look, Watch
-from stages.penalty.walk import Settings as PenaltySettings
-from stages.penalty.walk import begin, numbers_of
+from stages.penalty.walk import Settings as PenaltySettings, begin, numbers_of
 from stages.planar.energy import energy_balance, mass_moment
 from stages.planar.run import COMPLETED, DIVERGED, FELL, SOLVER_FAILED, STALLED, STEP_FLOOR, PlanarState, rolling_state
 from stages.planar.sampling import find_events, sample

@@ -7,8 +7,7 @@ import shutil
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from pipeline.cache.fingerprint import compact
 from pipeline.commands.run import _say_what_gives_way

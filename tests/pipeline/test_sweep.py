@@ -14,8 +14,7 @@ import pytest
 from pipeline.errors import StudyError
 from pipeline.execution.display import Display
 from pipeline.parameters.value import declared
-from pipeline.sweep import pool
-from pipeline.sweep import spec as specs
+from pipeline.sweep import pool, spec as specs
 from pipeline.sweep.pool import Bench, Row
 from pipeline.sweep.spec import Choice, Normal, Range
 from pipeline.sweep.sweep import duration, how_far

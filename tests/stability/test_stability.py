@@ -28,8 +28,7 @@ from stages.stability.blocks.rare import PATTERN, PLACES, NoFalls, Patterns, gen
 from stages.stability.blocks.walks import KEPT, Rough, Walk, heights_of, some_walks, walk_on
 from stages.stability.parameters import Settings
 from stages.stability.questions import rough as question
-from stages.stability.run import SLOPE as OVER
-from stages.stability.run import over_slope, section_of, starts_around
+from stages.stability.run import SLOPE as OVER, over_slope, section_of, starts_around
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait
 from tests.asking import Asking
 

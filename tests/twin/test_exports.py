@@ -14,16 +14,14 @@ import pytest
 
 from stages.ground.friction import normal_force, static_penetration
 from stages.twin.exports import gltf, mjcf, sdf, urdf
-from stages.twin.exports.exported import NAMES
-from stages.twin.exports.exported import exported as begun
+from stages.twin.exports.exported import NAMES, exported as begun
 from stages.twin.exports.formats import FORMATS
 from stages.twin.exports.solids import shown_parts, surface
 from stages.twin.machine.contact import COUNT, SLIDE
 from stages.twin.machine.machine import join
 from stages.twin.machine.parts import solid
 from stages.twin.machine.projection import machine_of
-from stages.twin.questions.export import FORMATS as OFFERED
-from stages.twin.questions.export import values
+from stages.twin.questions.export import FORMATS as OFFERED, values
 from stages.twin.walking.record import find_events, pair_axes, point_motion
 from tests import commands
 from tests.changed import changed

@@ -10,8 +10,7 @@ from stages.analytic.gait.gait_search import find_gait, step_lengths
 from stages.multibody.walking.cycle import SectionWalker
 from stages.multibody.walking.walk import simulate
 from stages.planar.sampling import sample
-from stages.planar.section import NoLimitCycle, section_numbers
-from stages.planar.section import section_state as planar_state
+from stages.planar.section import NoLimitCycle, section_numbers, section_state as planar_state
 from stages.studies.result import COMPLETED
 from stages.twin.machine.machine import build, join
 from stages.twin.machine.projection import project

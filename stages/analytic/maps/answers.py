@@ -20,8 +20,7 @@ from stages.analytic.derivatives.on_blocks import on_blocks
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps
-from stages.analytic.gait.gait_search import find_gait, find_gaits, step_length
-from stages.analytic.gait.gait_search import search as search_gait
+from stages.analytic.gait.gait_search import find_gait, find_gaits, search as search_gait, step_length
 from stages.analytic.gait.poincare import FixedPoint, by_stability, is_new, is_walking, iterate, repeated, round_off
 from stages.analytic.maps.box import Box
 from stages.analytic.model.kinds import Plain, present

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stages.biped.question import Answer, Asking, Question, elasticity, option, refuse
-from stages.biped.question import as_plain as plain
+from stages.biped.question import Answer, Asking, Question, as_plain as plain, elasticity, option, refuse
 
 if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import GaitTangents

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 
 from stages.calibrated_twin.result import Result, Robot
 from stages.calibration.reports.sensor_picture import by_phase, fit_picture, rms_by_part
-from stages.calibration.result import HALF_WIDTH, FittedRun, Followed, HeldOut
-from stages.calibration.result import Result as Calibration
+from stages.calibration.result import HALF_WIDTH, FittedRun, Followed, HeldOut, Result as Calibration
 from stages.comparison.stride import NoEvidence
 from stages.drawing import style
 from stages.figures.entry import Entry, Given

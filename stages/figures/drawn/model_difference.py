@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stages.comparison.stride import NoEvidence
-from stages.contact_study.result import PARTS, Distance, RigidLimit
-from stages.contact_study.result import Result as ContactStudy
+from stages.contact_study.result import PARTS, Distance, Result as ContactStudy, RigidLimit
 from stages.drawing import style
 from stages.error_budget.result import (
     CREEP,

@@ -18,8 +18,7 @@ from stages.biped.walk import Walk
 from stages.comparison.stride import there
 from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
 from stages.figures.entry import Entry, Given
-from stages.figures.view import COLOURS as PAIRS
-from stages.figures.view import TINTS, unloaded
+from stages.figures.view import COLOURS as PAIRS, TINTS, unloaded
 from stages.twin.exports.solids import SOLE, shown_parts, what_is_drawn
 from stages.twin.machine.parts import FEET, FRAMES, Part
 

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 from stages.biped.quantity import Bound
 from stages.biped.question import Answer, Asking, Question, WrongOption, interval, option, refuse
 from stages.model_error.measures import Allowed, errors, learnt_by
-from stages.model_error.questions.ask import as_json
-from stages.model_error.questions.ask import in_words as as_words
+from stages.model_error.questions.ask import as_json, in_words as as_words
 
 if TYPE_CHECKING:
     from stages.analytic.design.goals import Goal
