@@ -165,6 +165,15 @@ def spans_above(time: np.ndarray, values: np.ndarray, at: Solution) -> list[tupl
     return [(start, end) for start, end in zip(edges[::2], edges[1::2], strict=True) if end > start]
 
 
+def time_above(time: np.ndarray, values: np.ndarray, limit: float) -> float:
+    """How long [s] values (n,), straight between their times (n,), are above a limit."""
+    over = values - limit
+    first, last = over[:-1], over[1:]
+    both = np.abs(first) + np.abs(last)
+    shares = (np.maximum(first, 0.0) + np.maximum(last, 0.0)) / np.where(both > 0.0, both, 1.0)
+    return float(np.diff(time) @ shares)
+
+
 def sampled_at(
     time: np.ndarray, values: np.ndarray, events: np.ndarray, wanted: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

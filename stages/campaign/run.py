@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from stages.biped.accuracy.scales import scales_of
-from stages.biped.between_steps import refined_times
+from stages.biped.between_steps import refined_times, time_above
 from stages.biped.design import require_plain
 from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.biped.walk import StanceState
@@ -92,13 +92,13 @@ def spike(share: float, state: StanceState, normal_force: float, parameters: Par
     hip, foot = (
         np.abs(force[inside]).max(axis=1) for force in (walk.hip_specific_force, walk.foot_specific_force)
     )
-    above = np.maximum(hip, foot) > parameters.sensor.accelerometer_range_g * STANDARD_GRAVITY
+    full_scale = parameters.sensor.accelerometer_range_g * STANDARD_GRAVITY
     return SetSpike(
         share=share,
         contact_stiffness=law.contact_stiffness,
         hip_peak=float(hip.max()),
         foot_peak=float(foot.max()),
-        time_above_range=float(np.trapezoid(above.astype(float), time[inside])) / (len(strikes) - 1),
+        time_above_range=time_above(time[inside], np.maximum(hip, foot), full_scale) / (len(strikes) - 1),
     )
 
 

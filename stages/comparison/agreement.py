@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.analytic.result import Result as Analytic
-from stages.biped.between_steps import largest_magnitudes, sampled_at
+from stages.biped.between_steps import largest_magnitudes, sampled_at, time_above
 from stages.biped.quantity import quantity
 from stages.biped.walk import Walk
 from stages.comparison.claims.paper import ACCELEROMETER_G, STANDARD_GRAVITY
@@ -124,7 +124,6 @@ def compare_twin(twin: Twin, strides: Mapping[str, Stride]) -> TwinAgreement:
     walk, start = twin.walk, twin.walk.heel_strike_time[-3]
     last = walk.time >= start
     hip, foot = (np.abs(force[last]).max(axis=1) for force in (walk.hip_specific_force, walk.foot_specific_force))
-    above = np.maximum(hip, foot) > FULL_SCALE
     sensed = np.column_stack([walk.hip_specific_force, walk.foot_specific_force, walk.hip_angular_velocity])
     peaks = largest_magnitudes(walk.time[last], sensed[last])
     steps = int((walk.heel_strike_time >= start).sum()) - 1
@@ -135,5 +134,5 @@ def compare_twin(twin: Twin, strides: Mapping[str, Stride]) -> TwinAgreement:
         peak_specific_force=float(peaks[:2].max()),
         peak_foot_specific_force=float(peaks[2:4].max()),
         peak_rate=float(peaks[4]),
-        time_above_range=float(np.trapezoid(above.astype(float), walk.time[last]) / steps),
+        time_above_range=time_above(walk.time[last], np.maximum(hip, foot), FULL_SCALE) / steps,
     )

@@ -15,6 +15,7 @@ from stages.biped.between_steps import (
     refined_times,
     sampled_at,
     spans_above,
+    time_above,
     uniform_times,
 )
 
@@ -75,6 +76,15 @@ def test_spans_begin_and_end_at_roots():
 def jumping(time, after):
     """Smooth on both sides of an event at .4137, where it jumps; with a peak of 2.5 before it."""
     return np.where(after, np.cos(3.0 * time), 2.5 + np.sin(7.0 * (time - 0.2)) - 1.0 - 40.0 * (time - 0.3) ** 2)
+
+
+@pytest.mark.parametrize(("limit", "above"), [
+    (-1.0, 3.0), (0.0, 2.0), (0.5, 1.625), (1.5, 0.625), (2.0, 0.0), (3.0, 0.0),
+])  # fmt: skip
+def test_the_time_above_a_limit_is_that_of_straight_lines(limit, above):
+    """It was counted in samples: closer solvers changed nothing of it, or a whole sample."""
+    time, values = np.array([0.0, 0.5, 1.5, 2.0, 3.0]), np.array([0.0, 1.0, 2.0, 0.0, 0.0])
+    assert time_above(time, values, limit) == pytest.approx(above, abs=1e-15)
 
 
 def test_both_sides_of_an_event_are_known_and_no_curve_leads_over_it():
