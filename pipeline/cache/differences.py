@@ -16,7 +16,8 @@ CLOSER = "closer"
 #: Tolerances below this change nothing but round-off.
 FINEST = 1e-12
 #: Coordinates are the same where they are to so many decimals, or in the same place by this share of the way between
-#: rows: samples around an event lie where a solver finds it.
+#: rows: samples around an event lie where a solver finds it. Where no two are, those are that are in the same place
+#: nearer than half of that way.
 _DECIMALS, _NEAR = 12, 1e-3
 #: What some hundreds of operations round, in spacings of floating-point numbers: two that agree better do by chance.
 ROUND_OFF = 64
@@ -126,7 +127,10 @@ def _same_places(here: Any, there: Any) -> Rows | None:
     if len(along[0]) == len(along[1]):
         steps = np.abs(np.diff(along[0]))
         room = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))
-        places = np.flatnonzero(np.abs(along[0] - along[1]) <= _NEAR * room)
+        moved = np.abs(along[0] - along[1])
+        places = np.flatnonzero(moved <= _NEAR * room)
+        if max(len(places), len(one)) < 2 and (moved < 0.5 * room).all():  # found itself: all moved a little
+            places = np.arange(len(moved))
         if len(places) > len(one):
             return places, places
     return (one, other) if len(one) > 1 else None

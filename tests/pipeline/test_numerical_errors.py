@@ -253,6 +253,13 @@ def test_differences_are_the_largest_over_rows_that_both_have():
     assert apart(computed(values=(np.nan, 2.125)), exact) == {"rows/value": 0.125, "rows/part": 0.25}
 
 
+@pytest.mark.parametrize(("later", "height"), [(0.1, {"height": 0.5}), (0.6, {})])
+def test_rows_along_a_coordinate_that_is_itself_found_are_the_same_where_it_has_moved_a_little(later, height):
+    """Samples of a sensor are counted in time from a strike: not one had an error."""
+    moved = computed(time=np.arange(3.0) + later, height=(0.0, 5.0, 7.5))
+    assert apart(moved, computed()) == pytest.approx({"time": later, **height})
+
+
 def test_rows_are_the_same_where_their_words_are():
     exact = computed()
     assert apart(computed(rows=("b", "a")), exact) == {}
