@@ -109,8 +109,8 @@ def count_of(number: int, what: str) -> str:
     return f"{number} {what}{'s' * (number != 1)}"
 
 
-#: Why what a search leaves has no numerical error.
-LEFT = "it is what a solver leaves, an error itself"
+#: Why what a search leaves, and what is counted, has no numerical error.
+LEFT, COUNTED = "it is what a solver leaves, an error itself", "it is a count, no number of the gait"
 
 
 def quantity(

@@ -158,8 +158,9 @@ def read_runs(
     reading: Callable[..., Iterator[Any]] = at_hand,
 ) -> Iterator[MeasuredRun | str]:  # fmt: skip
     """Runs of a database, one at a time, or why one cannot be used. Raises SourceRefused, and what `reading` raises."""
-    for trial in trials(map(as_read, reading(runs, source)), parameters.ingest, progress):
-        yield run_of(trial, design, model.layout, parameters.settings, parameters.ingest.limits.lever_arm)
+    ingest = parameters.ingest
+    for trial in trials(map(as_read, reading(runs, source)), ingest, progress):
+        yield run_of(trial, design, model.layout, parameters.settings, ingest.limits.lever_arm)
 
 
 def named_runs(

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stages.biped.quantity import quantity
+from stages.biped.quantity import COUNTED, quantity
 from stages.ground.contact_law import ContactLaw
 from stages.studies.result import COMPLETED, EngineAgreement, Table, shown
 
@@ -86,7 +86,7 @@ class RigidLimit:
     chosen: Distance = quantity("-", "the set that the criterion chooses")
     ground: Distance = quantity("-", "the set of ground.yaml, which the other stages use")
     most_evaluations: float = quantity("1", "evaluations that a chosen set may take over one step",
-                                       without_error="it is a count, no number of the gait")
+                                       without_error=COUNTED)
     finalists: tuple[Distance, ...] = quantity("-", "the sets of the search compared between cycles, best first")
     family_share: np.ndarray = quantity("1", "what is left of impact and creep of the chosen set, shape (f,)")
     family: tuple[Distance, ...] = quantity("-", "the chosen set's family at these shares, towards the limit")

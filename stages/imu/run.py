@@ -46,7 +46,9 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
 
 
 def again(parameters: Parameters, inputs: Inputs, result: Result) -> tuple[Result, Result] | str:
-    """The synthetic runs that closer solvers made once more, as they were and as these made them."""
+    """The synthetic runs that closer solvers made once more, as they were and as these made them; or why there are
+    none. Raises SourceRefused.
+    """
     if inputs.database is not None:
         return ONCE
     anew = run(parameters, inputs)

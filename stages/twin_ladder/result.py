@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.quantity import LEFT, quantity
+from stages.biped.quantity import COUNTED, LEFT, quantity
 from stages.studies.result import COMPLETED, Table
 
 #: From where on the two steps of a stride are said to differ, as a share of their mean.
@@ -50,7 +50,7 @@ class RungGait(MachineGait):
     residual: float = quantity(
         "1", "how far the fixed point moves in a stride, in the section's scales", without_error=LEFT)
     solver_steps: float = quantity(
-        "1", "solver steps a step of walking takes", without_error="it is a count, no number of the gait")
+        "1", "solver steps a step of walking takes", without_error=COUNTED)
     strides_walked: int = quantity("1", "strides walked to find the gait and its multipliers")
 
 
