@@ -110,7 +110,8 @@ def test_errors_that_go_together_are_added_so_and_impossible_ones_are_not_known(
 
 @pytest.mark.parametrize(("biped", "key", "width"), [
     (TABLE_1, "leg_inertia", 1e-5), (changed(TABLE_1_RIGID, frame_mass=0.05), "hip_damping", 1e-5),
-], ids=["of every design", "a detail"])  # fmt: skip
+    (TABLE_1, "foot_offset", 1e-6), (TABLE_1_RIGID, "hip_stiffness", 1e-5),
+], ids=["of every design", "a detail", "a detail of a design without any", "the same with rigid legs"])  # fmt: skip
 def test_a_parameter_that_is_zero_may_be_uncertain_too(biped, key, width):
     settings = Settings(tolerance=1e-10, steps=1, sampling_rate_hz=200.0)
     result = run_alone(Parameters(biped, SLOPE, FRICTION, RUBBER, settings, design_digits=DesignDigits({key: width})))

@@ -134,6 +134,7 @@ def gait_derivatives(design: DesignPoint, point: FixedPoint, names: tuple[str, .
     Raises KeyError for a name that the design's gait does not depend on, StepFailed like `poincare_map`, LinAlgError on
     a fold of the gait's family, where there are none.
     """
+    design = design.having(names)
     walker, changes = design.walker(), changes_of(design, names)
     tolerance, steps = attainable_tolerance(walker.p, tolerance), len(point.steps)
     strikes = walk_derivatives(walker, point.z, changes.along, steps, tolerance)

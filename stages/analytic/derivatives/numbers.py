@@ -45,7 +45,8 @@ class Changes:
 def sensitive_names(design: DesignPoint, uncertain: Container[str] = ()) -> tuple[str, ...]:
     """Every parameter on which the gait of a design of this kind depends, of the details those that are there, or that
     are among the `uncertain`."""
-    return tuple(name for owner, field in _fields(design) if (name := f"{owner.FILE}.{field.name}") in uncertain
+    every = _fields(replace(design, detailed=True))
+    return tuple(name for owner, field in every if (name := f"{owner.FILE}.{field.name}") in uncertain
                  or field.default is MISSING or getattr(owner, field.name) != field.default)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import Field, dataclass, fields, replace
 from functools import cache
 from typing import Any, get_type_hints
@@ -42,18 +42,21 @@ class DesignPoint:
     def with_values(self, values: Mapping[str, float]) -> DesignPoint:
         """The design with some parameters changed; no rule is checked. Raises KeyError with the known names."""
         changes: dict[str, dict[str, Any]] = {Biped.FILE: {}, Slope.FILE: {}}
-        detailed = self.detailed
         for name, value in values.items():
             owner, key = self._owner(name)
             changes[owner.FILE][key] = float(value)
-            detailed = detailed or (owner is self.biped and key in DETAILS)
         biped, slope = changes[Biped.FILE], changes[Slope.FILE]
         return DesignPoint(
             replace(self.biped, **biped) if biped else self.biped,
             replace(self.slope, **slope) if slope else self.slope,
             self.friction,
-            detailed,
+            self.having(values).detailed,
         )
+
+    def having(self, names: Iterable[str]) -> DesignPoint:
+        """The same design, as a detailed one where a detail is among the parameters `names`, also if that is zero."""
+        details = {f"{Biped.FILE}.{key}" for key in DETAILS}
+        return replace(self, detailed=self.detailed or not details.isdisjoint(names))
 
     def bound(self, name: str) -> Bound:
         """The range the parameter files allow. Raises KeyError with the known names."""
