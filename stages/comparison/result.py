@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from stages.biped.quantity import quantity
+from stages.biped.quantity import LEFT, quantity
 from stages.comparison.agreement import ModelAgreement, TwinAgreement
 from stages.comparison.determinants import TITLE, Determinants, Digits
 from stages.comparison.ingest_score import IngestScore
@@ -22,8 +22,8 @@ UNDECIDED = "not decided at this accuracy"
 UNKNOWN = "errors unknown here"
 #: All verdicts, in the order in which they are counted.
 VERDICTS = (HOLDS, HOLDS_IF, FAILS, UNDECIDED, OPEN, DOES_NOT_APPLY)
-#: Why work, and the error that it was done for, have no error.
-COUNTED = "it is what solvers did at these tolerances"
+#: Why work, and the error that it was done for, have no error; and numbers of many units in one column.
+COUNTED, BESIDE = "it is what solvers did at these tolerances", "each has its error beside it"
 
 #: Whether a reason is true of what was measured, and the reason.
 Cause = tuple[bool, str]
@@ -78,8 +78,8 @@ class Number:
 
     name: str = quantity("-", "field of the claim's numbers, with places inside of it")
     unit: str = quantity("-", "unit of value and error")
-    value: float = quantity("-", "value")
-    error: float = quantity("-", "numerical error; NaN if unknown")
+    value: float = quantity("-", "value", without_error=BESIDE)
+    error: float = quantity("-", "numerical error; NaN if unknown", without_error=LEFT)
 
     def __str__(self) -> str:
         error = "" if math.isnan(self.error) else f" ± {self.error:.1g}"

@@ -62,8 +62,8 @@ CASES = [
      {"length_alone": 2e-3, "with_mass": 1e-3, "slower": 3e-3}),
     (given("push_slows", "measured", 30, 30, -0.6, 0.36, 0.36), {"correlation": 0.1}),
     (
-        given("prototype_is_model", "measured", 2, (("hip_mass", 0.31, 0.32, 0.316),), -1),
-        {"intervals": (("hip_mass", 0.33, 0.34, 0.316),)},
+        given("prototype_is_model", "measured", 2, (("hip_mass", 0.31, 0.32, 0.316, "kg"),), -1),
+        {"intervals": (("hip_mass", 0.33, 0.34, 0.316, "kg"),)},
     ),
 ]
 
@@ -107,7 +107,7 @@ UNDECIDED = [
     (CASES[25][0], {"origin": "synthetic"}, "synthetic"),
     (CASES[25][0], {"correlation": nan, "pushed": 0}, "holds no pushes"),
     (CASES[26][0], {"intervals": ()}, "must be estimated"),
-    (CASES[26][0], {"intervals": (("hip_mass", 0.2, 0.5, 0.316),)}, "too wide to decide: hip_mass"),
+    (CASES[26][0], {"intervals": (("hip_mass", 0.2, 0.5, 0.316, "kg"),)}, "too wide to decide: hip_mass"),
     (CASES[24][0], {"slower_half": 4e-3}, "the calibrated interval of the change holds zero"),
 ]
 #: For a claim of `CASES` what its numbers are changed to, and words of each cause that is then true, in their order.
@@ -216,9 +216,10 @@ NAMED = [
     (25, {"origin": "synthetic", "correlation": 0.1}, "cannot confirm | no more than chance"),
     (26, {"held": 0}, "every interval | 0 of 1 intervals"), (26, {"intervals": ()}, "fits many sets"),
     (26, {"origin": "synthetic", **CASES[26][1]}, "the runs are synthetic | outside for hip_mass"),
-    (26, {"intervals": (("hip_mass", 0.29, 0.345, 0.316),)}, "every interval"),
-    (26, {"intervals": (("hip_mass", 0.29, 0.35, 0.316),)}, "too wide to decide: hip_mass"),
-    (26, {"intervals": (("hip_mass", 0.2, 0.5, 0.316), ("foot_mass", 0.3, 0.32, 0.335))}, "outside for foot_mass"),
+    (26, {"intervals": (("hip_mass", 0.29, 0.345, 0.316, "kg"),)}, "every interval"),
+    (26, {"intervals": (("hip_mass", 0.29, 0.35, 0.316, "kg"),)}, "too wide to decide: hip_mass"),
+    (26, {"intervals": (("hip_mass", 0.2, 0.5, 0.316, "kg"), ("foot_mass", 0.3, 0.32, 0.335, "kg"))},
+     "outside for foot_mass"),
 ]  # fmt: skip
 
 
@@ -317,6 +318,12 @@ def test_the_causes_named_are_those_that_are_true():
 ])  # fmt: skip
 def test_what_is_measured_has_its_units(place, changes, said):
     assert said in judged(PARAMETERS, of(CASES[place][0], **changes)).measured
+
+
+@pytest.mark.parametrize(("place", "unit"), [(17, "m/s"), (26, "kg")])
+def test_numbers_in_rows_have_the_unit_of_their_row(place, unit):
+    numbers = judged(PARAMETERS, CASES[place][0]).numbers
+    assert {number.unit for number in numbers if "." in number.name} == {unit}
 
 
 @pytest.mark.parametrize("key", BIPED)
@@ -429,9 +436,9 @@ def test_a_multibody_model_without_a_cycle_leaves_stability_open():
 
 
 def test_an_interval_beside_table_1_decides_whatever_others_leave_open():
-    wide, off = ("hip_mass", 0.2, 0.5, 0.316), ("foot_mass", 0.2, 0.3, 0.335)
+    wide, off = ("hip_mass", 0.2, 0.5, 0.316, "kg"), ("foot_mass", 0.2, 0.3, 0.335, "kg")
     assert judged(PARAMETERS, of(CASES[26][0], intervals=(wide, off))).verdict == FAILS
-    claim = judged(PARAMETERS, of(CASES[26][0], intervals=(wide, ("foot_mass", 0.33, 0.34, 0.335))))
+    claim = judged(PARAMETERS, of(CASES[26][0], intervals=(wide, ("foot_mass", 0.33, 0.34, 0.335, "kg"))))
     assert claim.verdict == OPEN and claim.causes[-1].endswith("too wide to decide: hip_mass")
 
 

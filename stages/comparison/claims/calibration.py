@@ -11,7 +11,7 @@ from stages.calibrated_twin.result import Number
 from stages.calibration.result import HALF_WIDTH
 from stages.campaign.result import RunTruth
 from stages.comparison.claims.measurement import MEASURED, RUNS, made_up
-from stages.comparison.claims.statement import Statement
+from stages.comparison.claims.statement import OF_ITS_ROW, Statement
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
 from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, percent, yes_or_no
@@ -153,30 +153,35 @@ def judge_push_slows(
     )
 
 
-def prototype_is_model(e: Evidence) -> tuple[str, int, tuple[tuple[str, float, float, float], ...], int]:
+#: Of a parameter its name, the ends of its interval, Table 1's value, and the unit of all three.
+Interval = tuple[str, float, float, float, str]
+
+
+def prototype_is_model(e: Evidence) -> tuple[str, int, tuple[Interval, ...], int]:
     """The first robot's parameters beside Table 1's; those that Table 1 does not print are left out."""
     robots = e.results.calibrated_twin.robots
     if not robots:
         return e.measured.origin, 0, (), -1
     robot = robots[0]
     found = [(one, printed) for one in robot.numbers if (printed := _printed(e.parameters.biped, one)) > 0]
-    intervals = tuple((one.name.partition(".")[2], *one.interval(HALF_WIDTH), printed) for one, printed in found)
+    intervals = tuple((one.name.partition(".")[2], *one.interval(HALF_WIDTH), printed, one.unit)
+                      for one, printed in found)
     true = [one for one, _ in found if math.isfinite(one.truth)]
     held = sum(one.holds_truth(HALF_WIDTH) for one in true)
     return e.measured.origin, robot.runs, intervals, held if true else -1
 
 
 def judge_prototype_is_model(
-    limits: Settings, origin: str, runs: int, intervals: tuple[tuple[str, float, float, float], ...], held: int
+    limits: Settings, origin: str, runs: int, intervals: tuple[Interval, ...], held: int
 ) -> Judgement:
-    """Intervals of parameters estimated from `runs`, with Table 1's values: (name, lower, upper, printed). Of the
-    intervals `held` hold the machine's true value, where that is known; -1 where it is not."""
+    """Intervals of parameters estimated from `runs`, with Table 1's values. Of the intervals `held` hold the machine's
+    true value, where that is known; -1 where it is not."""
     known = bool(intervals)
-    off = [name for name, lower, upper, printed in intervals if not lower <= printed <= upper]
-    wide = [name for name, lower, upper, printed in intervals
+    off = [name for name, lower, upper, printed, _ in intervals if not lower <= printed <= upper]
+    wide = [name for name, lower, upper, printed, _ in intervals
             if name not in off and max(upper / printed, printed / lower) > limits.small_change]  # fmt: skip
     verdict = OPEN if not known or (wide and not off) else yes_or_no(not off)
-    said = ", ".join(f"{name} {lower:.4g}..{upper:.4g} ({printed:g})" for name, lower, upper, printed in
+    said = ", ".join(f"{name} {lower:.4g}..{upper:.4g} ({printed:g})" for name, lower, upper, printed, _ in
                      intervals)  # fmt: skip
     return Judgement(
         f"estimated from {count_of(runs, f'{origin} run')}, with biped.yaml's in brackets: {said}" if known
@@ -259,6 +264,7 @@ STATEMENTS = (
         prototype_is_model,
         judge_prototype_is_model,
         (*RUNS, *CALIBRATION),
+        units={OF_ITS_ROW: "intervals"},
         plain="The robot that was built has the masses and lengths of the model.",
     ),
 )

@@ -12,7 +12,7 @@ from stages.comparison.parameters import Settings
 from stages.comparison.result import OPEN, Judgement
 from stages.comparison.stride import NoEvidence
 
-#: In place of a unit: each row of the numbers says its own, in its second place.
+#: In place of a unit: each row of the numbers says its own, its second word.
 OF_ITS_ROW = "of its row"
 
 
@@ -63,7 +63,10 @@ class Measured:
         """Unit of one of its numbers, "1" for one without."""
         key, *places = name.split(".")
         unit = next((unit for unit, names in self.about.units.items() if key in names.split()), "1")
-        return str(self.numbers[key][int(places[0])][1]) if unit == OF_ITS_ROW else unit
+        if unit != OF_ITS_ROW:
+            return unit
+        _, own, *_ = (word for word in self.numbers[key][int(places[0])] if isinstance(word, str))
+        return own
 
     def judge(self, limits: Settings) -> Judgement:
         """The verdict within the limits of the comparison; what was not measured stays open."""
