@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -203,7 +202,7 @@ class Ladder:
             if rung < PENALTY and min(alone, 1.0 - alone) >= DECIDED:
                 continue
             inputs, changes = self.inputs("multiplier", rung), self.multipliers_on_slopes(rung)
-            own = EVEN * WIDTH * self.by_values if math.isfinite(inputs) else 0.0
+            own = EVEN * WIDTH * self.by_values if math.isfinite(self.by_values) else 0.0
             whole = below_one(value + changes, miss, math.hypot(solver, own))
             if rung >= PENALTY or min(whole, 1.0 - whole) < DECIDED:
                 return Stability(whole, value, solver, model, inputs, one.name)
@@ -255,7 +254,7 @@ class Ladder:
 
     def multipliers_on_slopes(self, rung: int) -> Vector:
         """Changes (n,) of a rung's multiplier on slopes that may be, each as probable as the others, from that on its
-        own; where a gait is found. The twin's are those of the penalty walker, which walks the same machine.
+        own; infinite where no gait is found. The twin's are those of the penalty walker, which walks the same machine.
 
         Beyond a doubling the legs' pairs, which differ a little, limp: the multiplier of a stable gait turns back.
         """
@@ -266,9 +265,11 @@ class Ladder:
         if rung not in self.slopes:
             for part in np.linspace(-1.0, 1.0, 2 * SLOPES + 1)[1::2] if width else ():
                 there = replace(self.parameters, slope=replace(slope, slope_deg=slope.slope_deg + width * part))
-                with suppress(NoRung):
-                    ladder = Ladder(there, self.learnt, near=self.design.searched)
+                ladder = Ladder(there, self.learnt, near=self.design.searched)
+                try:
                     found.append(float(ladder.find(rung, tolerance).values[MULTIPLIER]))
+                except NoRung:
+                    found.append(math.inf)
             own = self.find(rung, tolerance).values[MULTIPLIER] if found else 0.0
             self.slopes[rung] = np.array(found or [0.0]) - own
         return self.slopes[rung]
