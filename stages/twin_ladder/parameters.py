@@ -21,7 +21,7 @@ class Settings:
 
     outsole: Following = parameter(
         "m", "rubber on the feet, the variant after the twin; null: 2 mm for Table 1's robot",
-        bound=Bound(above=0, maximum=0.05))
+        bound=Bound(above=0))
     tolerance: float = parameter(
         "1", "absolute tolerance of the solver in m, rad, m/s, rad/s",
         bound=Bound(minimum=1e-11, maximum=1e-6), closer=CLOSER)

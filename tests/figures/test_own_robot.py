@@ -20,7 +20,7 @@ from stages.figures.drawn import figure, gait_animation, robot_in_space, robot_s
 from stages.figures.view import SMALL, by_group, of_twin
 from tests.comparison.made_up import make_walk, resampled
 from tests.figures.made_up_results import drawn, given
-from tests.study import parameters_of
+from tests.study import SLOPE, TABLE_1, parameters_of
 
 #: Leg length [m], foot radius and height of its mass as shares of it, and whether there are parts.
 ROBOTS = [(0.1, 0.25, 0.3, "parts"), (0.5, 0.25, 0.3, "planar"), (1.2, 0.6, 0.05, "parts"), (1.2, 0.0, 0.0, "planar"),
@@ -151,14 +151,18 @@ def test_there_is_no_design_of_a_twin_that_there_is_not():
         figure("figure_09_section").draw(SimpleNamespace(parameters=detailed))
 
 
-def test_marks_and_forces_of_the_animation_suit_the_robot():
-    """A robot of 2,000 N on legs of 3.33 m: arrows, marks and the scale of forces follow both."""
+@pytest.mark.parametrize(("large", "heavy", "limit", "mark"), [(10.0, 200.0, 2500.0, 1.0), (1e-2, 1e-6, 1.5e-5, 1e-3)],
+                         ids=["3.33 m", "3.33 mm"])  # fmt: skip
+def test_marks_and_forces_of_the_animation_suit_the_robot(large, heavy, limit, mark):
+    """Arrows, marks, the scale of forces and what poses are whole numbers of follow its legs and its weight."""
     walk = make_walk()
-    heavy = dataclasses.replace(walk, ground_reaction=200.0 * walk.ground_reaction)
-    large = gait_animation.content([heavy] * 3, (0.83, 0.83), 0.0, 10.0)
-    usual = gait_animation.content([walk] * 3, (0.083, 0.083), 0.0)
-    assert (large["limit"], large["mark"], usual["mark"]) == (2500.0, 1.0, 0.1)
-    assert large["arrow"] * large["limit"] == pytest.approx(10.0 * usual["arrow"] * usual["limit"])
+    own = dataclasses.replace(TABLE_1, leg_length=large * TABLE_1.leg_length, foot_mass=heavy * TABLE_1.foot_mass,
+                              hip_mass=heavy * TABLE_1.hip_mass)  # fmt: skip
+    loaded = dataclasses.replace(walk, ground_reaction=heavy * walk.ground_reaction)
+    shown, usual = (gait_animation.content([one] * 3, biped, SLOPE) for one, biped in ((loaded, own), (walk, TABLE_1)))
+    assert (shown["limit"], shown["mark"], usual["mark"]) == (pytest.approx(limit), pytest.approx(mark), 0.1)
+    assert shown["arrow"] * shown["limit"] == pytest.approx(large * usual["arrow"] * usual["limit"])
+    assert shown["units"] == pytest.approx({"length": 1e-5 * large, "angle": 1e-4, "force": 9.67e-3 * heavy}, rel=1e-3)
 
 
 # --- The animation shows the walks' own samples, on common times, to the stated resolution.
@@ -170,23 +174,23 @@ def walks():
 
 
 def test_poses_and_forces_are_those_of_the_walks(walks):
-    shown = gait_animation.content(walks, (0.083, 0.083), np.radians(2))
+    shown = gait_animation.content(walks, TABLE_1, SLOPE)
     assert shown["count"] == int(walks[2].time[-1] * gait_animation.FRAME_RATE) + 1, "the shortest walk decides"
     time = np.arange(shown["count"]) / shown["rate"]
     for source, walk in zip(shown["sources"], walks, strict=True):
-        for key, signal, unit in (
-            ("hip", walk.hip_position, gait_animation.POSITION),
-            ("angle", walk.leg_angle, gait_animation.ANGLE),
-            ("length", walk.leg_length, gait_animation.POSITION),
-            ("force", walk.ground_reaction, gait_animation.FORCE),
+        for key, signal, kind in (
+            ("hip", walk.hip_position, "length"),
+            ("angle", walk.leg_angle, "angle"),
+            ("length", walk.leg_length, "length"),
+            ("force", walk.ground_reaction, "force"),
         ):
-            columns = signal.reshape(len(walk.time), -1)
+            columns, unit = signal.reshape(len(walk.time), -1), shown["units"][kind]
             expected = np.column_stack([np.interp(time, walk.time, column) for column in columns.T])
             assert np.reshape(source[key], expected.shape) * unit == pytest.approx(expected, abs=0.5001 * unit), key
 
 
 def test_the_scale_of_forces_leaves_impacts_out_and_the_gait_in(walks):
-    limit = gait_animation.content(walks, (0.083, 0.083), 0.0)["limit"]
+    limit = gait_animation.content(walks, TABLE_1, SLOPE)["limit"]
     assert limit == 15.0, "all walks carry 9 N"
 
 
@@ -196,7 +200,7 @@ def test_the_scale_of_forces_does_not_follow_the_samples(walks):
     time = np.sort(np.concatenate([walk.time, np.linspace(0.3501, 0.3506, len(walk.time))]))
     dense = resampled(walk, time)
     dense.ground_reaction[(time > 0.35) & (time < 0.351), 0, 1] = 700.0
-    assert gait_animation.content((dense, *walks[1:]), (0.083, 0.083), 0.0)["limit"] == 15.0
+    assert gait_animation.content((dense, *walks[1:]), TABLE_1, SLOPE)["limit"] == 15.0
 
 
 def test_the_page_holds_the_data_once_and_no_address():

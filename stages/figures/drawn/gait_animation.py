@@ -5,20 +5,20 @@ A fragment of a page without any outside reference; the report puts it in. Numbe
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
 from stages.biped.accuracy.scales import size
+from stages.biped.design import Biped
 from stages.biped.walk import Walk
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
+from stages.ground.slope import Slope
 
 FRAME_RATE = 100  # Hz
-#: Resolutions of what is stored: positions and lengths [m], angles [rad], forces [N].
-POSITION, ANGLE, FORCE = 1e-5, 1e-4, 1e-2
 #: The three walks, which all start in the same mid-stance state: name, and how their lines look, colours on light and
 #: dark ground, dashes on canvas and in CSS.
 LOOKS: tuple[dict[str, Any], ...] = (
@@ -29,10 +29,15 @@ LOOKS: tuple[dict[str, Any], ...] = (
 )
 
 
-def frames(walk: Walk, time: np.ndarray) -> dict[str, list[int]]:
+def resolution(biped: Biped, gravity: float) -> dict[str, float]:
+    """What positions and lengths [m], angles [rad] and forces [N] of a robot are stored in whole numbers of."""
+    return {"length": 1e-5 * size(biped), "angle": 1e-4, "force": 1e-3 * biped.weighed_mass * gravity}
+
+
+def frames(walk: Walk, time: np.ndarray, units: Mapping[str, float]) -> dict[str, list[int]]:
     """Poses and ground forces at given times [s], row by row: hip x, y; angles, lengths of the legs; force (leg, x y).
 
-    Whole numbers of the resolutions above.
+    Whole numbers of `units`, a `resolution`.
     """
 
     def whole(signal: np.ndarray, unit: float) -> list[int]:
@@ -42,22 +47,22 @@ def frames(walk: Walk, time: np.ndarray) -> dict[str, list[int]]:
         return rounded
 
     return {
-        "hip": whole(walk.hip_position, POSITION),
-        "angle": whole(walk.leg_angle, ANGLE),
-        "length": whole(walk.leg_length, POSITION),
-        "force": whole(walk.ground_reaction, FORCE),
+        "hip": whole(walk.hip_position, units["length"]),
+        "angle": whole(walk.leg_angle, units["angle"]),
+        "length": whole(walk.leg_length, units["length"]),
+        "force": whole(walk.ground_reaction, units["force"]),
     }
 
 
-def content(walks: Sequence[Walk], radii: Sequence[float], slope: float, large: float = 1.0) -> dict[str, Any]:
-    """What the animation shows: all walks, as `LOOKS` has them, over the time they have in common, on feet of `radii`
-    (2,) [m] and a `slope` [rad]; `large` as `scales.size`. An arrow's length is in metres a newton, marks on the ground
-    in metres, those of forces in newtons.
+def content(walks: Sequence[Walk], biped: Biped, slope: Slope) -> dict[str, Any]:
+    """What the animation shows: all walks, as `LOOKS` has them, over the time they have in common. An arrow's length is
+    in metres a newton, marks on the ground in metres, those of forces in newtons.
     """
+    large, units = size(biped), resolution(biped, slope.gravity)
     end = min(float(walk.time[-1]) for walk in walks)
     time = np.arange(int(end * FRAME_RATE) + 1) / FRAME_RATE
-    moving = [frames(walk, time) for walk in walks]
-    loads = FORCE * np.concatenate([np.reshape(one["force"], (-1, 2, 2))[:, :, 1].ravel() for one in moving])
+    moving = [frames(walk, time, units) for walk in walks]
+    loads = units["force"] * np.concatenate([np.reshape(one["force"], (-1, 2, 2))[:, :, 1].ravel() for one in moving])
     # Impacts reach hundreds of newtons for a millisecond: on that scale nothing else could be seen. Even times, because
     # the walks have most of their samples around impacts.
     highest = 1.25 * float(np.percentile(loads[loads > 0], 98))
@@ -65,13 +70,14 @@ def content(walks: Sequence[Walk], radii: Sequence[float], slope: float, large: 
     limit = float(step * np.ceil(highest / step))
     return {
         "size": large,
+        "units": units,
         "arrow": 0.24 * large / limit,
         "gap": step * math.ceil(limit / step / 8),
         "mark": nice(0.1 * large),
         "rate": FRAME_RATE,
         "count": len(time),
-        "radius": list(radii),
-        "slope": round(slope, 9),
+        "radius": list(biped.foot_radii),
+        "slope": round(slope.angle, 9),
         "limit": limit,
         "sources": [look | one for look, one in zip(LOOKS, moving, strict=True)],
     }
@@ -86,8 +92,8 @@ def nice(value: float) -> float:
 def draw(given: Given) -> str:
     """The animation as a fragment of a page."""
     page = files("stages.figures.drawn").joinpath("gait_animation.html").read_text(encoding="utf-8")
-    walks, biped = (given.analytic.walk, given.multibody.walk, given.twin.walk), given.parameters.biped
-    moving = content(walks, biped.foot_radii, given.parameters.slope.angle, size(biped))
+    walks = given.analytic.walk, given.multibody.walk, given.twin.walk
+    moving = content(walks, given.parameters.biped, given.parameters.slope)
     page = page.replace("@ARROW@", f"{1e3 * moving['arrow']:.3g}").replace("@LONGEST@", f"{300 * moving['size']:.0f}")
     data = json.dumps(moving, separators=(",", ":")).replace("<", "\\u003c")
     before, _, after = page.partition(">DATA<")

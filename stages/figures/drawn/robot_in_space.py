@@ -16,7 +16,7 @@ from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
 from stages.biped.walk import Walk
 from stages.comparison.stride import there
-from stages.figures.drawn.gait_animation import ANGLE, FORCE, POSITION, frames
+from stages.figures.drawn.gait_animation import frames, resolution
 from stages.figures.entry import Entry, Given
 from stages.figures.view import COLOURS as PAIRS, TINTS, unloaded
 from stages.twin.exports.solids import SOLE, shown_parts, what_is_drawn
@@ -41,12 +41,12 @@ def stretch(walk: Walk) -> Stretch:
     return float(strikes[-2]), float(strikes[-1]), True
 
 
-def motion(walk: Walk, shown: Stretch, phase: np.ndarray) -> dict[str, Any]:
+def motion(walk: Walk, shown: Stretch, phase: np.ndarray, units: Mapping[str, float]) -> dict[str, Any]:
     """Poses and forces at phases (n,) of a stretch, as `frames` gives them; x from where the stretch begins."""
     start, end, _ = shown
     begin, ahead = (float(np.interp(time, walk.time, walk.hip_position[:, 0])) for time in (start, end))
     moved = dataclasses.replace(walk, hip_position=walk.hip_position - np.array([begin, 0.0]))
-    return {"advance": round(ahead - begin, 6)} | frames(moved, start + phase * (end - start))
+    return {"advance": round(ahead - begin, 6)} | frames(moved, start + phase * (end - start), units)
 
 
 def rows(parts: tuple[Part, ...]) -> list[dict[str, Any]]:
@@ -84,16 +84,17 @@ def scene(given: Given) -> dict[str, Any]:
     count = max(2, round(FRAME_RATE * duration))
     phase = np.arange(count) / count
     load = np.linalg.norm(given.twin.walk.ground_reaction, axis=2).sum(axis=1)
+    units = resolution(biped, given.parameters.slope.gravity)
     return {
         "count": count, "duration": round(duration, 6), "loops": is_stride,
-        "units": {"length": POSITION, "angle": ANGLE, "force": FORCE}, "slope": round(given.parameters.slope.angle, 9),
+        "units": units, "slope": round(given.parameters.slope.angle, 9),
         "natural": {"twin": list(unloaded(twin, biped)), "ghost": list(biped.leg_lengths)},
         "size": round(max(size(biped), (twin.outer_lane + 0.5 * twin.foot_width) / WIDE), 9),
         "weight": float(np.median(load)) or 1.0,
         "radius": [radius + twin.outsole for radius in biped.foot_radii], "lanes": [twin.inner_lane, twin.outer_lane],
         "groups": [*FRAMES, *FEET], "colours": COLOURS,
         "parts": rows((*shown_parts(twin, biped), *ghost(biped, 0), *ghost(biped, 1))),
-        **{name: motion(walk, shown[name], phase) for name, walk in walks.items()},
+        **{name: motion(walk, shown[name], phase, units) for name, walk in walks.items()},
     }  # fmt: skip
 
 
