@@ -299,7 +299,7 @@ def test_the_page_has_the_same_bytes_twice_and_no_address():
 def test_the_drawing_leans_with_the_slope_and_shows_both_feet_of_a_pair():
     def paths(degrees):
         steep = given("robot_in_space")
-        known = vars(parameters()) | {"slope": SimpleNamespace(angle=np.radians(degrees, gravity=9.81))}
+        known = vars(parameters()) | {"slope": SimpleNamespace(angle=np.radians(degrees), gravity=9.81)}
         steep.parameters = SimpleNamespace(**known)
         return re.findall(r'<path class="([^"]*)" d="([^"]*)"', robot.draw(steep))
 
