@@ -50,7 +50,7 @@ class Uncertainty:
     name: str = quantity("-", "which number: a field of Gait, of its fixed point, or the magnitude of a multiplier")
     unit: str = quantity("-", "its unit")
     value: float = quantity("-", "the number")
-    worst: float = quantity("-", "all values of the design off by their half-widths, at the worst")
+    worst: float = quantity("-", "all values off by their half-widths, at the worst; fitted ones as they go together")
     independent: float = quantity(
         "-", "the same as independent errors, or as fitted ones go together: root of the sum of squares")
     decisive: str = quantity("-", "the parameter of the design that may move it most")

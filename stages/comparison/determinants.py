@@ -87,8 +87,8 @@ def of_walk(walk: Walk, radii: np.ndarray, lengths: np.ndarray, gravity: float) 
     )
 
 
-TITLE = ("Uncertainty from rounded parameters, at the worst (multibody model and twin: by the constraint model's "
-         "elasticities)")
+TITLE = ("Uncertainty from rounded or fitted parameters, at the worst (multibody model and twin: by the constraint "
+         "model's elasticities)")
 #: Fields of `Determinants` and the numbers of the constraint model's gait that they are.
 NUMBERS = {"step_frequency": "step_frequency_hz", "step_length": "step_length_m", "speed": "speed_m_s"}
 

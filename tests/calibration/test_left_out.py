@@ -175,7 +175,7 @@ def test_a_low_pass_that_is_not_the_declared_one_is_found_by_the_fit(narrow):
 def answered(model, fit, design=DESIGN, known=()):
     """The answer to a calibration by sensors that ended so, whose runs miss nothing that others' tell."""
     told = Judged(fit.design, np.sqrt(np.diag(fit.covariance)), "as it is")
-    return sensor_report.answered(sensor_report.Calibrated(design, model, fit, told, PARAMETERS.settings, known=known))
+    return sensor_report.answered(sensor_report.Calibrated(design, model, fit, told, PARAMETERS, known=known))
 
 
 @pytest.mark.parametrize("converged", [True, False])
@@ -257,6 +257,15 @@ def test_a_robot_is_left_with_the_mass_that_was_weighed(unlike):
     left = answered(*unlike, known=KNOWN).parameters
     assert left["calibration.weighed_mass"] == BIPED.total_mass
     assert left["calibration.weighed_sd"] == pytest.approx(1e-3)
+
+
+def test_a_robot_is_left_with_its_sole_in_its_legs_and_its_foot_sensor_in_its_place(unlike):
+    """A study of it added a second sole, and sought the sensor at the mass centre that was found."""
+    left = {name: one["value"] for name, one in answered(*unlike).parameters.items() if "value" in one}
+    assert left["biped.leg_length"] - left["biped.foot_com"] != pytest.approx(left["imu.lever_arm"], rel=1e-6)
+    assert left["imu.lever_arm"] == BIPED.leg_length - BIPED.foot_com
+    assert left["twin.foot_socket"] == [0.0, -left["imu.lever_arm"], PARAMETERS.twin.inner_lane]
+    assert left["campaign.outsole"] == 0.0
 
 
 def test_a_change_from_nothing_has_no_share(unlike):

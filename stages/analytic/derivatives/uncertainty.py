@@ -1,7 +1,7 @@
 """How far the numbers of a gait may be off because the values of its design are known to a last digit only.
 
 Linear, by exact derivatives: all half-widths at their worst together, and as independent errors (root of the sum of
-squares), or as fitted ones go together. The slope, which is not the design's, apart and solved for. Multipliers are
+squares); those of fitted values in both as they go together. The slope, which is not the design's, apart and solved for. Multipliers are
 derived only by values that are not exact.
 """
 
@@ -114,10 +114,12 @@ def uncertainty(
     """One number that each parameter may move by its part, and that lies between `slopes` on slopes that may be."""
     of_values = {each: float(part) for each, part in parts.items() if each != SLOPE}
     sizes = {each: abs(part) for each, part in of_values.items()}
-    of_design = np.array(list(sizes.values()))
-    known = bool(np.isfinite(of_design).all())
+    tied = {each for pair in correlations for each in pair}
+    at_worst = [together({each: part for each, part in of_values.items() if each in tied}, correlations),
+                *(size for each, size in sizes.items() if each not in tied)]  # fmt: skip
+    known = all(map(math.isfinite, sizes.values()))
     decisive = max(sizes, key=lambda each: sizes[each], default="") if known else ""
-    return Uncertainty(name, unit, value, float(of_design.sum()), together(of_values, correlations), decisive,
+    return Uncertainty(name, unit, value, math.fsum(at_worst), together(of_values, correlations), decisive,
                        sizes.get(decisive, 0.0 if known else float("nan")), *slopes)
 
 

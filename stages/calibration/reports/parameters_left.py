@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 #: What a parameter folder of another robot says of the twin: the bill of parts is that of this one.
 PLANAR = {"twin.inertia": "planar"}
+#: And of soles: that on which the robot walked is part of the legs that were found.
+SOLED = {"campaign.outsole": {"value": 0.0, "unit": "m"}}
 FRAME, HIP, OTHER_LENGTH = "biped.frame_mass", "biped.hip_mass", "biped.other_leg_length"
 
 
@@ -26,10 +28,14 @@ def parameters_left(result: Calibrated, robot: FittedRobot) -> dict[str, Any]:
     """Parameters as a folder keeps them: with the half widths of their intervals and how errors go together, and the
     mass that was weighed, without which a study's own fit does not know its scale.
 
-    A robot from the bill of parts is left as Table 1 counts it, which all stages take: frames are the hip's.
+    The foot sensor stays where runs were read with it, wherever the leg's mass is found to be. A robot from the bill of
+    parts is left as Table 1 counts it, which all stages take: frames are the hip's.
     """
     design, names, values, covariance = result.design, robot.names, [*result.estimate.values], robot.covariance
-    left: dict[str, Any] = {}
+    twin, below = result.parameters.twin, result.parameters.ingest.limits.lever_arm
+    socket = twin.foot_sensor(twin.hip_socket[1] - below)
+    left: dict[str, Any] = {"imu.lever_arm": {"value": below, "unit": "m"},
+                            "twin.foot_socket": {"value": [*socket], "unit": "m"}, **SOLED}  # fmt: skip
     if not result.of_parts and OTHER_LENGTH in robot.own:
         if _legs_differ(design, robot):
             names, values = (*names, OTHER_LENGTH), [*values, robot.design.value(OTHER_LENGTH)]

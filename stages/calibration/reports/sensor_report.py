@@ -37,7 +37,7 @@ from stages.calibration.information.identifiability import (
 from stages.calibration.intervals.left_out import FRICTION, OTHER, Cause, causes, in_words, widened, with_all
 from stages.calibration.intervals.model_error import Judged, judged, structure_in_words, widening
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
-from stages.calibration.parameters import Parameters, Settings
+from stages.calibration.parameters import Parameters
 from stages.calibration.recordings import drawn_design, guess, looked_for, none_of, read_runs
 from stages.calibration.reports import change_report
 from stages.calibration.reports.parameters_left import OTHER_LENGTH, parameters_left
@@ -55,7 +55,7 @@ OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
 @dataclass(frozen=True)
 class Calibrated:
-    """What came out, from a `design` with the `settings`: the fit and why runs are left out of it, how well the robot
+    """What came out, from a `design` by the `parameters`: the fit and why runs are left out of it, how well the robot
     explains those held out (None where it does not walk them), residuals in noises and the factor on intervals, values
     with intervals, what the model leaves out, whether the bill of parts was begun with, what was `known`, the robot
     `before` and which runs are another's, and runs not fitted that show, too, how runs differ."""
@@ -64,7 +64,7 @@ class Calibrated:
     model: Model
     fit: CampaignFit
     estimate: Judged
-    settings: Settings
+    parameters: Parameters
     sigmas: float = 1.0
     wider: float = 1.0
     refused: Sequence[str] = ()
@@ -116,7 +116,7 @@ def calibrated(
     others = causes(design, fit, model, all_known, asking.progress)
     estimate = replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
-        design, model, fit, estimate, parameters.settings, sigmas, wider, refused, held, others, of_parts, all_known,
+        design, model, fit, estimate, parameters, sigmas, wider, refused, held, others, of_parts, all_known,
         before, changed, [] if request.held_out else _alike(out, held)))
 
 
@@ -232,7 +232,7 @@ def _robot(result: Calibrated) -> FittedRobot:
     """The robot as its file keeps it."""
     found = fitted_robot(result.design, result.model, result.fit, result.estimate, (result.sigmas, result.wider),
                          result.known, result.of_parts, result.others)  # fmt: skip
-    return with_forecasts(found, result.model, result.settings, result.others)
+    return with_forecasts(found, result.model, result.parameters.settings, result.others)
 
 
 def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
