@@ -24,6 +24,8 @@ from pipeline.commands import options
 from pipeline.errors import FAILED, StudyError
 from pipeline.graph import FILE_NAME
 from pipeline.home import face, home
+from pipeline.parameters import loading
+from pipeline.parameters.overrides import renewed
 from pipeline.study import Study, locate, shown
 
 #: Earlier results of this size are worth a word [bytes].
@@ -48,8 +50,8 @@ def init(folder: Path, update: bool, no_workflow: bool, form: options.Form) -> N
     """Lay out a new study in DIR: parameters to edit, the graph of stages, a README, and checks for GitHub and GitLab.
 
     DIR must not exist yet, or be empty. The parameters are those of the study this program comes with. With --update
-    dvc.yaml is written anew (the old one stays beside it), parameter files and checks that are missing are added, and
-    none is changed.
+    dvc.yaml is written anew, parameter files and checks that are missing are added, and so are entries that must be
+    there; entries go to the file that has them by now. Old files stay beside new ones.
     """
     checks = {} if no_workflow else {place: (face() / name).read_bytes() for place, name in _WORKFLOWS.items()}
     if update:
@@ -80,11 +82,17 @@ def _update(folder: Path, checks: Mapping[str, bytes]) -> tuple[list[str], dict[
     if study.borrowed or study.code_root == study.root:
         raise StudyError(f"{shown(folder)}: is not a study that `init` laid out")
     done: dict[str, str] = {}
-    for name, new in {**_given(), **checks}.items():
+    given, classes = _given(), loading.sections(locate(start=home()).parameters_classes().values())
+    stems = {Path(name).stem: name for name in given if name != FILE_NAME}
+    there = {stem: old.decode() for stem, name in stems.items() if (old := disk.read(study.root / name))}
+    entries = renewed(there, {stem: given[name].decode() for stem, name in stems.items()}, loading.keys(classes),
+                      loading.needed(classes))  # fmt: skip
+    files = {**given, **checks, **{stems[stem]: text.encode() for stem, text in entries.items()}}
+    for name, new in files.items():
         path = study.root / name
         old = disk.read(path)
-        if name == FILE_NAME and new != old:
-            disk.write(path.with_suffix(".yaml.old"), old or b"")
+        if old and new != old and (name == FILE_NAME or Path(name).stem in entries):
+            disk.write(path.with_suffix(".yaml.old"), old)
             disk.write(path, new)
             done[shown(path)] = f"written anew; the old one is {path.name}.old"
         elif not path.exists():

@@ -121,6 +121,12 @@ def keys(files: Mapping[str, Iterable[type]]) -> dict[str, list[str]]:
     return {file: [key for cls in classes for key in declared(cls)] for file, classes in files.items()}
 
 
+def needed(files: Mapping[str, Iterable[type]]) -> dict[str, list[str]]:
+    """File -> the keys that it must have."""
+    return {file: [field.name for cls in classes for field, _ in declared(cls).values()
+                   if field.default is dataclasses.MISSING] for file, classes in files.items()}  # fmt: skip
+
+
 class _Loading:
     """One load: the folder it reads, what is known, and the problems found so far."""
 

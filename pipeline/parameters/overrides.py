@@ -119,8 +119,35 @@ def rewritten(folder: Path, values: Mapping[str, Any], settings: Sequence[str], 
         whole = isinstance(value, dict) and not {"value", "rows"}.isdisjoint(value)  # an entry of its own
         parts = {**(value if whole else {"value": value}), **unit, "source": source}
         line = f"{key}: {{{', '.join(f'{part}: {json.dumps(said)}' for part, said in parts.items())}}}\n"
-        # an entry goes on over lines that are indented or close it
-        stands = re.search(rf"^{re.escape(key)}\s*:.*\n?(?:[ \t}}\]-].*\n?)*", files[file], re.MULTILINE)
-        start, end = stands.span() if stands else (len(files[file]), len(files[file]))
+        start, end = _lines_of(key, files[file])
         files[file] = files[file][:start] + line + files[file][end:]
     return {f"{name}.yaml": text.encode() for name, text in files.items()}
+
+
+def _lines_of(key: str, text: str) -> tuple[int, int]:
+    """Where a key's entry begins and ends in the text of a file; where it has none, the end twice."""
+    # an entry goes on over lines that are indented or close it
+    stands = re.search(rf"^{re.escape(key)}\s*:.*\n?(?:[ \t}}\]-].*\n?)*", text, re.MULTILINE)
+    return stands.span() if stands else (len(text), len(text))
+
+
+def renewed(texts: Mapping[str, str], given: Mapping[str, str], known: Mapping[str, Sequence[str]],
+            needed: Mapping[str, Sequence[str]]) -> dict[str, str]:  # fmt: skip
+    """Texts of parameter files, by file, that an earlier version laid out: an entry that stands in another file by now
+    goes there, and one that is `needed` and missing comes from those `given`. Where two files say it differently both
+    stay, and nothing else changes. Raises `StudyError`."""
+    files = {name: text.rstrip() + "\n" for name, text in texts.items()}
+    entries = {name: yaml_text.parse(text, f"{name}.yaml").plain() or {} for name, text in files.items()}
+    homes = {key: name for name in files for key in known.get(name, ())}
+    away = [(name, key) for name in files for key in entries[name]
+            if key in homes and key not in known.get(name, ())]  # fmt: skip
+    for name, key in away:
+        home, (start, end) = files[homes[key]], _lines_of(key, files[name])
+        if key not in entries[homes[key]]:
+            files[homes[key]] = home + files[name][start:end]
+        if entries[homes[key]].setdefault(key, entries[name][key]) == entries[name][key]:
+            files[name] = files[name][:start] + files[name][end:]
+    for name, keys in needed.items():
+        for key in sorted({*keys}.difference(entries.get(name, keys))):
+            files[name] += given[name][slice(*_lines_of(key, given[name]))]
+    return {name: text for name, text in files.items() if text != texts[name].rstrip() + "\n"}

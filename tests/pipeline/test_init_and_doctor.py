@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import sys
 from types import SimpleNamespace
@@ -77,6 +78,25 @@ def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed
     assert path.read_text() == now and path.with_suffix(".yaml.old").read_text() == earlier
     assert slope.read_text() == own, "parameters are the user's own"
     assert bipedstudy(mine, "status")[0][0] == 0
+
+
+def test_entries_that_an_earlier_version_had_elsewhere_are_moved_and_those_it_had_not_are_added(mine):
+    """Five were moved by hand, and of one that was missing no value was named."""
+    ground, twin, multibody, comparison = (mine / f"params/{name}.yaml" for name in
+                                           ("ground", "twin", "multibody", "comparison"))  # fmt: skip
+    own = 'block_sets: {value: 9, unit: "1",\n  source: "mine"}\n'
+    (line,) = re.findall(r"^passing_chance:.*\n", comparison.read_text(), re.MULTILINE)
+    comparison.write_text(comparison.read_text().replace(line, ""))
+    ground.write_text(re.sub(r"^block_sets:.*\n", "", ground.read_text(), flags=re.MULTILINE))
+    texts = [path.read_text() for path in (ground, twin, multibody)]
+    twin.write_text(own + texts[1])
+    multibody.write_text(texts[2] + 'block_length: {value: 0.09, unit: m, source: "mine"}\n')
+    (code, out, _), (again, _, left) = bipedstudy(mine, "init . --update --json", "status")
+    assert code == 0 and set(json.loads(out)) == {f"params/{name}.yaml" for name in ("comparison", "ground", "twin")}
+    assert ground.read_text() == texts[0] + own and twin.read_text() == texts[1] and line in comparison.read_text()
+    assert twin.with_suffix(".yaml.old").read_text() == own + texts[1], "what was there stays beside it"
+    assert again == 2 and left.count("error") == 1 and 'did you mean "ground.block_length"?' in left
+    assert "0.09" in multibody.read_text(), "of two values neither is chosen"
 
 
 def test_dvc_makes_by_the_last_stage_all_that_run_all_makes(laid_out):

@@ -1,8 +1,8 @@
 """How far the numbers of a gait may be off because the values of its design are known to a last digit only.
 
 Linear, by exact derivatives: all half-widths at their worst together, and as independent errors (root of the sum of
-squares); those of fitted values in both as they go together. The slope, which is not the design's, apart and solved for. Multipliers are
-derived only by values that are not exact.
+squares); those of fitted values in both as they go together. The slope, which is not the design's, apart and solved
+for. Multipliers are derived only by values that are not exact.
 """
 
 import math
