@@ -184,15 +184,21 @@ def content(path: Path, where: str) -> bytes:
         return path.read_bytes()
 
 
-def blocks(path: Path) -> Iterator[bytes]:
-    """The content of a file, part by part. Errors name it, which the system leaves out of those of an open file."""
+@contextlib.contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Errors name the file, which the system leaves out of those of an open one."""
     try:
-        with open(path, "rb") as file:
-            while block := file.read(_BLOCK):
-                yield block
+        yield
     except OSError as error:
         error.filename = error.filename or str(path)
         raise
+
+
+def blocks(path: Path) -> Iterator[bytes]:
+    """The content of a file, part by part."""
+    with naming(path), open(path, "rb") as file:
+        while block := file.read(_BLOCK):
+            yield block
 
 
 def file_digest(path: Path) -> str:

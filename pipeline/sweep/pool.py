@@ -54,14 +54,15 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self._places: dict[str, int] = {}
         self._unkept: dict[str, Row] = {}
-        self._file = disk.opened_at_end(path)
+        self._path, self._file = path, disk.opened_at_end(path)
         self._read_all()
         self._synced = time.monotonic()
 
     def close(self) -> None:
         """Flush and close the file."""
-        self._sync()
-        self._file.close()
+        with disk.naming(self._path):
+            self._sync()
+            self._file.close()
 
     def __contains__(self, key: str) -> bool:
         return key in self._places or key in self._unkept
@@ -80,13 +81,14 @@ class Journal:
             self._unkept[key] = row
             return
         body = json.dumps({"key": key, "outcome": row.outcome, "reason": row.reason, "values": dict(row.values)})
-        place = self._file.seek(0, os.SEEK_END)
-        self._file.write(disk.digest(body.encode())[:_SEAL].encode() + b" " + body.encode() + b"\n")
-        self._places[key] = place
-        if time.monotonic() - self._synced > _SYNC_EVERY_S:
-            self._sync()
-        else:
-            self._file.flush()
+        with disk.naming(self._path):
+            place = self._file.seek(0, os.SEEK_END)
+            self._file.write(disk.digest(body.encode())[:_SEAL].encode() + b" " + body.encode() + b"\n")
+            self._places[key] = place
+            if time.monotonic() - self._synced > _SYNC_EVERY_S:
+                self._sync()
+            else:
+                self._file.flush()
 
     def _sync(self) -> None:
         self._file.flush()

@@ -1,11 +1,13 @@
 """Sweeps: points, keys, and that whatever happens to workers, no point is lost and none is there twice."""
 
+import errno
 import json
 import os
 import random
 import signal
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -330,6 +332,22 @@ def test_a_damaged_journal_costs_only_its_damaged_lines(toy):
     assert again["computed_now"] == 2
     assert columns["force"].tolist() == right["force"].tolist()
     assert run(toy, GRID)[0]["computed_now"] == 0
+
+
+@pytest.mark.parametrize("every", [0.0, 100.0])
+def test_a_disk_that_is_full_names_the_journal(tmp_path, monkeypatch, every):
+    """It said "No space left on device", of no file."""
+    journal = pool.Journal(path := tmp_path / "points.jsonl")
+    journal._file = SimpleNamespace(seek=lambda *where: 0, write=len, flush=refused, close=refused)
+    monkeypatch.setattr(pool, "_SYNC_EVERY_S", every)
+    for fails in (lambda: journal.add("1", Row("computed", "", {})), journal.close):
+        with pytest.raises(OSError) as error:
+            fails()
+        assert (error.value.errno, error.value.filename) == (errno.ENOSPC, str(path))
+
+
+def refused():
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def test_how_far_a_sweep_is_said_now_and_then(capsys, monkeypatch):
