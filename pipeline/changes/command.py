@@ -87,10 +87,12 @@ def _lines(found: Row) -> Iterator[str]:
 
 
 def _numbers(rows: list[Row], small: int) -> Iterator[str]:
-    """How many changed in each stage, and those single ones that changed most."""
+    """How many changed in each stage, answers of yes or no, and those single ones that changed most."""
     many = Counter(row["stage"] for row in rows)
-    listed = [row for row in rows if row["relative"] is not None and isinstance(row["before"], float)
+    single = [row for row in rows if row["relative"] is not None and isinstance(row["before"], (int, float))
               and max(abs(row["before"]), abs(row["after"])) > _ROUND_OFF]  # fmt: skip
+    turned = [row for row in single if isinstance(row["before"], bool) and row["relative"]]
+    listed = [*turned, *(row for row in single if not isinstance(row["before"], bool))]
     what = "single ones that changed most:" if listed else "all of them in arrays, words or round-off"
     counted = ", ".join(f"{stage} {count}" for stage, count in many.items())
     same = sum(row["relative"] == 0.0 for row in rows)
@@ -100,12 +102,13 @@ def _numbers(rows: list[Row], small: int) -> Iterator[str]:
     for row in listed[:_PRINTED]:
         yield f"  {row['stage']} {row['path']}"
         values = f"{layout.short(row['before'])} -> {layout.short(row['after'])} {row['unit']}".rstrip()
-        yield f"    {values} ({share(row['relative'], row['before'])})"
+        part = share(row["relative"], row["before"])
+        yield f"    {values}" + f" ({part})" * bool(part)
 
 
 def share(relative: float | None, before: object) -> str:
     """A relative change in per cent, or why there is none; nothing for what is no number."""
-    if relative is None:
+    if relative is None or isinstance(before, bool):
         return ""
     if abs(relative) == float("inf"):
         return "from zero" if before == 0.0 else "not finite in one of them"

@@ -50,8 +50,8 @@ def init(folder: Path, update: bool, no_workflow: bool, form: options.Form) -> N
     """Lay out a new study in DIR: parameters to edit, the graph of stages, a README, and checks for GitHub and GitLab.
 
     DIR must not exist yet, or be empty. The parameters are those of the study this program comes with. With --update
-    dvc.yaml is written anew, parameter files and checks that are missing are added, and so are entries that must be
-    there; entries go to the file that has them by now. Old files stay beside new ones.
+    dvc.yaml is renewed, missing parameter files, entries and checks are added, and entries move to the file that has
+    them now; old files stay beside.
     """
     checks = {} if no_workflow else {place: (face() / name).read_bytes() for place, name in _WORKFLOWS.items()}
     if update:

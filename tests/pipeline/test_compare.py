@@ -195,12 +195,16 @@ def test_a_number_that_one_side_alone_has_is_told_with_its_unit():
 
 
 def test_single_numbers_are_listed_that_changed_by_more_than_round_off():
-    """Not arrays nor words, which have no one value before and after."""
+    """Not arrays nor words, which have no one value before and after. What is yes or no goes first: a gait that was no
+    longer stable was not listed, nor a count."""
     found = (("curve", "array 3", "differs by 1 at most", 0.2), ("outcome", "fell", "walked", None),
-             ("drift", 0.0, 1e-12, np.inf), ("height", 2.0, 3.0, 0.5))  # fmt: skip
+             ("drift", 0.0, 1e-12, np.inf), ("height", 2.0, 3.0, 0.5), ("stable", True, False, -1.0),
+             ("steps", 4, 5, 0.25), ("rigid", True, True, 0.0))  # fmt: skip
     rows = [{"stage": "fall", "path": path, "unit": "m", "before": before, "after": after, "relative": relative}
             for path, before, after, relative in found]  # fmt: skip
-    assert [*_numbers(rows, 0)][2:] == ["  fall height", "    2 -> 3 m (+50 %)"]
+    assert [*_numbers(rows, 0)][3:] == [
+        "  fall stable", "    true -> false m", "  fall height", "    2 -> 3 m (+50 %)", "  fall steps",
+        "    4 -> 5 m (+25 %)"]  # fmt: skip
 
 
 def test_a_share_is_read_as_per_cent():
