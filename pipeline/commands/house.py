@@ -26,6 +26,7 @@ from pipeline.graph import FILE_NAME
 from pipeline.home import face, home
 from pipeline.parameters import loading
 from pipeline.parameters.overrides import renewed
+from pipeline.parameters.yaml_text import text_of
 from pipeline.study import Study, locate, shown
 
 #: Earlier results of this size are worth a word [bytes].
@@ -84,7 +85,7 @@ def _update(folder: Path, checks: Mapping[str, bytes]) -> tuple[list[str], dict[
     done: dict[str, str] = {}
     given, classes = _given(), loading.sections(locate(start=home()).parameters_classes().values())
     stems = {Path(name).stem: name for name in given if name != FILE_NAME}
-    there = {stem: old.decode() for stem, name in stems.items() if (old := disk.read(study.root / name))}
+    there = {stem: text_of(study.root / name, name) for stem, name in stems.items() if (study.root / name).exists()}
     entries = renewed(there, {stem: given[name].decode() for stem, name in stems.items()}, loading.keys(classes),
                       loading.needed(classes))  # fmt: skip
     files = {**given, **checks, **{stems[stem]: text.encode() for stem, text in entries.items()}}

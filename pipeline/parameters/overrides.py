@@ -137,9 +137,10 @@ def renewed(texts: Mapping[str, str], given: Mapping[str, str], known: Mapping[s
     goes there, and one that is `needed` and missing comes from those `given`. Where two files say it differently both
     stay, and nothing else changes. Raises `StudyError`."""
     files = {name: text.rstrip() + "\n" for name, text in texts.items()}
-    entries = {name: yaml_text.parse(text, f"{name}.yaml").plain() or {} for name, text in files.items()}
-    homes = {key: name for name in files for key in known.get(name, ())}
-    away = [(name, key) for name in files for key in entries[name]
+    entries = {name: own for name, text in files.items()
+               if isinstance(own := yaml_text.parse(text, f"{name}.yaml").plain(), dict)}  # fmt: skip
+    homes = {key: name for name in entries for key in known.get(name, ())}
+    away = [(name, key) for name, own in entries.items() for key in own
             if key in homes and key not in known.get(name, ())]  # fmt: skip
     for name, key in away:
         home, (start, end) = files[homes[key]], _lines_of(key, files[name])
@@ -147,7 +148,7 @@ def renewed(texts: Mapping[str, str], given: Mapping[str, str], known: Mapping[s
             files[homes[key]] = home + files[name][start:end]
         if entries[homes[key]].setdefault(key, entries[name][key]) == entries[name][key]:
             files[name] = files[name][:start] + files[name][end:]
-    for name, keys in needed.items():
-        for key in sorted({*keys}.difference(entries.get(name, keys))):
+    for name, own in entries.items():
+        for key in [key for key in needed.get(name, ()) if key not in own]:
             files[name] += given[name][slice(*_lines_of(key, given[name]))]
     return {name: text for name, text in files.items() if text != texts[name].rstrip() + "\n"}

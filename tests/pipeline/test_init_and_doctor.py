@@ -97,6 +97,11 @@ def test_entries_that_an_earlier_version_had_elsewhere_are_moved_and_those_it_ha
     assert twin.with_suffix(".yaml.old").read_text() == own + texts[1], "what was there stays beside it"
     assert again == 2 and left.count("error") == 1 and 'did you mean "ground.block_length"?' in left
     assert "0.09" in multibody.read_text(), "of two values neither is chosen"
+    twin.write_bytes(b"\xe9")
+    ground.write_text("- 1\n")
+    assert bipedstudy(mine, "init . --update")[0] == (2, "", "error: params/twin.yaml: not a text file in UTF-8\n")
+    twin.write_text(texts[1])
+    assert bipedstudy(mine, "init . --update")[0][0] == 0 and ground.read_text() == "- 1\n"
 
 
 def test_dvc_makes_by_the_last_stage_all_that_run_all_makes(laid_out):
