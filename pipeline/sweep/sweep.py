@@ -66,8 +66,9 @@ def table(
         columns["outcome"] = _write(group, "outcome", ended, {"description": "computed, or what kept it from that"})
         columns["reason"] = _write(group, "reason", reasons, {"description": "why there is no result"})
         result = result_class(chain.study.package, chain.spec.stage)
-        for name in found:
-            columns[name] = _write(group, name, found[name], about(result, name))
+        for name, column in found.items():
+            own = f"{chain.spec.stage}.{name}" if name in columns else name  # a stage may have an outcome of its own
+            columns[own] = _write(group, own, column, about(result, name))
         hdf5.attach(group, columns, {}, row)
         group = file.create_group("provenance")
         for name, text in _provenance(chain).items():

@@ -310,6 +310,15 @@ def test_results_that_come_twice_count_once(toy, monkeypatch):
     assert len(journal) == len({json.loads(line[17:])["key"] for line in journal}) == 9
 
 
+def test_results_that_are_named_as_a_sweeps_own_columns_have_their_stage_before_them(toy, monkeypatch):
+    """Stage twin tells an outcome: its sweeps ended with a traceback, without a table."""
+    once = pool.compute
+    monkeypatch.setattr(pool, "compute", lambda *arguments: (
+        (index, Row(row.outcome, row.reason, {**row.values, "outcome": "fell"})) for index, row in once(*arguments)))
+    _, columns = run(toy, GRID)
+    assert (set(columns["outcome"]), set(columns["bounce.outcome"])) == ({"computed"}, {"fell"})
+
+
 def test_results_that_never_come_are_told(toy, monkeypatch):
     once = pool.compute
     monkeypatch.setattr(pool, "compute", lambda *arguments: list(once(*arguments))[1:])
