@@ -111,7 +111,8 @@ class Chain:
         try:
             return parsed(f"{name}=0", keys)
         except StudyError as error:
-            raise StudyError(f"{self.spec.file}: {text.removeprefix('--set ')}" for text in error.sentences) from None
+            said = f"--set {name}=0"
+            raise StudyError(f"{self.spec.file}: {text.replace(said, name)}" for text in error.sentences) from None
 
     def _sections(self, file: str) -> list[Any]:
         return [section for name in self.names for section in vars(self.base[name]).values() if file == section.FILE]
