@@ -94,6 +94,18 @@ def test_an_odd_run_is_left_out_and_said(campaign, fit_of_two):
     assert "times the usual residuals" in fit_of_two.left_out[odd.name]
 
 
+def test_a_run_of_another_robot_which_fits_as_well_alone_is_left_out_and_said():
+    """It drew the parameters of the right ones along, and the residuals were said to be those of unequal legs."""
+    drawing, model = fitted()
+    drawn, other = draw(5, 3, SHORTER), draw(6, 1, SHORTER)
+    runs = [*drawn.runs, dataclasses.replace(other.runs[0], name="stranger")]
+    truths = [*((drawn.design, begin) for begin in drawn.unknowns), (other.design, other.unknowns[0])]
+    alone = [fit_near(*truth, run, model, drawn.known) for truth, run in zip(truths, runs, strict=True)]
+    fit = fit_campaign(drawing, runs, model, drawn.known, enumerate(alone))
+    assert list(fit.left_out) == ["stranger"] and fit.left_out["stranger"].startswith("the fit of all together")
+    assert fit.converged and fit.chi2 / fit.count == pytest.approx(fit.alone, rel=0.05)
+
+
 def test_together_the_runs_begin_where_their_own_unknowns_go_along(campaign, own_fits, monkeypatch):
     """With a design that is not their own, each run's start and sensors are those that fit it best there."""
     drawing, model = fitted()
@@ -309,6 +321,15 @@ def test_a_fit_whose_residuals_are_larger_rests_where_as_small_a_part_is_left():
     assert why == too == "" and exact.cost < ENOUGH
     assert fewer < many and coarse.cost > exact.cost
     assert valley(0.01)[1] == many  # no more is asked of residuals that are small
+
+
+def test_a_fit_rests_where_only_round_off_is_foreseen_to_fall():
+    """Stiff legs of 77 kN/m took 914 walks where 148 do, and then were not at rest."""
+
+    def evaluate(x, *_):
+        return Point(x, 5.0 + 1e-9 * float(x @ x), np.eye(1), np.full(1, 0.06), None)
+
+    assert least_squares(evaluate, np.zeros(1), np.ones(1), np.full(1, -np.inf))[2] == ""
 
 
 def test_of_halved_steps_those_that_do_not_help_do_not_count():

@@ -240,6 +240,33 @@ def test_rows_lost_late_doubled_or_of_words_change_little_and_are_said_once():
     assert [sum(kind in one for one in said) for kind in kinds] == [1] * 5 and len(said) == 5
 
 
+@pytest.mark.parametrize(("hip_late", "foot_clock"), [(0.2, 0.0), (0.2, -1000.0)], ids=["late", "another clock"])
+def test_rows_of_sensors_that_come_apart_tell_of_the_walk_all_the_same(hip_late, foot_clock):
+    """A hip's that came .2 s after the foot's were given the next step's states, 275 standard errors off; and a foot's
+    clock that showed less than the hip's by two minutes ended the search for a walk at its first row."""
+    run, design, unknowns = made(5, 14)
+    head, *lines = lines_of(run, 6)
+    arrived = []
+    for *cells, stamp in (line.split(",") for line in lines):
+        late, shows = (hip_late, 0.0) if cells[1] == "hip" else (0.0, foot_clock)
+        arrived.append((float(stamp) + late, ",".join([*cells, str(float(stamp) + shows)])))
+    _, found = followed([head, *(line for _, line in sorted(arrived))], ABOUT)
+    assert len(found) > 250 and np.sqrt((off(found, run, design, unknowns) ** 2).mean(axis=0)).max() < 2.0
+
+
+@pytest.mark.parametrize(("silent", "since", "why"), [
+    ("hip", AT + 4.0, "no samples of the hip for 2.0"), ("hip", 0.0, "there are no rows of the hip"),
+    ("foot", AT + 4.0, "")])  # fmt: skip
+def test_a_sensor_that_falls_silent_is_said_to_be_and_a_stream_without_a_hip_ends(silent, since, why):
+    """It ended with 0 and no word."""
+    lines = [line for line in lines_of(made(5, 14)[0], 6)
+             if line.split(",")[1] != silent or float(line.split(",")[-1]) < since]
+    said: list[str] = []
+    with pytest.raises((StepFailed, NotIdentified), match=why) if why else contextlib.nullcontext():
+        followed(lines, ABOUT, said)
+    assert [("rows are all of the" in one and silent not in one) for one in said] == [True]
+
+
 def test_rows_need_their_columns_and_a_clock_that_goes_on():
     with pytest.raises(WrongOption, match="lacks place, device_stamp, ay"):
         list(rows_of(["ax,az,gx,gy,gz"], print, PERIODS))

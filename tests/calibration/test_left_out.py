@@ -200,6 +200,17 @@ def test_a_known_value_that_the_runs_contradict_is_named(unlike, off, said):
     assert all(line.startswith("leg_length is known as ") for line in lines)
 
 
+@pytest.mark.parametrize(("off", "said"), [(0.1, 0), (0.5, 1)])
+def test_a_ramp_that_was_read_off_wrongly_is_said_and_runs_that_do_not_go_together(unlike, off, said):
+    """Half a degree, ten standard errors, was taken in silence."""
+    model, fit = unlike
+    run = dataclasses.replace(fit.runs[0], own={SLOPE: (float(fit.own[0, 0]) + off, 0.05)})
+    alone = fit.chi2 / fit.count / (1.0 + 10.0 * off)
+    lines = answered(model, dataclasses.replace(fit, runs=(run,), alone=alone)).lines
+    assert sum(line.startswith("slope_deg is known as ") and "10.0 standard errors" in line for line in lines) == said
+    assert sum("they are not of one robot" in line for line in lines) == said
+
+
 def test_what_each_run_has_of_its_own_is_said_with_its_scatter(unlike):
     model, fit = unlike
     own = dataclasses.replace(model, own=(*model.own, "biped.other_leg_length"))

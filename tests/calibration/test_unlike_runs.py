@@ -58,13 +58,15 @@ def test_unexplained_is_what_samples_in_a_row_of_both_sides_have():
     assert unexplained([(times[:2], hip[:2]), (times[:1], foot[:1])]) == 0.0
 
 
-@pytest.mark.parametrize(("noise", "fits"), [(0.0, True), (3.0, False)])
-def test_a_run_that_the_twin_does_not_fit_is_said_to_be_so(noise, fits, monkeypatch):
-    """Its readings scatter more than those of the robot's own runs."""
-    run, _, _ = made(1, 5)
+@pytest.mark.parametrize(("noise", "since", "fits"), [(0.0, 0.0, True), (3.0, 0.0, False), (3.0, 0.8, False)],
+                         ids=["as it is", "another", "changed at last"])  # fmt: skip
+def test_a_run_that_the_twin_does_not_fit_is_said_to_be_so(noise, since, fits, monkeypatch):
+    """Its readings scatter more than those of the robot's own runs, or at last."""
+    run, _, _ = made(1, 6)
     robot, fitted = model()
     rng = np.random.default_rng(3)
-    samples = {side: run.samples[side] + noise * np.array(fitted.noise) * rng.normal(size=run.samples[side].shape)
+    more = {side: noise * (run.sampling.of(side) > since * run.duration) for side in SIDES}
+    samples = {side: run.samples[side] + more[side][:, None] * fitted.noise * rng.normal(size=run.samples[side].shape)
                for side in SIDES}  # fmt: skip
     monkeypatch.setattr(FittedRobot, "read", lambda _: robot)
     monkeypatch.setattr(report, "named_runs", lambda *_: ({"a": replace(run, samples=samples)}, []))

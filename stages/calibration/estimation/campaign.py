@@ -7,7 +7,7 @@ they are solved for run by run, and what is left are equations for the design al
 import contextlib
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import repeat
 
@@ -39,9 +39,9 @@ from stages.calibration.estimation.run_fit import (
 from stages.calibration.observation.measured_run import MeasuredRun
 
 #: Joint steps: whole ones or halves of them; they rest by what the cost of a run falls.
-JOINT = Rule(25, rests=1e-3, at_rest=1.0, halved=True, caution=(1.0, 1.0, 2.0**11), blind=1e-2,
+JOINT = Rule(25, rests=1e-2, at_rest=1.0, halved=True, caution=(1.0, 1.0, 2.0**11), blind=1e-2,
              step="joint step", counted="joint steps")  # fmt: skip
-#: A run is left out of the joint fit if its own fit leaves so many times the square residual of the usual run.
+#: A run is left out if its own fit, or the joint one, leaves so many times the square residual of the usual run.
 ODD = 3.0
 
 
@@ -50,7 +50,8 @@ class CampaignFit:
     """The design's shared parameters (d,) with their covariance (d, d), and of each run in `runs` its own parameters
     and unknowns, with its equations there. `left_out` runs have a reason each.
 
-    `chi2` over `count` readings; `evaluations` of how many walks.
+    `chi2` over `count` readings, which each run `alone` usually makes so large a reading; `evaluations` of how many
+    walks.
     """
 
     names: tuple[str, ...]
@@ -66,6 +67,7 @@ class CampaignFit:
     evaluations: int
     converged: bool
     why: str
+    alone: float = np.nan
 
 
 def fit_campaign(
@@ -79,14 +81,25 @@ def fit_campaign(
     found = [(runs[number], fit) for number, fit in sorted(dict(
         own_fits or side_by_side(design, runs, model, known)).items())]  # fmt: skip
     left_out = {run.name: fit for run, fit in found if isinstance(fit, str)}
-    fits = [(run, fit, fit.equations.chi2 / fit.equations.count) for run, fit in found if isinstance(fit, RunFit)]
+    fits = [(run, fit) for run, fit in found if isinstance(fit, RunFit)]
     if not fits:
         raise StepFailed(next(iter(left_out.values()), "there is no run"))
-    usual = float(np.median([size for *_, size in fits]))
-    left_out |= {run.name: f"its own fit leaves {np.sqrt(size / usual):.1f} times the usual residuals"
-                 for run, _, size in fits if size > ODD * usual}  # fmt: skip
-    kept, chosen = zip(*((run, fit) for run, fit, size in fits if not size > ODD * usual), strict=True)
-    return Joint(design, kept, model, known).fitted(chosen, left_out, sum(fit.evaluations for fit in chosen))
+    walks, sizes = sum(fit.evaluations for _, fit in fits), [_size(fit.equations) for _, fit in fits]
+    alone, how, together = float(np.median(sizes)), "its own fit", None
+    while together is None or max(sizes) > ODD * np.median(sizes):
+        usual = float(np.median(sizes))
+        left_out |= {run.name: f"{how} leaves {np.sqrt(size / usual):.1f} times the usual residuals"
+                     for (run, _), size in zip(fits, sizes, strict=True) if size > ODD * usual}  # fmt: skip
+        kept, chosen = zip(*(one for one, size in zip(fits, sizes, strict=True) if not size > ODD * usual), strict=True)
+        together = Joint(design, kept, model, known).fitted(chosen, left_out, walks)
+        fits, walks = [*zip(kept, chosen, strict=True)], together.evaluations
+        sizes, how = [_size(one) for one in together.equations], "the fit of all together, as of another robot,"
+    return replace(together, alone=alone)
+
+
+def _size(equations: Equations) -> float:
+    """Mean square residual of a run's readings."""
+    return equations.chi2 / equations.count
 
 
 def side_by_side(

@@ -144,7 +144,8 @@ class Rule:
 
 #: A fall of the cost this small moves no estimate by a twentieth of its standard error.
 ENOUGH = 1e-3
-WHOLE_RUN = Rule(enough=ENOUGH)
+#: What is foreseen along a narrow valley may be round-off: where next to nothing came of it, this little is none.
+WHOLE_RUN = Rule(enough=ENOUGH, rests=1e-2, at_rest=1e-2)
 
 
 #: Gives the point at some unknowns, reached from another by a share of its step; None where there is none.
@@ -169,14 +170,14 @@ def least_squares(
         newton, unit = _step(at, sizes, low, 0.0, rule.blind), max(at.spread, 1.0)
         if newton[1] < rule.enough * unit:
             return at, evaluations, ""
-        share = 1.0 / caution if rule.halved else 1.0
-        step, foreseen = newton if rule.halved else _step(at, sizes, low, caution, rule.blind)
+        share, (step, foreseen) = (1.0 / caution, newton) if rule.halved else (
+            1.0, _step(at, sizes, low, caution, rule.blind))  # fmt: skip
         whole = max(1.0, float(np.abs(step / sizes).max(initial=0.0)) / rule.longest)
         tried = evaluate(np.maximum(at.x + share * step / whole, low), at, share)
         evaluations += 1
         if tried is not None and tried.cost < at.cost + rule.larger * abs(at.cost):
             gain, at, helped = at.cost - tried.cost, tried, helped + 1
-            if max(gain, 0.0 if caution <= first else newton[1]) < rule.rests * unit:
+            if max(gain, 0.0 if rule.halved and caution <= first else newton[1]) < rule.rests * unit:
                 return at, evaluations, ""
             as_foreseen = float(np.clip(gain / max(foreseen, 1e-300), 0.0, 1.0))
             kept = 0.0 if rule.halved else max(1.0 - (2.0 * as_foreseen - 1.0) ** 3, 0.1)

@@ -3,7 +3,7 @@
 import gc
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -34,8 +34,8 @@ LEGS = (("stance_leg_angle", "rad"), ("stance_leg_length", "m"), ("leg_opening_a
 STANDS = ("inner", "outer")
 #: Innovations are white unless so few of white ones are like them.
 LEVEL = 0.01
-#: A twin fits whose innovations are typically no more times as large as in its own runs, or as they should be; of a
-#: stream that is seen by so many of the last ones.
+#: A twin fits whose innovations are typically no more times as large as in its own runs, or as they should be, in all
+#: of so many in a row.
 FITS, LATEST = 1.5, 100
 
 
@@ -53,11 +53,11 @@ def streamed(parameters: Parameters, folder: Path, about: Mapping[str, Any], ask
             asking.say(_row("-", _late(instant, robot)))
             said += 1
             latest.append(instant.innovation)
-            if not strange and said % LATEST == 0 and (strange := _strange(latest, robot)):
+            if not strange and said % LATEST == 0 and (strange := _strange([*latest], robot)):
                 asking.note(f"note: at {instant.time:.2f} s {strange}")
     except StepFailed as reason:
         lost = f"lost: {reason}; give the first answer by --with to take it up again"
-    words = [one for one in (lost, strange or _strange(latest, robot), f"{said} states were written") if one]
+    words = [one for one in (lost, strange or _strange([*latest], robot), f"{said} states were written") if one]
     return Answer(remark="; ".join(words), no=len(words) > 1)
 
 
@@ -120,9 +120,10 @@ def of_angles(source: Path, folder: Path, names: Sequence[str], asking: Asking) 
                   plain={"runs": plain, "states": rows}, rows=rows)  # fmt: skip
 
 
-def _strange(innovations: Iterable[float], robot: FittedRobot) -> str:
-    """That the twin does not fit, where it does not."""
-    size = typical(innovations)
+def _strange(innovations: Sequence[float], robot: FittedRobot) -> str:
+    """That the twin does not fit, where so many of the `LATEST` in a row say that it does not."""
+    ends = range(len(innovations), min(LATEST, len(innovations)) - 1, -LATEST)
+    size = max((typical(innovations[max(end - LATEST, 0) : end]) for end in ends), key=np.nan_to_num)
     return (f"the twin does not fit: readings are typically {size:.1f} standard deviations from it, in its own runs at "
             f"most {robot.innovation:.1f}, so errors of states and strikes are larger than said; same tests what has "
             "changed") * (size > FITS * max(robot.innovation, 1.0))

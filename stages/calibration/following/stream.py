@@ -44,8 +44,9 @@ READINGS = SAMPLE_VALUES[-6:]
 EACH_S, LONGEST_S = 1.0, 120.0
 #: So many rows of a sensor in a row that are before its last one are a clock that was set back.
 SET_BACK = 20
-#: A row so many sampling periods after the last one shows that rows are lost.
-LOST = 1.5
+#: A row so many sampling periods after the last one shows that rows are lost, and so many of one sensor alone that the
+#: other is silent.
+LOST, SILENT = 1.5, 100
 
 
 @dataclass(frozen=True)
@@ -91,11 +92,12 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
     refuse((bool(missing), f"-: the first line names the columns and lacks {', '.join(missing)}"))
     place, *numbers = (names.index(name) for name in ("place", STAMP, *READINGS))
     last, behind = dict.fromkeys(periods, -math.inf), dict.fromkeys(periods, 0)
+    before, alone = "", 0
 
     def once(what: str, line: int) -> None:
         if what not in said:
             said.add(what)
-            note(f"note: line {line}: {what}; further ones are passed over without a word")
+            note(f"note: line {line}: {what}; this is said once")
 
     for line, text in enumerate(given, 2):
         cells = [cell.strip() for cell in text.split(",")]
@@ -114,6 +116,9 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
         if LOST * periods[side] < since < math.inf:
             once(f"rows of the {side} before it are lost", line)
         last[side] = stamp
+        before, alone = side, alone + 1 if side == before else 1
+        if alone == SILENT:
+            once(f"the last {SILENT} rows are all of the {side}: the other sensor is silent", line)
         values = np.array(readings, dtype=float)
         yield Sample(stamp, side, values, np.isfinite(values))
 
@@ -156,7 +161,8 @@ class Stream:
         except (SourceRefused, WrongOption) as wrong:
             raise WrongOption(f"--with: {wrong}") from None
         self._rows: list[Sample] = []
-        self._tried, self._why = -math.inf, "there are no rows"
+        self._first = dict[str, float]()
+        self._tried, self._why = -math.inf, "there are no rows of the hip"
         self._track: Track | None = None
         self._begin = 0.0
 
@@ -179,6 +185,8 @@ class Stream:
             if self._track is None:
                 self._rows.append(row)
                 yield from self._try(row.time) if row.side == SIDES[0] else ()
+                if self._track is None and row.time > self._first.setdefault(row.side, row.time) + LONGEST_S:
+                    raise NotIdentified(f"no walk is found in {LONGEST_S:.0f} s: {self._why}")
             else:
                 yield from self._followed(row)
         if self._track is None:
@@ -199,8 +207,6 @@ class Stream:
             self._start()
         except (SourceRefused, StepFailed) as why:
             self._why = str(why)
-            if stamp > self._rows[0].time + LONGEST_S:
-                raise NotIdentified(f"no walk is found in {LONGEST_S:.0f} s: {self._why}") from None
             return
         rows, self._rows = self._rows, []
         for row in rows:

@@ -125,11 +125,11 @@ class Track:
     def __init__(self, follower: Follower, run: MeasuredRun, ahead: float = 0.0) -> None:
         self._follower, self._ahead = follower, ahead
         self._pushes = max(PUSHED, BEYOND * follower.unexplained)
-        self._waiting = list[Sample]()
+        self._waiting, self._early = list[Sample](), list[Sample]()
         self._work: Iterator[None] | None = None
         self._period = self._usual = float(np.diff(run.strikes[:3]).mean())
         estimate, at = follower.begin(run)
-        self._first = self._until = follower.mid_stance(estimate.mean) + follower.settings.settling_s
+        self._first = self._seen = self._until = follower.mid_stance(estimate.mean) + follower.settings.settling_s
         self._enter(self._begun(estimate, at))
         self._shown_from = self._until
 
@@ -137,9 +137,15 @@ class Track:
         """What is known after a sample of the hip, from the second mid-stance on; then work that is not for it."""
         if sample.time < self._first:
             return
-        self._route(sample)
         if sample.side != SIDES[0]:
+            self._early.append(sample)
+            if sample.time > self._seen + BLIND * self._period:
+                raise StepFailed(f"there are no samples of the hip for {sample.time - self._seen:.2f} s")
             return
+        due = [one for one in self._early if one.time <= sample.time]  # a hip's that come late find their step
+        self._seen, self._early = sample.time, self._early[len(due) :]
+        for one in [*due, sample]:
+            self._route(one)
         if sample.time >= self._shown_from:
             if sample.time > self._step.ends:
                 raise StepFailed("the robot falls")

@@ -162,6 +162,8 @@ def _fitted(
                 np.append(fit.design, max(low, held)), fit.own, fit.unknowns, {}, 0, WITH_ONE_MORE)
     except StepFailed:
         return Cause(name, 0.0)
+    if with_it.left_out:  # residuals of fewer runs
+        return Cause(name, 0.0)
     _, wider = widening(with_it.equations)
     before, after = (sum(one.cost for one in each.equations) for each in (fit, with_it))
     drop = 2.0 * (before - after) / wider**2

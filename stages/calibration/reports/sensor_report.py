@@ -243,6 +243,9 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
              + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
     lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(result.refused)
     lines += result.changed
+    if fit.chi2 > ODD * fit.alone * fit.count:
+        lines.append(f"all together leave {math.sqrt(fit.chi2 / fit.count / fit.alone):.1f} times the residuals that "
+                     "runs leave alone: they are not of one robot, or sensors were moved")
     blind = np.isinf(estimate.sd).astype(float)
     if blind.any():
         lines.append(described(blind, fit.names, units, estimate.values))
@@ -270,12 +273,17 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
 def _contradicted(known: Iterable[Known], fit: CampaignFit, design: DesignPoint) -> Iterator[str]:
     """Which known parameters the runs move further than their errors allow."""
     found = dict(zip(fit.names, fit.design, strict=True))
-    for one in (one for one in known if one.name in found):
-        off = abs(found[one.name] - one.value) / one.sd
+    stated = [(one, found[one.name]) for one in known if one.name in found]
+    read = [(*run.own[SLOPE], own[0]) for run, own in zip(fit.runs, fit.own, strict=True) if SLOPE in run.own]
+    if read:
+        value, sd, slope = map(float, np.mean(read, axis=0))
+        stated.append((Known(SLOPE, value, sd), slope))
+    for one, value in stated:
+        off = abs(value - one.value) / one.sd
         if off > FAR_OFF:
             yield (f"{short(one.name)} is known as {one.value:.6g} {design.unit(one.name)} with a standard error of "
                    f"{one.sd:.2g}; these runs contradict that by {off:.1f} standard errors (found "
-                   f"{found[one.name]:.6g})")
+                   f"{value:.6g})")
 
 
 def _beyond_intervals(fit: CampaignFit, design: DesignPoint) -> Iterator[str]:
