@@ -13,10 +13,11 @@ from stages.imu.export import events_of
 from stages.imu.judgement.evidence import confirmed, swept
 from stages.imu.result import Evidence
 from stages.imu.sources.cells import recording_from_columns
+from stages.imu.sources.schema import SAMPLE_VALUES
 from stages.imu.strikes.impact_onset import STRIKE, Samples, at_onsets, lift_after, responses
 from stages.imu.strikes.step_times import INNER, OUTER, UNKNOWN, HeelStrikes, step_frequency, step_times
 from stages.imu.trial.trial import Trial, read_trials
-from stages.imu.trial.walk import hip_at, in_time, leg_motion, stance_angle
+from stages.imu.trial.walk import at_slowest, hip_at, in_time, leg_motion, stance_angle
 from tests.imu.conftest import RUNS
 from tests.imu.made_logs import Log, made_log, replaced, stand_in_walks, with_errors
 from tests.imu.stand_in import DRAWING, PARAMETERS, STUDY, struck
@@ -58,6 +59,24 @@ def test_a_low_pass_that_is_not_declared_is_in_the_angles_error(trials: list[tup
         off = np.abs(np.interp(trial.leg.time, delayed.time, delayed.angle) - trial.leg.angle)
         said = np.interp(trial.leg.time, delayed.time, delayed.angle_error)
         assert (off > 2 * trial.leg.angle_error).mean() > 0.2 and (off > 2 * said).mean() < 0.05
+
+
+def test_a_foots_sensor_alone_leaves_open_when_the_outer_leg_lands(trials: list[tuple[Log, Trial]]) -> None:
+    """The twin's own foot let go looked like that: steps were 6 ms off, seven of the errors that were said."""
+    _, trial = trials[0]
+    errors = {place: at_slowest({place: sensor}, PARAMETERS, 0.0).onset_error_s
+              for place, sensor in trial.sensors.items()}  # fmt: skip
+    assert errors == {"hip": pytest.approx(DRAWING.onset_error_s), "foot": 0.006 / PARAMETERS.quick}
+
+
+def test_rows_of_two_sensors_in_one_file_are_refused_with_what_to_do(trials: list[tuple[Log, Trial]]) -> None:
+    """A rate of 70,640 Hz was said not to be the nominal one."""
+    log, _ = trials[0]
+    rows = np.vstack([one.table() for one in log.recordings])
+    rows = rows[np.argsort(rows[:, SAMPLE_VALUES.index("phone_stamp")], kind="stable")]
+    mixed = recording_from_columns(log.experiment, log.recordings[0].device, rows)
+    verdict = next(read_trials(log.experiment, (mixed,), PARAMETERS)).verdict
+    assert any("rows of several sensors? Each needs a file" in one.sentence for one in verdict.findings if one.refused)
 
 
 def test_a_step_is_half_a_percent_off(trials: list[tuple[Log, Trial]]) -> None:

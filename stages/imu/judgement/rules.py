@@ -97,7 +97,8 @@ def against_sensor(
         ),
         remark(
             not abs(report.rate_ppm) < settings.rate_tolerance * 1e6,
-            f"rate of {report.rate_hz:.4g} Hz is not the nominal {device.rate_hz:g} Hz",
+            f"rate of {report.rate_hz:.4g} Hz is not the nominal {device.rate_hz:g} Hz"
+            + " (are these rows of several sensors? Each needs a file of its own)" * (report.rate_hz > device.rate_hz),
         ),
         remark(
             report.clock_error_s > settings.clock_tolerance_s,
@@ -157,7 +158,7 @@ def _on_what_is_there(trial: Trial) -> tuple[Rule, ...]:
         remark(
             not others,
             f"only the {first}'s sensor: nothing confirms that it is this run's, which leg it rides on, its "
-            "frame, or the scale of its rate",
+            "frame, or the scale of its rate" + "; when the outer leg lands it does not show" * (first == "foot"),
             LEGS, STRIKES, FREQUENCY, f"{first} {RATE}", f"{first} {FRAME}",
         ),
         remark(

@@ -34,6 +34,9 @@ FEWEST_POINTS = 8
 #: of twenty runs were off by 0.7 ms rms at 100 Hz, by 2.1 ms at 50 Hz and by 7.9 ms at 40 Hz.
 RATE_HZ, COARSER = 100.0, 2.5
 FEWEST_SHOWN = 0.1  # of the strikes, that an error grows by
+#: A foot's sensor alone shows its own foot let go, and not the outer leg's landing, a double stance before: of six runs
+#: steps were off by 6 ms and lengths by 4.5 to 9.4 mm, which is 0.6 to 1.4 of the standard errors that follow.
+LET_GO_S = 0.006
 
 
 def strikes_of(
@@ -173,9 +176,11 @@ def leg_of(
 
 def at_slowest(sensors: Mapping[str, BodySensor], parameters: Parameters, hidden: float) -> Drawing:
     """The drawing with errors of when things happen as they are at the slowest sensor's rate, with so many (1) of the
-    strikes `hidden` in holes."""
+    strikes `hidden` in holes, and of sensors without a hip's."""
     rates = [sensor.trace.indexed.recording.device.rate_hz for sensor in sensors.values()]
-    return in_time(parameters.drawing, parameters.quick, min(rates, default=RATE_HZ), hidden)
+    found = in_time(parameters.drawing, parameters.quick, min(rates, default=RATE_HZ), hidden)
+    least = 0.0 if "hip" in sensors else LET_GO_S / parameters.quick
+    return replace(found, onset_error_s=max(found.onset_error_s, least))
 
 
 def in_time(drawing: Drawing, quick: float, rate_hz: float, hidden: float = 0.0) -> Drawing:
