@@ -2,15 +2,12 @@
 
 import pytest
 
-from stages.biped.design import Biped
 from stages.biped.walk import StanceState
 from stages.ground.contact_law import ContactLaw
-from stages.ground.slope import Slope
 from stages.planar.run import rolling_state
 from stages.planar.section import section_scales
+from tests.study import SLOPE, TABLE_1
 
-TABLE_1 = Biped("compliant", 0.316, 0.335, 0.333, 0.083, 0.1, 2800.0, 58.35, 0.0)
-SLOPE = Slope(2.0, 9.81)
 #: A mid-stance from which the walker finds its gait; the numbers are no result of the study.
 ROUGH = StanceState(0.0, 0.331, 0.27, 0.334, 0.71, 0.0, 1.8, 0.0)
 #: Scales of the section's numbers.

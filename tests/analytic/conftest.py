@@ -2,7 +2,6 @@
 
 import pytest
 
-from stages.analytic.gait.gait_search import find_gaits
 from stages.analytic.phases.motion import DOUBLE_STANCE
 from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
@@ -19,12 +18,6 @@ def table_1_gait():
 def rigid_gait():
     """(walker, fixed point) of Table 1 with rigid legs at tolerance 1e-12."""
     return found_gait(TABLE_1_RIGID)
-
-
-@pytest.fixture(scope="session")
-def table_1_gaits(table_1_gait):
-    """All gaits found for Table 1, most stable first, at the tolerance of `test_questions`, which asks for them too."""
-    return find_gaits(table_1_gait[0], 1e-10, unstable=True)
 
 
 @pytest.fixture(scope="session")

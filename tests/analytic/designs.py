@@ -19,15 +19,11 @@ from stages.analytic.result import Result
 from stages.biped.design import Biped
 from stages.biped.rubber import Rubber
 from stages.ground.slope import Friction, Slope
+from tests.study import SLOPE, TABLE_1
 
-#: Table 1 of the paper.
-TABLE_1 = Biped(
-    legs="compliant", hip_mass=0.316, foot_mass=0.335, leg_length=0.333, foot_radius=0.083, foot_com=0.100,
-    stiffness=2800.0, damping=58.35, leg_inertia=0.0)
 TABLE_1_RIGID = dataclasses.replace(TABLE_1, legs="rigid")
 #: Every parameter at work: leg inertia too.
 HEAVY_LEGS = dataclasses.replace(TABLE_1, leg_inertia=2e-3)
-SLOPE = Slope(slope_deg=2.0, gravity=9.81)
 FRICTION = Friction(static_friction=1.1, dynamic_friction=1.0)
 RUBBER = Rubber(foot_width=0.02, outsole_arc=0.112, outsole_density=1100.0)
 

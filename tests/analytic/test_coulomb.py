@@ -263,17 +263,12 @@ def test_high_friction_keeps_the_foot_rolling_until_it_carries_nothing(table_1_g
     gaps = []
     for mu in (1e2, 1e3, 1e4):
         limited = with_friction(mu)
-        first = integrate_first(limited, start)
+        first = record(limited, start, 1, 1e-12)[0]
         assert first.phase == DOUBLE_STANCE
         gaps.append(toe_off.duration - first.duration)
         at_end = states_at(DOUBLE_STANCE, toe_off.times, toe_off.states, np.array([first.duration]), walker.p)[0]
         assert np.abs(at_end - first.end).max() <= 1e-11
     assert gaps[-1] > 0 and np.log10(np.array(gaps[:-1]) / gaps[1:]) == pytest.approx([1.0, 1.0], abs=0.05)
-
-
-def integrate_first(walker, y):
-    """The first phase after heel strike."""
-    return record(walker, y, 1, 1e-12)[0]
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-8, 1e-12])

@@ -142,16 +142,10 @@ def test_a_map_opens_in_xarray_with_units_and_words(grid, grid_file):
     with xarray.open_dataset(grid_file, engine="h5netcdf", group="table") as table:
         assert set(table.dims) == {"row"} and table.row.values.tolist() == [*range(table.sizes["row"])]
         assert table.period_s.units == "s" and table.period_s.long_name
-        words = table.outcome.flag_meanings.split()
-        assert len(words) == len(table.outcome.flag_values) and "stable" in words
-        assert words[int(table.outcome[0])] == h5py_word(grid_file)
-
-
-def h5py_word(path):
-    """The outcome of a map's first row by the words that HDF5 knows."""
-    with h5py.File(path) as file:
-        column = file["table/outcome"]
-        return {place: word for word, place in h5py.check_enum_dtype(column.dtype).items()}[column[0]].replace(" ", "_")
+        words = dict(zip(table.outcome.flag_meanings.split(), table.outcome.flag_values, strict=True))
+    with h5py.File(grid_file) as file:
+        known = h5py.check_enum_dtype(file["table/outcome"].dtype)
+    assert words == {word.replace(" ", "_"): place for word, place in known.items()} and "stable" in words
 
 
 def test_a_map_that_was_killed_goes_on_where_it_was_and_gives_the_same_bytes(cloud, tmp_path, monkeypatch):
@@ -264,18 +258,22 @@ LAME_CLOUD = {"count": 6, "seed": 5, "vary": {
     "biped.frame_mass": {"low": 0.0, "high": 0.02}, "ground.slope_deg": {"low": 1.8, "high": 2.2}}}  # fmt: skip
 
 
+def mapped(given, biped, anchors):
+    """The designs of a map, and its columns by name."""
+    base = DesignPoint(biped, SLOPE)
+    box = boxes.read(given, base)
+    known = [each for each in anchors_of(Task(box, base, TOLERANCE, "complete"), 0, anchors) if each]
+    rows = np.array(block(Task(box, base, TOLERANCE, "complete", known), 0, box.size))
+    designs = [box.design(base, values) for values in box.values(0, box.size)]
+    return designs, dict(zip([column.name for column in COLUMNS], rows.T, strict=True))
+
+
 @pytest.mark.parametrize("biped", [TABLE_1, TABLE_1_RIGID])
 def test_a_map_of_legs_that_differ_has_the_gaits_that_the_search_finds(biped):
     """Gaits of a stride: means of its two steps, multipliers of both together."""
-    base = DesignPoint(biped, SLOPE)
-    box = boxes.read(LAME_CLOUD, base)
-    task = Task(box, base, TOLERANCE, "complete")
-    known = [each for each in anchors_of(task, 0, 2) if each]
-    rows = np.array(block(Task(box, base, TOLERANCE, "complete", known), 0, box.size))
-    columns = dict(zip([column.name for column in COLUMNS], rows.T, strict=True))
+    designs, columns = mapped(LAME_CLOUD, biped, 2)
     assert (columns["answered_by"] <= HOMOTOPY).sum() >= 4  # followed, not searched
-    for row, values in [*enumerate(box.values(0, box.size))][:: 1 if biped is TABLE_1_RIGID else 2]:
-        design = box.design(base, values)
+    for row, design in [*enumerate(designs)][:: 1 if biped is TABLE_1_RIGID else 2]:
         try:
             walker, point = find_gait(design.biped, design.slope, TOLERANCE)
         except NoGait:
@@ -289,14 +287,11 @@ def test_a_map_of_legs_that_differ_has_the_gaits_that_the_search_finds(biped):
 @pytest.mark.parametrize("biped", [TABLE_1_RIGID, TABLE_1])
 def test_a_map_over_the_friction_of_a_hip_begins_without_it(biped):
     """Of a hip that does not rub a walker has a number less."""
-    base = DesignPoint(biped, SLOPE)
-    box = boxes.read({"kind": "grid", "vary": {"biped.hip_friction": {"low": 0.0, "high": 2e-3, "steps": 2}}}, base)
-    task = Task(box, base, TOLERANCE, "complete")
-    known = [each for each in anchors_of(task, 0, 1) if each]
-    rows = np.array(block(Task(box, base, TOLERANCE, "complete", known), 0, box.size))
-    for row, values in zip(rows, box.values(0, box.size), strict=True):
-        walker, point = gait_beside(box.design(base, values).biped, found_gait(biped)[1].z)
-        assert row[2] == pytest.approx(point.period * walker.time, rel=1e-6)
+    given = {"kind": "grid", "vary": {"biped.hip_friction": {"low": 0.0, "high": 2e-3, "steps": 2}}}
+    designs, columns = mapped(given, biped, 1)
+    for design, period in zip(designs, columns["period_s"], strict=True):
+        walker, point = gait_beside(design.biped, found_gait(biped)[1].z)
+        assert period == pytest.approx(point.period * walker.time, rel=1e-6)
 
 
 def test_the_front_is_of_stable_designs_that_no_other_beats_in_both():

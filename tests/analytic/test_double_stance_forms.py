@@ -38,35 +38,6 @@ def test_forms_that_keep_the_constraints(start):
         assert np.abs(pi(found, walker.p).T @ found[4:]).max() <= 1e-10
 
 
-def test_projection_brings_a_drifted_state_back(start):
-    walker, y, _, _ = start
-    t = terms("compliant")
-    roll = t.constraint(y, walker.p)[1, 0]
-    drifted = y + 1e-4 * np.array([1, -1, 0.5, 1, 1, 0.3, -1, 0.2])
-    back = project(walker, drifted, roll)
-    assert np.abs(t.constraint(back, walker.p).ravel() - [0, roll]).max() <= 1e-14
-    assert np.abs(t.constraint_jacobian(back, walker.p).T @ back[4:]).max() <= 1e-14
-    assert np.abs(project(walker, y, roll) - y).max() <= 1e-14
-
-
-def test_twice_differentiated_constraints_keep_rolling_but_let_drift_stand(start):
-    """From a consistent start nothing slips; an inconsistent start is carried on, which is what projection is for."""
-    walker, y, _, _ = start
-    rate = rates(walker, y)
-    t, h = terms("compliant"), 1e-5
-
-    def slip(state):
-        return (t.constraint_jacobian(state, walker.p).T @ state[4:])[1]
-
-    assert abs(slip(y)) <= 1e-14
-    assert abs(slip(y + h * rate) - slip(y - h * rate)) / (2 * h) <= 1e-6
-    wrong = y.copy()
-    wrong[6] += 0.01
-    turned = rates(walker, wrong)
-    assert abs(slip(wrong)) > 1e-3
-    assert abs(slip(wrong + h * turned) - slip(wrong - h * turned)) / (2 * h) <= 1e-6
-
-
 # --- Double stance in three index forms that must agree.
 
 

@@ -10,8 +10,7 @@ from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative
 from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
-from stages.analytic.model.kinds import DetailedCompliant, DetailedRigid, directions, with_legs_exchanged
-from stages.analytic.model.terms import exchanged
+from stages.analytic.model.kinds import DetailedCompliant, DetailedRigid, directions
 from stages.analytic.model.walker import build_walker
 from stages.analytic.phases.motion import HIP_STICKS, ON_BOTH, RUBS_BACK, RUBS_FORWARD, flow, holding_torque, motion
 from stages.analytic.phases.section import section_state, section_tangent
@@ -181,14 +180,6 @@ def test_a_walk_is_sampled_through_its_events(legs):
     periods = np.diff(walk.heel_strike_time)
     assert periods == pytest.approx(point.period * walker.time, abs=1e-9) and len(periods) == 3
     assert walker.rigid or len(walk.toe_off_time) == len(periods)
-
-
-@pytest.mark.parametrize("legs", FREE)
-def test_legs_that_differ_rub_as_well(legs):
-    walker = rubbing(legs, 1e-3, other_foot_mass=0.3345)
-    assert exchanged(walker.p) == with_legs_exchanged(walker.p) != walker.p
-    point = gait_of(walker, legs)
-    assert point is not None and len(point.steps) == 2 and abs(point.steps[0].period - point.steps[1].period) > 1e-5
 
 
 def test_the_search_finds_a_gait_by_itself():

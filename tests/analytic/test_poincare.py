@@ -6,11 +6,11 @@ import pytest
 from benchmarks.round_off import eliminate, orders_of_summation, precisions, similarity, step, system
 from stages.analytic.gait.gait_report import audit
 from stages.analytic.gait.gait_search import find_gaits, step_length
-from stages.analytic.gait.poincare import fixed_point, poincare_derivative, poincare_map
+from stages.analytic.gait.poincare import fixed_point, poincare_derivative
 from stages.analytic.integration.readable import accelerations
 from stages.analytic.model import terms as eq
-from stages.analytic.phases.motion import DOUBLE_STANCE, RIGID
-from stages.analytic.phases.section import section_coordinates, section_state
+from stages.analytic.phases.motion import RIGID
+from stages.analytic.phases.section import section_state
 from stages.analytic.walk.recording import record
 from stages.analytic.walk.validity import dense_states
 from stages.ground.slope import Friction
@@ -60,20 +60,6 @@ def test_period_and_multipliers_do_not_depend_on_the_tolerance(biped, friction):
     assert np.abs(largest[0] / largest[1] - 1).max() <= less
 
 
-def test_image_lies_on_the_section(table_1_gait):
-    """The state after a step keeps both constraints, in position and in velocity, and has five free numbers."""
-    walker, point = table_1_gait
-    y = poincare_map(walker, point.z + 1e-3, 1e-12).state
-    assert np.abs(section_state(section_coordinates(y, walker.p), walker.p) - y).max() <= 1e-12
-
-
-def test_one_multiplier_is_zero(table_1_gait):
-    """Toe-off removes one of the five coordinates: the step map has at most four non-zero multipliers."""
-    _, point = table_1_gait
-    assert np.abs(point.floquet_multipliers).min() <= 1e-12
-    assert abs(np.linalg.det(point.monodromy_matrix)) <= 1e-12
-
-
 def test_constraints_hold_through_double_stance(table_1_step, table_1_gait):
     """Height of the trailing foot, its rolled distance against its turning, and both rates stay within 1e-10."""
     walker, _ = table_1_gait
@@ -86,23 +72,6 @@ def test_constraints_hold_through_double_stance(table_1_step, table_1_gait):
     for y in states:
         c = np.array(eq.contact_terms(*y, walker.p))
         assert abs(c[0:4] @ y[4:]) <= 1e-10 and abs(c[4:8] @ y[4:]) <= 1e-10
-
-
-def test_double_stance_is_short_and_single_stance_follows(table_1_step, table_1_gait):
-    _, point = table_1_gait
-    double, single = table_1_step
-    assert (double.phase, double.duration) == (DOUBLE_STANCE, pytest.approx(point.steps[0].double_stance, rel=1e-9))
-    assert double.duration + single.duration == pytest.approx(point.steps[0].period, rel=1e-10)
-
-
-def test_a_stable_gait_draws_neighbours_in_at_the_rate_of_its_multiplier(table_1_gait):
-    """Twelve steps from a disturbed start shrink the disturbance by the largest multiplier to the power."""
-    walker, point = table_1_gait
-    z, gaps = point.z + np.array([1e-4, 0, 0, 2e-4, 0]), []
-    for _ in range(14):
-        z = poincare_map(walker, z, 1e-13).z
-        gaps.append(np.abs(z - point.z).max())
-    assert (gaps[13] / gaps[3]) ** 0.1 == pytest.approx(np.abs(point.floquet_multipliers).max(), rel=0.02)
 
 
 # --- Rigid legs at the edges of what is legal: no hip mass, point feet, mass at the foot's bottom, leg inertia.
@@ -137,14 +106,6 @@ def test_all_of_it_at_once_is_refused_with_a_reason():
     walker = walker_of(changed(TABLE_1_RIGID, hip_mass=0.0, foot_radius=0.0, foot_com=0.0), slope_deg=1.0)
     assert find_gaits(walker, 1e-11, unstable=True) == []
     assert "no periodic gait in the range searched" in why_no_gait(walker)
-
-
-def test_rigid_legs_build_no_springs():
-    """Stiffness and damping do not enter a walk on rigid legs."""
-    z = np.array([-0.276, 0.416, -0.309])
-    images = [poincare_map(walker_of(changed(TABLE_1_RIGID, stiffness=k, damping=b)), z, 1e-12).z
-              for k, b in ((1.0, 0.0), (1e9, 1e4))]
-    assert (images[0] == images[1]).all() and images[0].size == 3
 
 
 # --- Round-off of one step: similar bipeds, three precisions, orders of summation.

@@ -13,13 +13,11 @@ from stages.analytic.gait.gait_report import record_steps
 from stages.analytic.gait.gait_search import find_gait, step_length
 from stages.analytic.gait.poincare import fixed_point, poincare_map
 from stages.analytic.integration import readable
-from stages.analytic.integration.readable import accelerations, clearance, derivative, heel_strike, refine, take_step
+from stages.analytic.integration.readable import accelerations, clearance, derivative, refine, take_step
 from stages.analytic.parameters import Parameters, Settings
-from stages.analytic.phases.impact import heel_strike_reset
 from stages.analytic.phases.section import section_state
 from stages.analytic.phases.succession import in_contact
 from stages.analytic.run import run
-from stages.analytic.walk import error_estimate
 from stages.analytic.walk.error_estimate import along, carried_error, estimate_errors, gait_error
 from stages.analytic.walk.recording import crossing_state, in_single_stance, record, states_at, walk_on
 from stages.analytic.walk.sampling import walk_from_mid_stance
@@ -29,15 +27,12 @@ from stages.biped.design import Biped
 from stages.ground.slope import Friction, Slope
 from tests.analytic.designs import (
     FRICTION,
-    HEAVY_LEGS,
     RUBBER,
     SLOPE,
     TABLE_1,
     found_gait,
     gait_beside,
-    random_states,
     stiff_gait,
-    walker_of,
 )
 from tests.analytic.test_detailed import LAME
 
@@ -54,14 +49,6 @@ def test_both_paths_take_the_same_steps(design, legs):
         assert other.period == pytest.approx(compiled.period, rel=1e-9)
         assert other.double_stance == pytest.approx(compiled.double_stance, abs=1e-10)
         z = compiled.z
-
-
-def test_both_paths_have_the_same_impact():
-    walker = walker_of(HEAVY_LEGS)
-    for y in random_states(walker, 30):
-        expected = y.copy()
-        heel_strike_reset(expected, walker.p)
-        assert np.abs(heel_strike(walker, y) - expected).max() <= 1e-12
 
 
 @pytest.fixture(scope="module")
@@ -290,12 +277,4 @@ def test_on_stiff_legs_an_estimate_that_does_not_lead_is_not_given():
     estimate = estimate_errors(walker, found, STEPS, 1e-7)
     assert not estimate.given
     assert "differ otherwise than estimated" in estimate.checked
-
-
-def test_where_estimates_do_not_lead_none_is_given(monkeypatch):
-    walker, found = gait_beside(TABLE_1, found_gait(TABLE_1)[1].z, tolerance=1e-8)
-    monkeypatch.setattr(error_estimate, "OFF", 0.0)
-    estimate = estimate_errors(walker, found, STEPS, 1e-8)
-    assert not estimate.given
-    assert "differ otherwise than estimated" in estimate.checked
-    assert gait_error(walker, found, 1e-8).period is None
+    assert gait_error(walker, found, 1e-7).period is None

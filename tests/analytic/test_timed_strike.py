@@ -60,13 +60,6 @@ def test_put_down_when_they_would_land_the_gait_is_that_of_feet_that_land(free):
     assert report_gait(*free, TOLERANCE, 1.1).put_down is None
 
 
-def test_the_clock_changes_what_is_stable(free):
-    """The gait is the same, its multipliers are not: a strike at a time has no shift for a change of the state."""
-    walker, point = free
-    _, found = find_gait(timed(point.period * walker.time), SLOPE, TOLERANCE)
-    assert np.abs(np.abs(found.floquet_multipliers[0]) - np.abs(point.floquet_multipliers[0])) > 1e-2
-
-
 def test_the_map_and_its_derivatives_are_exact(later):
     """By the state, by every number of the walker, and by the time of the step, which is the period."""
     _, walker, point = later

@@ -62,14 +62,6 @@ def test_each_parameter_moves_every_number_as_far_as_gaits_at_its_edges_say(name
     assert len(alone) == 4 + 2 + 8
 
 
-def test_the_frequency_of_table_1_and_the_digit_that_decides(uncertainties):
-    """Values of an independent trial [Hz]."""
-    found = uncertainties["step_frequency_hz"]
-    assert found.worst == pytest.approx(6.8e-3, abs=5e-5) and found.independent == pytest.approx(4.2e-3, abs=5e-5)
-    assert found.decisive == "biped.foot_com" and found.decisive_part == pytest.approx(3.25e-3, abs=1e-5)
-    assert found.unit == "Hz" and found.slope_least < found.value < found.slope_most
-
-
 def test_the_slopes_half_degree_is_solved_for(gait, uncertainties):
     """Linear it would be +-.026 Hz; to 1.5 degrees the frequency hardly changes. Least and most are those of gaits."""
     design = DESIGN.with_value("ground.slope_deg", 2.5)
