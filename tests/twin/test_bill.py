@@ -24,17 +24,6 @@ def test_sums_agree_with_the_bodies(parameters):
     assert found["inner foot mass centre above the foot's bottom [m]"] == pytest.approx(height)
 
 
-def test_right_is_the_mirror_image_of_left(machine):
-    mirror = np.diag([1.0, 1.0, -1.0])
-    for left, right in ((1, 2), (4, 5)):
-        a, b = machine.bodies[left], machine.bodies[right]
-        assert b.mass == a.mass
-        assert np.array_equal(b.centre, mirror @ a.centre)
-        assert np.array_equal(b.inertia, mirror @ a.inertia @ mirror)
-    for frame in (0, 3):
-        assert machine.bodies[frame].centre[2] == pytest.approx(0.0, abs=1e-15)
-
-
 def test_order_of_the_rows_does_not_matter(parameters, machine):
     shuffled = dataclasses.replace(parameters.settings, parts=parameters.settings.parts[::-1])
     for a, b in zip(build(parameters.biped, shuffled).bodies, machine.bodies, strict=True):
@@ -77,12 +66,6 @@ def test_impossible_rows_are_refused_when_the_file_is_read(repository, tmp_path,
     assert said in str(refused.value)
 
 
-def test_point_masses_need_no_bill(parameters):
-    settings = dataclasses.replace(parameters.settings, inertia="planar", parts=parameters.settings.parts[:1])
-    heavier = dataclasses.replace(parameters.biped, hip_mass=0.4)
-    assert build(heavier, settings).mass == pytest.approx(heavier.total_mass)
-
-
 # --- Inertia of shapes against textbook formulas.
 
 
@@ -110,14 +93,6 @@ def test_tube_is_a_cylinder_less_a_cylinder():
     assert of_hollow == pytest.approx(of_full - of_hole)
 
 
-def test_arc_with_the_diameter_as_chord_is_a_half_disc():
-    r, m = 0.08, 0.5
-    shape = solid("arc", (r, r, 0.02, 2 * r))
-    assert shape.centroid[1] == pytest.approx(-4 * r / (3 * math.pi))
-    about_axis = shape.inertia(m)[2] + m * shape.centroid[1] ** 2
-    assert about_axis == pytest.approx(0.5 * m * r * r)
-
-
 def test_arc_against_integration_over_its_area():
     outer, thickness, width, chord = 0.083, 0.012, 0.02, 0.11
     half = math.asin(chord / 2 / outer)
@@ -130,12 +105,6 @@ def test_arc_against_integration_over_its_area():
     assert shape.centroid[1] == pytest.approx(mean(y), rel=1e-5)
     across = mean(x**2), mean((y - mean(y)) ** 2)
     assert shape.mean_square[:2] == pytest.approx(across, rel=1e-4)
-
-
-def test_parallel_axis_theorem_on_a_rod_about_its_end():
-    length, m = 0.4, 0.2
-    rod = Body(m, np.array([0.0, length / 2, 0.0]), np.diag(solid("cylinder", (1e-6, length), "y").inertia(m)))
-    assert rod.inertia_about(np.zeros(3))[2, 2] == pytest.approx(m * length**2 / 3, rel=1e-9)
 
 
 def test_two_halves_of_a_box_make_the_box():
