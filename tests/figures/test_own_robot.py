@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-import json
 import re
 from functools import cache
 from types import SimpleNamespace
@@ -19,7 +18,7 @@ from stages.figures import view
 from stages.figures.drawn import figure, gait_animation, robot_in_space, robot_scenes
 from stages.figures.view import SMALL, by_group, of_twin
 from tests.comparison.made_up import make_walk, resampled
-from tests.figures.made_up_results import drawn, given
+from tests.figures.made_up_results import given
 from tests.study import SLOPE, TABLE_1, parameters_of
 
 #: Leg length [m], foot radius and height of its mass as shares of it, and whether there are parts.
@@ -201,11 +200,3 @@ def test_the_scale_of_forces_does_not_follow_the_samples(walks):
     dense = resampled(walk, time)
     dense.ground_reaction[(time > 0.35) & (time < 0.351), 0, 1] = 700.0
     assert gait_animation.content((dense, *walks[1:]), TABLE_1, SLOPE)["limit"] == 15.0
-
-
-def test_the_page_holds_the_data_once_and_no_address():
-    page = drawn("gait_animation")
-    data = page.split('class="data">')[1].split("</script>")[0]
-    assert json.loads(data)["count"] > 100
-    assert "DATA<" not in page and "://" not in page
-    assert len(page) < 250_000
