@@ -17,10 +17,10 @@ from stages.imu.sources.schema import SAMPLE_VALUES
 from stages.imu.strikes.impact_onset import STRIKE, Samples, at_onsets, lift_after, responses
 from stages.imu.strikes.step_times import INNER, OUTER, UNKNOWN, HeelStrikes, step_frequency, step_times
 from stages.imu.trial.trial import Trial, read_trials
-from stages.imu.trial.walk import at_slowest, hip_at, in_time, leg_motion, stance_angle
+from stages.imu.trial.walk import at_slowest, in_time, leg_motion, stance_angle
 from tests.imu.conftest import RUNS
 from tests.imu.made_logs import Log, made_log, replaced, stand_in_walks, with_errors
-from tests.imu.stand_in import DRAWING, PARAMETERS, STUDY, struck
+from tests.imu.stand_in import DRAWING, PARAMETERS, struck
 from tests.imu.test_walks_in import alone
 from tests.study import TABLE_1
 
@@ -105,12 +105,6 @@ def test_the_hips_path_is_that_of_a_rolling_foot(trials: list[tuple[Log, Trial]]
         np.testing.assert_allclose(path[:, [0, -1], 1], lowest, atol=1e-3)
 
 
-def test_a_rolling_wheel_travels_its_arc() -> None:
-    wheel = dataclasses.replace(DRAWING, foot_radius=0.3, leg_length=0.3 + 1e-12)
-    angle = np.linspace(0.5, -0.5, 11)
-    np.testing.assert_allclose(hip_at(angle, wheel), np.column_stack([-0.3 * angle, np.full(11, 0.3)]), atol=1e-11)
-
-
 def test_a_step_over_a_strike_that_was_missed_has_no_length() -> None:
     strikes = HeelStrikes(np.array([0.0, 0.4, 0.9, 1.3, 2.2, 2.7]), np.array([0, 1, 0, 1, 1, 0]))
     motion = leg_motion(np.linspace(0, 3, 50), np.zeros(50), 0.0, 0.0, (0.0, 0.0), strikes, UNKNOWN, DRAWING)
@@ -127,13 +121,6 @@ def test_an_angle_is_continued_to_the_landings_from_inside_the_stance() -> None:
     exact = 0.2 - 1.2 * (at - 0.3) + 0.5 * (at - 0.3) ** 2
     assert np.abs(np.interp(at, time, rounded) - exact).max() > 1e-3
     np.testing.assert_allclose(stance_angle(time, rounded, 0.3, 0.7), exact, atol=2e-4)
-
-
-def test_the_drawing_is_that_of_the_biped(parameters: Parameters) -> None:
-    """What params/imu.yaml leaves null is what params/biped.yaml and params/campaign.yaml say."""
-    outsole, drawing = parameters.runs.of(TABLE_1).outsole, STUDY.drawing
-    assert (drawing.leg_length, drawing.foot_radius, STUDY.limits.lever_arm) == pytest.approx(
-        (TABLE_1.leg_length + outsole, TABLE_1.foot_radius + outsole, TABLE_1.leg_length - TABLE_1.foot_com))
 
 
 # --- Errors that step times are given, against what strikes and toe-offs with such errors do to them.
