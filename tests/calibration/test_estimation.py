@@ -25,9 +25,8 @@ from stages.calibration.estimation.least_squares import (
 )
 from stages.calibration.estimation.request import request_of
 from stages.calibration.estimation.run_fit import fit_from, fit_near, horizons, run_equations
-from stages.calibration.following.robot_file import plain_of, restored
 from stages.calibration.information.identifiability import first_model, free_names
-from stages.calibration.observation.measured_run import SIDES, MeasuredRun
+from stages.calibration.observation.measured_run import SIDES
 from tests.calibration.runs import DESIGN, SHORT, drawn, fitted
 
 #: As many fits are made of them.
@@ -182,14 +181,6 @@ def test_horizons_rise_to_the_whole_run(campaign):
     run = campaign.runs[0]
     ends = [end for end, _ in horizons(run)]
     assert ends == sorted(ends) and horizons(run)[-1] == (run.duration, 1.0)
-
-
-def test_a_run_is_the_same_in_plain_values(campaign):
-    run = campaign.runs[0]
-    again = restored(MeasuredRun, plain_of(run))
-    np.testing.assert_array_equal(again.samples["foot"], run.samples["foot"])
-    np.testing.assert_array_equal(again.used["hip"], run.used["hip"])
-    assert (again.own, again.sampling.first_leg) == (run.own, run.sampling.first_leg)
 
 
 @pytest.mark.parametrize(("text", "message"), [

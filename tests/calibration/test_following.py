@@ -513,15 +513,10 @@ def test_a_robot_file_signed_anew_with_what_no_fit_leaves_is_refused(where, valu
     for key in where[:-1]:
         inner = inner[key]
     inner[where[-1]] = value
-    file = tmp_path / NAME
-
-    def left():
-        digest = hashlib.sha256(json.dumps(plain).encode()).hexdigest()
-        file.write_text(json.dumps({**plain, "sha256": digest}))
-        return FittedRobot.read(tmp_path)
-
+    digest = hashlib.sha256(json.dumps(plain).encode()).hexdigest()
+    (tmp_path / NAME).write_text(json.dumps({**plain, "sha256": digest}))
     with pytest.raises(WrongOption, match=sentence):
-        left()
+        FittedRobot.read(tmp_path)
 
 
 @pytest.mark.slow
