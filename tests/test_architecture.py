@@ -86,12 +86,12 @@ def test_every_value_has_a_unit_and_a_source(path):
         assert "rows" in entry.value or "unit" in entry.value, f"{path.name}:{entry.line}: {key} has no unit"
 
 
-@pytest.mark.parametrize("lock", ["study.txt", "test.txt"])
-def test_the_lock_pins_versions_and_hashes_and_holds_no_address(lock):
-    text = (ROOT / "requirements" / lock).read_text()
+@pytest.mark.parametrize("path", sorted((ROOT / "requirements").glob("*.txt")), ids=lambda path: path.name)
+def test_a_lock_pins_versions_and_hashes_and_holds_no_address(path):
+    text = path.read_text()
     assert "://" not in text and "file:" not in text
     blocks = [block for block in re.split(r"\n(?=\S)", text.strip()) if block]
-    assert len(blocks) > 20
+    assert blocks
     for block in blocks:
         assert re.match(r"[A-Za-z0-9._-]+(\[[a-z,]+\])?==[^ ]+", block), block.splitlines()[0]
         assert "--hash=sha256:" in block

@@ -87,13 +87,6 @@ def round_trip(result):
     return artefact.decode(artefact.encode(result, {}), type(result), "x.h5")
 
 
-def test_every_kind_of_field_comes_back():
-    """Also where they are empty; not the files, which lie beside it."""
-    empty = example(word="", names=(), numbers=(), masses={}, rows=(), inner=inner(0), missing=1.5)
-    for result in (example(), empty):
-        assert bits(round_trip(result)) == bits(replace(result, files={}))
-
-
 @settings(max_examples=25, deadline=None)
 @given(
     st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"])),
@@ -236,8 +229,9 @@ def assert_all_tools_open(path):
                 assert len(frame) == count and frame.index.name == "row"
 
 
+@pytest.mark.parametrize("seeds", [(3, 4), pytest.param(range(20), marks=pytest.mark.slow)], ids=["two", "twenty"])
 @pytest.mark.parametrize("stage", STAGES)
-def test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path, seeds=(3, 4)):
+def test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path, seeds):
     cls = importlib.import_module(f"stages.{stage}.result").Result
     for seed in seeds:
         result = made(cls, random.Random(f"{stage} {seed}"))
@@ -252,12 +246,6 @@ def test_files_of_a_closer_result_open_elsewhere(tmp_path):
     _, content = artefact.encoded(motions(1.0), {}, {}, motions(1.5, **{"claims.yaml": b"x\0y", "log": b"abc"}))
     (tmp_path / "made.h5").write_bytes(content)
     assert_all_tools_open(tmp_path / "made.h5")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stage", STAGES)
-def test_twenty_results_of_a_stage_come_back(stage, tmp_path):
-    test_any_result_of_a_stage_comes_back_to_the_last_bit_and_opens_elsewhere(stage, tmp_path, range(20))
 
 
 @pytest.mark.slow

@@ -120,13 +120,14 @@ def test_what_type_checkers_alone_import_is_no_part_of_a_key(tmp_path):
     assert {*found.foreign} == {"typing", "json", "here"}
 
 
-def test_another_version_of_a_numerical_package_reruns_its_users(done, monkeypatch):
-    from pipeline.cache import fingerprint
-
+@pytest.mark.parametrize(("package", "users"), [("numpy", {"fall"}), ("h5py", ALL)])
+def test_another_version_of_a_package_reruns_its_users_and_that_of_artefacts_every_stage(
+    done, monkeypatch, package, users
+):
     version = fingerprint._version
-    monkeypatch.setattr(fingerprint, "_version", lambda name: "0.0.1" if name == "numpy" else version(name))
-    reasons = {outcome.stage: outcome.reasons for outcome in done.outcomes()}
-    assert any(reason.startswith("numpy ") and reason.endswith("-> 0.0.1") for reason in reasons["fall"])
+    monkeypatch.setattr(fingerprint, "_version", lambda name: "0.0.1" if name == package else version(name))
+    said = [(one.stage, reason) for one in done.outcomes() for reason in one.reasons]
+    assert users <= {name for name, reason in said if reason.startswith(f"{package} ") and "-> 0.0.1" in reason}
 
 
 def test_times_go_to_the_side_log(done):
@@ -203,12 +204,6 @@ def test_an_edit_of_any_file_that_writes_artefacts_is_in_the_key(done, monkeypat
         return types.SimpleNamespace(tree="another", imports=found.imports) if content == edited else found
 
     monkeypatch.setattr(type(done.study().sources.memo), "meaning", another)
-    assert key(done) != before
-
-
-def test_another_h5py_is_in_the_key_of_every_stage(done, monkeypatch):
-    before, version = key(done), fingerprint._version
-    monkeypatch.setattr(fingerprint, "_version", lambda name: "0" if name == "h5py" else version(name))
     assert key(done) != before
 
 

@@ -74,35 +74,16 @@ def test_an_input_edited_while_the_run_goes_on_is_not_used(done, monkeypatch):
     done.fails("ground.contact_stiffness=7", said=r"its input results/fall.h5 was changed by someone else meanwhile")
 
 
-@pytest.fixture
-def full(monkeypatch):
-    """Leaves no room for one file, or for any."""
-    write = disk.write
-
-    def fill(last=None):
-        def refuse(path, content):
-            if last in (None, path):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-            write(path, content)
-
-        monkeypatch.setattr(disk, "write", refuse)
-
-    return fill
-
-
-def test_a_full_disk_in_the_pipeline_is_one_sentence(done, full, monkeypatch):
-    before = done.results()
-    full()
-    done.fails("fall.height=3", names=("fall",), said="fall: its result could not be stored: No space left on device")
-    assert done.results() == before
-    monkeypatch.undo()
-    assert done.run("fall.height=3", names=("fall",)) == {"fall": "computed"}
-
-
-def test_files_half_replaced_are_not_called_current(done, full, monkeypatch):
+def test_files_half_replaced_are_not_called_current(done, monkeypatch):
     """The disk is full when the last file of four is put in place: a figure lies there that no record knows yet."""
-    before, last = done.results(), done.root / "results/picture.h5"
-    full(last)
+    before, last, write = done.results(), done.root / "results/picture.h5", disk.write
+
+    def refuse(path, content):
+        if path == last:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        write(path, content)
+
+    monkeypatch.setattr(disk, "write", refuse)
     done.fails("picture.extra=true", said=r"stage picture: its result could not be stored: No space left")
     monkeypatch.undo()
     assert done.results().keys() - before.keys() == {"figures/two.svg"} and last.read_bytes() == before["picture.h5"]

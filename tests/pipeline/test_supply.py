@@ -97,13 +97,6 @@ def test_the_container_has_an_exact_python_and_the_libraries_that_the_workflows_
     assert container["build"]["target"] == "tools" and "make study" in text
 
 
-@pytest.mark.parametrize("name", ["coverage", "audit", "package"])
-def test_every_pinned_package_has_hashes(repository, name):
-    text = (repository / f"requirements/{name}.txt").read_text()
-    pins = re.split(r"^(?=\w)", text, flags=re.M)[1:]
-    assert pins and all("==" in pin and "--hash=sha256:" in pin for pin in pins)
-
-
 @pytest.mark.parametrize(
     ("system", "machine", "version", "python", "said"),
     [
