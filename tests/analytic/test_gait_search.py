@@ -66,15 +66,14 @@ def test_walkers_of_two_kinds_with_the_same_numbers_are_not_mistaken_for_each_ot
     assert rubbing == dataclasses.replace(timed, p=rubbing.p)
 
 
-def test_level_ground_is_refused_with_its_reason():
-    for design in (TABLE_1, TABLE_1_RIGID):
-        with pytest.raises(NoGait, match="level ground gravity does no work"):
-            find_gait(design, Slope(slope_deg=0.0, gravity=9.81), 1e-10)
-
-
-def test_soft_legs_are_refused_with_the_range_searched():
-    with pytest.raises(NoGait, match=r"0\.05 to 0\.6 rad.*Newton's method converged from none"):
-        find_gait(changed(TABLE_1, stiffness=100.0), SLOPE, 1e-10)
+@pytest.mark.parametrize(("design", "slope_deg", "reason"), [
+    pytest.param(TABLE_1, 0.0, "level ground gravity does no work", id="level"),
+    pytest.param(TABLE_1_RIGID, 0.0, "level ground gravity does no work", id="level, rigid legs"),
+    pytest.param(changed(TABLE_1, stiffness=100.0), 2.0,
+                 r"0\.05 to 0\.6 rad.*Newton's method converged from none", id="soft legs")])
+def test_where_no_gait_is_found_the_reason_is_said(design, slope_deg, reason):
+    with pytest.raises(NoGait, match=reason):
+        find_gait(design, Slope(slope_deg=slope_deg, gravity=9.81), 1e-10)
 
 
 def test_simplest_walker_has_no_gait_on_a_steep_slope():
