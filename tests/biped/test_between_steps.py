@@ -135,6 +135,7 @@ def test_even_times_reach_the_end_in_spite_of_rounding():
     times = uniform_times(0.3, 10.0)  # 0.3 * 10 is a little less than 3
     assert times == pytest.approx([0.0, 0.1, 0.2, 0.3])
     assert times[-1] <= 0.3
+    assert refined_times(0.3, 10.0, np.zeros(0), PENDULUM_TIME) == pytest.approx(times), "without heel strikes"
 
 
 def test_heel_strikes_are_sampled_densely_and_nothing_else_is():
@@ -148,7 +149,3 @@ def test_heel_strikes_are_sampled_densely_and_nothing_else_is():
     assert spacing[spike].max() <= 1.01 * PENDULUM_TIME / SPIKE_RATE and spike.sum() >= 36
     far = (times[:-1] > 0.6) & (times[1:] < 1.9)
     assert spacing[far] == pytest.approx(0.01)
-
-
-def test_without_heel_strikes_the_times_are_even():
-    assert refined_times(1.0, 50.0, np.zeros(0), PENDULUM_TIME) == pytest.approx(uniform_times(1.0, 50.0))
