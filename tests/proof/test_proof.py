@@ -28,6 +28,7 @@ from stages.proof import equations, flow, theorem, walk  # noqa: E402 - they nee
 from stages.proof.flow import NotProven  # noqa: E402
 
 STORED = Path(__file__).with_name("table_1.json")
+STUDY = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))
 DETAILS = {
     "leg_inertia": 1e-3, "foot_offset": 0.01, "frame_mass": 0.1, "frame_com": 0.05, "frame_offset": 0.02,
     "frame_inertia": 2e-4, "hip_stiffness": 0.7, "hip_damping": 0.02, "hip_rest_angle": 0.1, "hip_gravity_mass":
@@ -39,10 +40,9 @@ BARELY_UNSTABLE, UNSTABLE = 3.3631770623988606, 3.5
 
 def test_a_file_that_is_there_is_refused_before_anything_is_proven(tmp_path):
     asking, place = Asking(), tmp_path / "proof.json"
-    given = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0))
     place.touch()
     with pytest.raises(StudyError, match="is there already, and is not replaced"):
-        question.ask(given, question.Options(file=place), asking)
+        question.ask(STUDY, question.Options(file=place), asking)
     assert not asking.fractions
 
 
@@ -254,10 +254,8 @@ def test_kinds_that_are_not_smooth_are_refused_by_name(key, change, limited):
 
 def test_without_python_flint_one_sentence_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "flint", None)
-    settings = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0)
-    parameters = Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings)
     with pytest.raises(WrongOption, match=r"pip install 'bipedstudy\[proof\]'"):
-        question.ask(parameters, question.Options(), Asking())
+        question.ask(STUDY, question.Options(), Asking())
 
 
 @pytest.mark.slow
@@ -266,9 +264,7 @@ def test_table_1_is_proven_and_the_stored_file_confirmed():
     found = proven(TABLE_1, SLOPE)
     assert time.process_time() - started < 90
     assert found["stable"] is True and found["phases"] == ["double stance", "single stance"]
-    options = question.Options(check=STORED)
-    settings = Settings(tolerance=1e-10, steps=2, sampling_rate_hz=100.0)
-    answer = question.ask(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings), options, asking)
+    answer = question.ask(STUDY, question.Options(check=STORED), asking)
     assert "is confirmed" in answer.lines[0] and asking.kept == STORED.read_bytes()
 
 
