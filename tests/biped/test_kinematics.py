@@ -9,7 +9,6 @@ from stages.biped.kinematics import (
     Coordinate,
     Motion,
     hip_motion,
-    leg_axes,
     polar_motion,
     rolling_centre,
     shifted,
@@ -85,12 +84,6 @@ def test_hip_of_eq_7_and_8():
 
 
 # --- Frames and specific force.
-
-
-def test_axes_are_orthonormal_and_right_handed():
-    forward, upward = leg_axes(np.linspace(-1, 1, 11))
-    assert np.allclose((forward * upward).sum(axis=1), 0)
-    assert np.allclose(forward[:, 0] * upward[:, 1] - forward[:, 1] * upward[:, 0], 1)
 
 
 @pytest.mark.parametrize("slope_deg", [0.0, 2.0, 10.0])
