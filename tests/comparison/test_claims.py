@@ -261,18 +261,15 @@ def test_a_claim_that_holds_on_a_condition_names_it_and_why(holding, change, con
     assert claim.causes and reason(claim) != reason(judged(PARAMETERS, holding))
 
 
-def test_ground_without_friction_has_no_share_of_it() -> None:
-    """The stage ended with a division by zero under friction: none."""
-    claim = judged(PARAMETERS, of(ROLLING, friction=0.0, trailing=24.0))
-    assert claim.verdict == FAILS
-    assert "the ground has no friction" in claim.causes and not any("inf" in one for one in claim.causes)
-
-
-def test_ground_that_would_have_to_pull_is_not_told_as_friction_without_a_number():
-    for foot, needed, words in (("trailing", inf, "pull the trailing foot"), ("landing", 2.0, "on the landing")):
-        claim = judged(PARAMETERS, of(ROLLING, **{foot: needed}))
-        said = " ".join([claim.measured, *claim.causes])
-        assert claim.verdict == FAILS and words in said and not re.search(r"\binf\b|needs at the trailing foot", said)
+@pytest.mark.parametrize(("changes", "words"), [
+    pytest.param({"trailing": inf}, "pull the trailing foot", id="would have to pull"),
+    pytest.param({"landing": 2.0}, "on the landing", id="landing"),
+    pytest.param({"friction": 0.0, "trailing": 24.0}, "the ground has no friction", id="none")])
+def test_friction_that_the_ground_has_not_is_not_told_without_a_number(changes, words):
+    """Under friction: none the stage ended with a division by zero."""
+    claim = judged(PARAMETERS, of(ROLLING, **changes))
+    said = " ".join([claim.measured, *claim.causes])
+    assert claim.verdict == FAILS and words in said and not re.search(r"\binf\b|needs at the trailing foot", said)
 
 
 @pytest.mark.parametrize(("holding", "change", "words"), UNDECIDED, ids=names(UNDECIDED))
