@@ -182,40 +182,29 @@ class Search:
         return dataclasses.replace(found, cycle_score=self.cycles.get(found.law.stiction_velocity, 1.0))
 
 
-def test_the_nearest_set_that_keeps_the_cost_wins(parameters, default):
-    search = Search(parameters, default, {0.01: (1e-4, 151), 0.02: (2e-4, 150), 0.03: (3e-4, 120), 0.05: (4e-4, 90)})
-    assert search.chosen.law.stiction_velocity == 0.02
-    assert search.solved == [0.02, 0.03], "the two best over a step"
-    assert search.tried.outcome == (TOO_DEAR, "completed", "completed", "completed")
-    assert np.isinf(search.tried.score[0]) and np.isfinite(search.tried.score[1:]).all()
-
-
-def test_cycles_decide_between_the_best_over_a_step(parameters, default):
-    sets = {0.03: (3.0e-4, 120), 0.05: (3.1e-4, 90), 0.06: (9e-4, 80)}
-    search = Search(parameters, default, sets, cycles={0.03: 9.0, 0.05: 2.0, 0.06: 0.0})
-    assert [one.law.stiction_velocity for one in search.finalists] == [0.05, 0.03]
-    assert search.chosen is search.finalists[0]
-
-
-def test_a_set_without_a_cycle_is_chosen_only_if_none_has_one(parameters, default):
-    sets = {0.03: (3e-4, 120), 0.05: (9e-4, 90)}
-    assert Search(parameters, default, sets, cycles={0.03: np.inf}).chosen.law.stiction_velocity == 0.05
-    both = Search(parameters, default, sets, cycles={0.03: np.inf, 0.05: np.inf})
-    assert both.chosen.law.stiction_velocity == 0.03, "then the step decides"
-
-
-def test_what_is_too_dear_or_does_not_walk_is_not_chosen(parameters, default):
-    sets = {0.01: (1e-4, 140), 0.02: (1e-4, 140), 0.03: (STEP_FLOOR, 151), 0.05: (3e-4, 120), 0.06: ("fell", 80)}
-    search = Search(parameters, default, sets)
-    assert search.walked == list(sets)
-    assert search.tried.outcome == ("completed", "completed", TOO_DEAR, "completed", "fell")
-    assert search.tried.evaluations.tolist() == [140, 140, 151, 120, 80]
-    assert search.chosen.law.stiction_velocity == 0.01
-
-
-def test_if_none_is_left_the_starting_set_is_chosen(parameters, default):
-    search = Search(parameters, default, {0.03: ("fell", 80), 0.05: (1e-4, 200)})
-    assert search.chosen.law == default and search.finalists == ()
+@pytest.mark.parametrize(("sets", "cycles", "outcomes", "finalists"), [
+    pytest.param({0.01: (1e-4, 151), 0.02: (2e-4, 150), 0.03: (3e-4, 120), 0.05: (4e-4, 90)}, {},
+                 (TOO_DEAR, COMPLETED, COMPLETED, COMPLETED), [0.02, 0.03], id="the nearest that keeps the cost"),
+    pytest.param({0.03: (3.0e-4, 120), 0.05: (3.1e-4, 90), 0.06: (9e-4, 80)}, {0.03: 9.0, 0.05: 2.0, 0.06: 0.0},
+                 (COMPLETED,) * 3, [0.05, 0.03], id="cycles decide between the two best over a step"),
+    pytest.param({0.03: (3e-4, 120), 0.05: (9e-4, 90)}, {0.03: np.inf},
+                 (COMPLETED,) * 2, [0.05, 0.03], id="one without a cycle comes last"),
+    pytest.param({0.03: (3e-4, 120), 0.05: (9e-4, 90)}, {0.03: np.inf, 0.05: np.inf},
+                 (COMPLETED,) * 2, [0.03, 0.05], id="without any cycle the step decides"),
+    pytest.param(
+        {0.01: (1e-4, 140), 0.02: (1e-4, 140), 0.03: (STEP_FLOOR, 151), 0.05: (3e-4, 120), 0.06: ("fell", 80)}, {},
+        (COMPLETED, COMPLETED, TOO_DEAR, COMPLETED, "fell"), [0.01, 0.02], id="too dear or falling"),
+    pytest.param({0.03: ("fell", 80), 0.05: (1e-4, 200)}, {}, ("fell", TOO_DEAR), [], id="none is left"),
+])
+def test_the_best_cycle_of_the_nearest_that_keep_the_cost_wins(parameters, default, sets, cycles, outcomes, finalists):
+    search = Search(parameters, default, sets, cycles=cycles)
+    assert search.walked == list(sets) and search.solved == sorted(finalists), "those best over a step"
+    assert search.tried.outcome == outcomes
+    assert search.tried.evaluations.tolist() == [cost for _, cost in sets.values()]
+    assert np.isinf(search.tried.score[[outcome != COMPLETED for outcome in outcomes]]).all()
+    assert np.isfinite(search.tried.score[[outcome == COMPLETED for outcome in outcomes]]).all()
+    assert [one.law.stiction_velocity for one in search.finalists] == finalists
+    assert search.chosen is search.finalists[0] if finalists else search.chosen.law == default
 
 
 def test_the_grid_holds_the_starting_set_and_every_combination(parameters, default):
