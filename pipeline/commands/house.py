@@ -93,13 +93,20 @@ def _update(folder: Path, checks: Mapping[str, bytes]) -> tuple[list[str], dict[
         path = study.root / name
         old = disk.read(path)
         if old and new != old and (name == FILE_NAME or Path(name).stem in entries):
-            disk.write(path.with_suffix(".yaml.old"), old)
+            done[shown(path)] = f"written anew; the old one is {_put_aside(path, old)}"
             disk.write(path, new)
-            done[shown(path)] = f"written anew; the old one is {path.name}.old"
         elif not path.exists():
             disk.write(path, new)
             done[shown(path)] = "added"
     return [f"{path}: {what}" for path, what in done.items()], done
+
+
+def _put_aside(path: Path, old: bytes) -> str:
+    """Write what a file held beside it, and nothing over; the name there."""
+    places = (path.with_name(f"{path.name}.old{number}") for number in ("", *range(2, 1000)))
+    kept = next(place for place in places if not place.exists())
+    disk.write(kept, old)
+    return kept.name
 
 
 def _given() -> dict[str, bytes]:

@@ -78,6 +78,10 @@ def test_a_study_laid_out_by_an_earlier_version_is_told_what_changed_and_renewed
     assert path.read_text() == now and path.with_suffix(".yaml.old").read_text() == earlier
     assert slope.read_text() == own, "parameters are the user's own"
     assert bipedstudy(mine, "status")[0][0] == 0
+    path.write_text(f"# mine\n{now}")
+    ((_, out, _),) = bipedstudy(mine, "init . --update --json")
+    assert json.loads(out) == {"dvc.yaml": "written anew; the old one is dvc.yaml.old2"}
+    assert path.with_suffix(".yaml.old").read_text() == earlier, "nor is what was kept written over"
 
 
 def test_entries_that_an_earlier_version_had_elsewhere_are_moved_and_those_it_had_not_are_added(mine):
