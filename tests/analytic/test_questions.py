@@ -109,10 +109,11 @@ def test_a_familys_period_over_its_steps_is_that_of_a_step(heavier, found, monke
         (design, {"vary": ("biped.hip_mass=1",)}, "--vary biped.hip_mass: '1' is not two numbers LOW:HIGH"),
         (design, {"vary": ("biped.leg_inertia",)},
          "its value is 0, so its range needs bounds, as biped.leg_inertia=0:0.001"),
+        (design, {"vary": ("biped.hip_friction=0:1",)}, "this gait has no such number; it has biped.hip_mass"),
         (design, {"target": ("speed_m_s=-1",)}, "--target 'speed_m_s=-1' is not MEASURE=VALUE with a positive value"),
         (design, {"target": ("pace=1",)}, "measures are multiplier, friction, scuff, speed, step_length"),
         (sensitivity, {"parameters": ("ground.static_friction",)},
-         r"ground\.static_friction: this gait depends on biped\.hip_mass"),
+         r"ground\.static_friction: this gait has no such number; it has biped\.hip_mass"),
     ],
 )
 def test_what_cannot_be_followed_searched_or_differentiated_is_refused(question, options, words):
@@ -170,13 +171,17 @@ def test_the_rates_of_a_basin_follow_the_pace_of_the_robot():
 
 
 def test_design_leaves_the_parameters_of_the_best_gait_it_found():
-    answer, asking = answered(design, vary=("biped.foot_com", "biped.damping=50:60"), iterations=2)
+    """Also details that the design has not: a mass beside the leg's line."""
+    units = {"biped.foot_com": "m", "biped.damping": "N s/m", "biped.foot_offset": "m"}
+    answer, asking = answered(design, iterations=2, vary=(
+        "biped.foot_com", "biped.damping=50:60", "biped.foot_offset=-0.001:0.001"))  # fmt: skip
     told, best = answer.plain["largest_multiplier"], answer.plain["parameters"]
     assert told["best"] < told["start"] and len(asking.said) == answer.plain["iterations"] > 0
     assert asking.said[-1].split(":")[1] == f" largest multiplier {told['best']:.6g}", "without the unit 1"
     assert best["biped.foot_com"]["bounds"] == pytest.approx([0.08, 0.12])
     assert best["biped.damping"]["bounds"] == [50, 60]
-    assert answer.parameters == {name: entry["best"] for name, entry in best.items()}
+    assert best["biped.foot_offset"]["best"] < 0
+    assert answer.parameters == {name: {"value": best[name]["best"], "unit": unit} for name, unit in units.items()}
 
 
 def test_design_says_where_it_ended_and_what_its_gait_asks_of_the_ground():

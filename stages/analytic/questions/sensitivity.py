@@ -55,9 +55,10 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
 
     friction, tolerance = parameters.limited_friction, parameters.settings.tolerance
     design = DesignPoint(parameters.biped, parameters.slope, friction)
-    every = sensitive_names(design, parameters.half_widths)
+    every = sensitive_names(design, {*parameters.half_widths, *options.parameters})
     names = tuple(dict.fromkeys(options.parameters)) or every
-    refuse(*((name not in every, f"--parameters {name}: this gait depends on {', '.join(every)}") for name in names))
+    refuse(*((name not in every, f"--parameters {name}: this gait has no such number; it has {', '.join(every)}")
+             for name in names))
     walker, point = find_gait(parameters.biped, parameters.slope, tolerance, friction)
     asking.progress(0.5, "derivatives")
     gait = gait_derivatives(design, point, names, tolerance)

@@ -76,7 +76,7 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     refuse(("" in allowed, "--within: a design names the measure of each error, as speed=1%"))
     result = learnt_by(asking) if allowed else None
     design = DesignPoint(parameters.biped, parameters.slope, friction)
-    known = sensitive_names(design)
+    known = sensitive_names(design, [text.partition("=")[0] for text in options.vary])
     vary = options.vary or tuple(name for name in VARIED if name in known)
     bounds = dict(bounds_of(design, text, options.share, known) for text in vary)
     held = dict(target_of(text, TARGETS) for text in options.target)
@@ -117,7 +117,8 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     plain = {**as_plain(searches, bounds, aims, goal), "ground": {name: getattr(ground, name) for name in GROUND},
              "targets": plain_targets(held), **lasting, "within": {one.measure: as_json(one) for one in answers}}
     rows = [{"parameter": name, **entry} for name, entry in plain["parameters"].items()]
-    return Answer(lines, plain, rows=rows, draw=draw, parameters={name: found.design.value(name) for name in bounds},
+    values = {name: {"value": found.design.value(name), "unit": found.design.unit(name)} for name in bounds}
+    return Answer(lines, plain, rows=rows, draw=draw, parameters=values,
                   no=not searches[0].met or bool(missed) or not all(one.met for one in answers))  # fmt: skip
 
 
@@ -220,7 +221,7 @@ def bounds_of(design: DesignPoint, text: str, share: float, known: Collection[st
         value, allowed = design.value(name), design.bound(name)
     except KeyError as error:
         raise WrongOption(error.args[0]) from None
-    refuse((name not in known, f"--vary {name}: this design's gait does not depend on it, but on {', '.join(known)}"))
+    refuse((name not in known, f"--vary {name}: this gait has no such number; it has {', '.join(known)}"))
     low, high = interval(limits, f"--vary {name}") if given else ((1 - share) * value, (1 + share) * value)
     refuse(*((not allowed.holds(limit), f"--vary {name}: {limit:g} is not allowed; allowed is {allowed}")
              for limit in (low, high)),
