@@ -114,6 +114,17 @@ def test_a_parameter_that_is_zero_may_be_uncertain_too(biped, key, width):
                                       rel=0.02)  # fmt: skip
 
 
+def test_an_angle_at_which_the_hips_spring_is_relaxed_moves_mean_steps_by_its_square_alone():
+    """It sets alike legs apart, and is no parameter of their gait: five times the angle does 25 times as much."""
+    biped, name = changed(TABLE_1, hip_stiffness=0.05), "biped.hip_rest_angle"
+    design = DesignPoint(biped, SLOPE)
+    assert name not in sensitive_names(design, {name})
+    assert name in sensitive_names(design.with_value(name, 0.01))
+    z = found_gait(biped)[1].z
+    none, small, large = (measures(design.with_value(name, angle), z)["period_s"] for angle in (0.0, 0.01, 0.05))
+    assert (large - none) / (small - none) == pytest.approx(25, rel=0.03)
+
+
 def test_the_stage_tells_elasticities_of_all_and_uncertainties_of_what_is_given(gait, uncertainties):
     settings = Settings(tolerance=1e-7, steps=1, sampling_rate_hz=200.0)
     result = run_alone(Parameters(TABLE_1, SLOPE, FRICTION, RUBBER, settings, design_digits=DesignDigits(DIGITS)))

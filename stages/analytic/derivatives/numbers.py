@@ -77,8 +77,10 @@ def moved(walker: Walker, change: Vector) -> Walker:
 
 
 def _fields(design: DesignPoint) -> list[tuple[Any, Field[Any]]]:
-    """The numbers of the design that move the walker's, with the object that holds each."""
-    numbers = {*present(design.walker().p), "a", "g"}
+    """The numbers of the design that move the walker's, with the object that holds each. The angle at which a hip's
+    spring is relaxed sets legs apart that are alike: to first order it does to one step the opposite of the next.
+    """
+    numbers = {*present(design.walker().p), "a", "g"} - ({"phi_h"} if design.biped.alike else set())
     owners = (design.biped, design.slope, *((design.friction,) if design.friction else ()))
     return [(owner, field) for owner in owners for field in fields(owner)
             if field.metadata["symbol"] in numbers and getattr(owner, field.name) is not None
