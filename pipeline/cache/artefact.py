@@ -107,12 +107,14 @@ def _errors(file: Any, closer: Any, like: Any = None) -> dict[str, float]:
     that this lacks, or has as they are, the largest of the others.
 
     Numbers of one group and unit follow from one solution: one may agree by chance, and has `SHARED` of the largest.
+    What has no unit may hold several, and says nothing of others.
     """
     first = contextlib.nullcontext(file) if like is None else in_memory(like, "like")
     with first as one, in_memory(closer, CLOSER) as other:
         apart = {path: change for path, change in differences(one, other) if path in file}
     found = {path: SAFE * change for path, (change, _) in apart.items()}
-    groups = {path: (path.rpartition("/")[0], str(file[path].attrs.get("units", ""))) for path in found}
+    units = {path: str(file[path].attrs.get("units", "")) for path in found}
+    groups = {path: (path.rpartition("/")[0] if unit else path, unit) for path, unit in units.items()}
     beside = _largest(found, groups)
     found = {path: max(error, SHARED * beside[groups[path]]) for path, error in found.items()}
     every: dict[str, Any] = {}

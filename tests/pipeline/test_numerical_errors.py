@@ -223,7 +223,8 @@ def test_settings_that_round_off_or_a_bound_forbids_are_looser(stage, tolerance,
 
 
 ALONG_TIME = field(metadata={"dimensions": ("time",)})
-Row = make_dataclass("Row", [("name", str), ("value", float), ("part", np.ndarray)])
+Row = make_dataclass("Row", [("name", str), ("value", float, quantity("m", "a number")),
+                             ("part", np.ndarray, quantity("m", "some"))])  # fmt: skip
 Computed = make_dataclass("Computed", [("number", float), ("count", int), ("time", np.ndarray), (
     "height", np.ndarray, ALONG_TIME), ("pair", np.ndarray), ("rows", tuple[Row, ...])])  # fmt: skip
 Motion = make_dataclass("Motion", [("time", np.ndarray), ("place", np.ndarray)])
@@ -298,6 +299,15 @@ def test_a_number_that_is_equal_by_chance_has_part_of_the_largest_error_beside_i
     _, told = artefact.encoded(Row("a", 1.0, np.array([2.0])), {}, {}, Row("a", 1.0, np.array([2.5])))
     found = {each.path: each.error for each in artefact.tree(told, "x.h5")}
     assert found == {"name": None, "value": pytest.approx(SHARED * SAFE * 0.5, rel=0.03), "part": SAFE * 0.5}
+
+
+def test_numbers_of_several_units_say_nothing_of_the_error_of_others():
+    """A stiffness among a fit's numbers is 5 N/m off; its share of that was the error of correlations beside them."""
+    Fit = make_dataclass("Fit", (("found", np.ndarray, quantity("-", "of several units")),
+                                 ("correlations", np.ndarray, quantity("-", "of their errors"))))  # fmt: skip
+    one, other = Fit(np.array([2800.0, 0.1]), np.array([0.5])), Fit(np.array([2805.0, 0.1]), np.array([0.501]))
+    found = {each.path: each.error for each in artefact.tree(artefact.encoded(one, {}, {}, other)[1], "x.h5")}
+    assert found == {"found": SAFE * 5.0, "correlations": pytest.approx(SAFE * 1e-3)}
 
 
 def test_a_closer_result_is_handed_on_with_its_files():
