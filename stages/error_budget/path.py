@@ -20,8 +20,8 @@ from stages.error_budget.result import (
     Convergence,
     CycleBudget,
     Shares,
-    Split,
     StepBudget,
+    split_of,
     telescoped,
 )
 from stages.ground.contact_law import ContactLaw, with_impact
@@ -216,7 +216,7 @@ def step_budget(scene: OneStep) -> StepBudget:
         [[*np.abs(curve[:, :2]).max(axis=0), *np.abs(curve[compared, 2:]).max(axis=0)] for curve in paper]
     )
     convergence = limits.convergence(np.asarray, compared)
-    return StepBudget(scene.time, Split(parts, interaction, compared), convergence, largest)
+    return StepBudget(scene.time, split_of(parts, interaction, compared), convergence, largest)
 
 
 #: Scalars of a cycle, in s and m.
@@ -311,7 +311,7 @@ def cycle_budget(parameters: Parameters, coarse: ConstraintWalk) -> CycleBudget:
 
     return CycleBudget(
         phase=cycles.phase,
-        split=Split(hip(parts), hip(interaction), compared),
+        split=split_of(hip(parts), hip(interaction), compared),
         scalars=parts[:, -count:],
         scalar_interaction=interaction[-count:],
         convergence=limits.convergence(hip, compared),

@@ -93,6 +93,13 @@ class Split:
         return 1.0 - self.rms(self.part(UNEXPLAINED), columns) / whole if whole > 0.0 else float("nan")
 
 
+def split_of(parts: np.ndarray, interaction: np.ndarray, compared: np.ndarray) -> Split:
+    """Contributions (6, n, 4) and the part of the order in them (n, 4), with velocities where they are `compared`: at a
+    strike, which a solver finds on either side of a sample, they are before it or after it."""
+    shown = compared[:, None] | (np.arange(VELOCITY.stop) < VELOCITY.start)
+    return Split(np.where(shown, parts, np.nan), np.where(shown, interaction, np.nan), compared)
+
+
 def rms_of_columns(curve: np.ndarray, compared: np.ndarray) -> np.ndarray:
     """Rms of each column of a curve (n, 4), of rates where `compared` (n,): (4,)."""
     return np.sqrt([(curve[compared if column >= 2 else slice(None), column] ** 2).mean() for column in range(4)])

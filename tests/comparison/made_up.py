@@ -19,8 +19,8 @@ from stages.error_budget.result import (
     Convergence,
     CycleBudget,
     Result as Budget,
-    Split,
     StepBudget,
+    split_of,
 )
 from stages.ground.contact_law import ContactLaw
 from stages.imu.trial.agreement import Agreement, FrequencyDifference
@@ -130,7 +130,7 @@ def make_budget(integration: float = 1e-8) -> Budget:
     sizes = {SLIP: 3e-4, CREEP: -5e-4, IMPACT: 1e-4, UNEXPLAINED: -2e-6}
     shape = np.column_stack([time, 0.1 * time, 1.0 + time, 0.1 - time])
     contributions = np.array([sizes.get(effect, 0.0) * shape for effect in EFFECTS])
-    split = Split(contributions, 5e-5 * shape, np.abs(time - 0.24) > 0.01)
+    split = split_of(contributions, 5e-5 * shape, np.abs(time - 0.24) > 0.01)
     convergence = Convergence(0.1, np.ones((3, 4)), np.full((3, 4), 1e-6))
     step = StepBudget(time, split, convergence, np.full((2, 4), integration))
     scalars, interaction = contributions[:, -1, :2].copy(), split.interaction[-1, :2].copy()

@@ -29,6 +29,7 @@ from stages.error_budget.result import (
     Shares,
     Split,
     rms_of_columns,
+    split_of,
     telescoped,
 )
 from stages.error_budget.run import run
@@ -118,7 +119,8 @@ def test_shares_are_those_of_the_unexplained_rest():
     parts = np.zeros((len(EFFECTS), 3, 4))
     parts[EFFECTS.index(SLIP)] = [[3.0, 4.0, 0.0, 9.0], [3.0, 4.0, 0.0, 9.0], [3.0, 4.0, 99.0, 9.0]]
     parts[EFFECTS.index(UNEXPLAINED), :, 0] = 1.0
-    found = Split(parts, np.zeros((3, 4)), np.array([True, True, False]))
+    found = split_of(parts, np.zeros((3, 4)), np.array([True, True, False]))
+    assert np.isnan(found.parts[:, 2, 2:]).all() and (found.parts[:, 2, :2] == parts[:, 2, :2]).all()
     assert found.explained(POSITION) == pytest.approx(1 - 1 / np.hypot(4, 4))
     assert found.explained(VELOCITY) == 1.0 and found.peak(found.total, VELOCITY) == 9.0
     assert [found.explained(column) for column in EACH[:2]] == pytest.approx([0.75, 1.0])

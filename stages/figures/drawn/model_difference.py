@@ -60,11 +60,11 @@ def draw_error_budget(given: Given) -> Figure:
     for side, (abscissa, split, title, label) in enumerate(sides):
         for row, (name, column, unit) in enumerate(COMPONENTS):
             panel = axes[row, side]
-            panel.plot(abscissa, curve(split, split.total, column), color=style.TWIN, linewidth=1.8, label="total")
+            panel.plot(abscissa, 1e3 * split.total[:, column], color=style.TWIN, linewidth=1.8, label="total")
             for effect, colour, line in DRAWN:
-                part = curve(split, split.part(effect), column)
+                part = 1e3 * split.part(effect)[:, column]
                 panel.plot(abscissa, part, line, color=colour, linewidth=1.0, label=effect.replace("v_s", "$v_s$"))
-                least, most = (curve(split, end, column) for end in split.interval(effect))
+                least, most = (1e3 * end[:, column] for end in split.interval(effect))
                 panel.fill_between(abscissa, least, most, color=colour, alpha=0.3, linewidth=0.0)
             panel.set_ylabel(f"{name} {unit}")
             style.panel_label(panel, "abcdefgh"[len(sides) * row + side])
@@ -72,12 +72,6 @@ def draw_error_budget(given: Given) -> Figure:
         axes[-1, side].set_xlabel(label)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
     return figure
-
-
-def curve(split: Split, part: np.ndarray, column: int) -> np.ndarray:
-    """One component of a part in mm or mm/s; velocities are not drawn where they are not compared."""
-    values = 1e3 * part[:, column]
-    return values if column < 2 else np.where(split.compared, values, np.nan)
 
 
 def caption_error_budget(given: Given) -> str:
