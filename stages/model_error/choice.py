@@ -202,7 +202,7 @@ class Ladder:
             if rung < PENALTY and min(alone, 1.0 - alone) >= DECIDED:
                 continue
             inputs, changes = self.inputs("multiplier", rung), self.multipliers_on_slopes(rung)
-            own = EVEN * WIDTH * self.by_values if math.isfinite(self.by_values) else 0.0
+            own = WIDTH * self.by_values if math.isfinite(self.by_values) else 0.0
             whole = below_one(value + changes, miss, math.hypot(solver, own))
             if rung >= PENALTY or min(whole, 1.0 - whole) < DECIDED:
                 return Stability(whole, value, solver, model, inputs, one.name)
@@ -211,8 +211,8 @@ class Ladder:
     def inputs(self, name: str, rung: int) -> float:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
 
-        By the constraint model's exact derivatives, which lack what its impulses do; a value lies anywhere between the
-        edges of its last digit. A slope's part is that of gaits there, as it is far from linear.
+        By the constraint model's exact derivatives, which lack what its impulses do. A slope's part is that of gaits
+        there, as it is far from linear.
         """
         from stages.analytic.derivatives.uncertainty import SLOPE, together
 
@@ -225,10 +225,20 @@ class Ladder:
             values = self.by_values
         else:
             gait = self.derivatives.only([each for each in self.inexact if each != SLOPE])
-            widths = np.array([self.parameters.half_widths[each] for each in gait.changes.names]) / gait.changes.scales
-            parts = dict(zip(gait.changes.names, gait.elasticities()[DERIVED[name]] * widths, strict=True))
+            shares = np.array([self.spreads[each] for each in gait.changes.names]) / gait.changes.scales
+            parts = dict(zip(gait.changes.names, gait.elasticities()[DERIVED[name]] * shares, strict=True))
             values = together(parts, self.parameters.correlations)
-        return WIDTH * math.hypot(EVEN * values, self.by_slope(rung, measure))
+        return WIDTH * math.hypot(values, self.by_slope(rung, measure))
+
+    @cached_property
+    def spreads(self) -> dict[str, float]:
+        """Standard deviations of all parameters but the slope, by file.key: what was fitted together is normal about
+        its value, any other is anywhere between the edges of its last digit."""
+        from stages.analytic.derivatives.uncertainty import SLOPE
+
+        fitted = {name for pair in self.parameters.correlations for name in pair}
+        return {name: width / WIDTH if name in fitted else EVEN * width
+                for name, width in self.parameters.half_widths.items() if name != SLOPE}  # fmt: skip
 
     def by_slope(self, rung: int, measure: int) -> float:
         """What the slope's last digit leaves of a measure, as a root mean square: of multipliers on the slopes that may
@@ -284,14 +294,13 @@ class Ladder:
 
     @cached_property
     def by_values(self) -> float:
-        """What the digits of all but the slope leave of the constraint model's largest multiplier, of one step."""
-        from stages.analytic.derivatives.uncertainty import SLOPE, uncertainties_of
+        """What all but the slope leave of the constraint model's largest multiplier of a step, a standard deviation."""
+        from stages.analytic.derivatives.uncertainty import uncertainties_of
 
         if not self.inexact or self.derivatives is None:
             return 0.0
-        widths = {name: width for name, width in self.parameters.half_widths.items() if name != SLOPE}
         every = uncertainties_of(
-            self.design_point, self.derivatives, widths, correlations=self.parameters.correlations)
+            self.design_point, self.derivatives, self.spreads, correlations=self.parameters.correlations)
         steps = len(self.derivatives.point.steps)
         return sum((each.of_a_step(steps).independent for each in every if each.name == "multiplier_1"), 0.0)
 

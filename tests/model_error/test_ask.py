@@ -131,7 +131,7 @@ def test_what_the_ramp_leaves_open_is_what_gaits_on_other_slopes_have(parameters
 
 
 def test_errors_that_go_together_leave_what_they_leave_together(parameters, small):
-    """Wholly so, two parts are added or taken off each other."""
+    """Wholly so, two parts are added or taken off each other. Fitted ones are normal, printed ones have edges."""
     digits, widths = type(parameters.design_digits), {"leg_length": 1e-4, "foot_com": 1e-4}
     exact = dataclasses.replace(parameters, slope_digits=type(parameters.slope_digits)())
 
@@ -144,6 +144,9 @@ def test_errors_that_go_together_leave_what_they_leave_together(parameters, smal
     assert left(0.0) == pytest.approx(np.sqrt((alone**2).sum(axis=0)))
     ends = np.sort([left(-1.0), left(1.0)], axis=0)
     assert ends == pytest.approx(np.array([abs(alone[0] - alone[1]), alone.sum(axis=0)]), rel=1e-6)
+    printed = Ladder(dataclasses.replace(exact, design_digits=digits(widths)), Learnt(small))
+    assert left(0.0) == pytest.approx([math.sqrt(3.0) / 1.96 * printed.inputs(name, 0)
+                                       for name in ("period", "multiplier")], rel=1e-4)  # fmt: skip
 
 
 def test_digits_of_what_a_gait_does_not_depend_on_leave_nothing(parameters, small):
