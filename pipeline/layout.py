@@ -68,8 +68,8 @@ def _are_numbers(cells: Sequence[str]) -> bool:
 
 
 def titled(title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:
-    """The lines of a table below an empty line and its title."""
-    return ["", *folded(title, 0), *table(columns, rows)]
+    """The lines of a table below an empty line and its title; without rows there is no table."""
+    return ["", *folded(title, 0), *(table(columns, rows) if rows else [])]
 
 
 def markdown(columns: Iterable[Any], rows: Iterable[Iterable[Any]]) -> list[str]:

@@ -93,6 +93,7 @@ def test_a_table_aligns_numbers_and_keeps_every_cell(monkeypatch):
 
 def test_what_fits_is_not_folded(monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
+    assert layout.titled("Claims: 0", ["name", "value"], []) == ["", "Claims: 0"], "no head without rows"
     assert list(layout.table(["name", "value"], [["a b", 1.5], ["c", 22.25]])) == [
         "  name  value", "  a b     1.5", "  c     22.25"]  # fmt: skip
 
