@@ -1,6 +1,7 @@
 """Runs that a twin does not fit: what it never explains is no push, and what is unlike its own runs is said."""
 
 import contextlib
+import itertools
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -78,6 +79,20 @@ def test_a_run_that_the_twin_does_not_fit_is_said_to_be_so(noise, since, fits, m
     limp = replace(robot, innovation=3.0)  # so large are those of its own runs
     monkeypatch.setattr(FittedRobot, "read", lambda _: limp)
     assert not report.followed(PARAMETERS, Path("lab.sqlite"), Path("robot"), (), asking).no
+
+
+def test_a_run_that_the_twin_loses_is_said_to_be_lost_and_a_no(monkeypatch):
+    """As of a stream; of a database the command ended with 0."""
+    def lost(by, run):
+        yield from itertools.islice(follow(by, run), 60)
+        raise StepFailed("the robot fell")
+
+    monkeypatch.setattr(FittedRobot, "read", lambda _: model()[0])
+    monkeypatch.setattr(report, "named_runs", lambda *_: ({"a": made(1, 6)[0]}, []))
+    monkeypatch.setattr(report, "follow", lost)
+    found = report.followed(PARAMETERS, Path("lab.sqlite"), Path("robot"), (),
+                            SimpleNamespace(progress=lambda *_: None))  # fmt: skip
+    assert found.no and found.plain["unlike"] == ["a"] and found.lines[0].startswith("a: lost after ")
 
 
 def test_readings_after_a_push_count_among_innovations():

@@ -75,6 +75,7 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
             instants.extend(_late(one, robot) for one in follow(follower, run))
         except StepFailed as reason:
             lines.append(f"{name}: lost after {instants[-1].time if instants else 0.0:.2f} s: {reason}")
+            odd.append(name)
         if instants:
             if strange := _strange([one.innovation for one in instants], robot):
                 lines.append(f"{name}: {strange}")
@@ -87,7 +88,8 @@ def followed(parameters: Parameters, source: Path, folder: Path, names: Sequence
     columns = ["run", "steps", "samples", "innovation, sd", f"strikes forecast {BEFORE:g} step ahead",
                "of these inside", "error, ms", "half width, ms"]  # fmt: skip
     return Answer(lines=lines, tables=[("Runs followed, strikes with 95 % intervals", columns, table)],
-                  plain={"runs": plain, "states": rows, "unlike": odd}, rows=rows, no=bool(odd))  # fmt: skip
+                  plain={"runs": plain, "states": rows, "unlike": [*dict.fromkeys(odd)]}, rows=rows,
+                  no=bool(odd))  # fmt: skip
 
 
 def of_angles(source: Path, folder: Path, names: Sequence[str], asking: Asking) -> Answer:

@@ -46,7 +46,7 @@ QUESTION = Question(
     SOURCE is an SQLite file of `ingest`, with a hip and a foot sensor; the robot is the one that calibrate --into left.
     Each row of --csv has state, energy, phase, next heel strike with errors, and shortly before it the chance to fall
     in the steps after it. Runs are followed from their second mid-stance on; where none can be, or the twin does not
-    fit one, it ends with 3.
+    fit one or loses it, it ends with 3.
 
     Of a CSV or C3D file, as for `calibrate`, each step is followed, and the answer says whether innovations are white.
 
