@@ -12,6 +12,8 @@ from stages.biped.design import DETAILS, Biped
 from stages.biped.quantity import Bound, faults
 from stages.ground.slope import Friction, Slope
 
+_DETAILS = frozenset(f"{Biped.FILE}.{key}" for key in DETAILS)
+
 
 @dataclass(frozen=True)
 class DesignPoint:
@@ -55,8 +57,7 @@ class DesignPoint:
 
     def having(self, names: Iterable[str]) -> DesignPoint:
         """The same design, as a detailed one where a detail is among the parameters `names`, also if that is zero."""
-        details = {f"{Biped.FILE}.{key}" for key in DETAILS}
-        return replace(self, detailed=self.detailed or not details.isdisjoint(names))
+        return replace(self, detailed=self.detailed or not _DETAILS.isdisjoint(names))
 
     def bound(self, name: str) -> Bound:
         """The range the parameter files allow. Raises KeyError with the known names."""
