@@ -238,8 +238,9 @@ def test_the_whole_difference_is_explained(budget, parameters, scene):
     """The parts add up to the difference of two walks made apart from the path; at most 2 % of it has no name."""
     assert budget.outcome == "completed", budget.outcome
     direct = scene.penalty(parameters.contact, parameters.penalty_tolerance) - scene.constraint.hip(scene.time)
+    direct[~budget.step.split.compared, VELOCITY] = np.nan
     for parts in budget.step.split.orders:
-        assert parts.sum(axis=0) == pytest.approx(direct, abs=1e-9)
+        assert parts.sum(axis=0) == pytest.approx(direct, abs=1e-9, nan_ok=True)
     for _, found in budget.known():
         split = found.split
         assert min(split.explained(column) for column in EACH) >= 0.98, [split.explained(column) for column in EACH]

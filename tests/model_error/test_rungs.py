@@ -267,7 +267,7 @@ def test_a_target_is_held_as_the_twin_has_it(parameters, small):
     assert not answer.no and answer.plain["targets"] == {"speed_m_s": 0.33}
     assert told["met"] and abs(told["value"] / 0.33 - 1.0) <= 3e-3
     assert abs(answer.plain["measures"]["speed_m_s"] / 0.33 - 1.0) > 3e-3  # the constraint model has another speed
-    changed = {name.removeprefix("biped."): value for name, value in answer.parameters.items()}
+    changed = {name.removeprefix("biped."): entry["value"] for name, entry in answer.parameters.items()}
     biped = dataclasses.replace(parameters.biped, **changed)
     twin = RUNGS[TWIN].find(design_of(dataclasses.replace(parameters, biped=biped)), 1e-7)
     assert abs(twin.values[NAMES.index("speed")] / told["value"] - 1.0) <= 3e-3
