@@ -23,7 +23,7 @@ UNKNOWN = "errors unknown here"
 #: All verdicts, in the order in which they are counted.
 VERDICTS = (HOLDS, HOLDS_IF, FAILS, UNDECIDED, OPEN, DOES_NOT_APPLY)
 #: Why work, and the error that it was done for, have no error; and numbers of many units in one column.
-COUNTED, BESIDE = "it is what solvers did at these tolerances", "each has its error beside it"
+AT_TOLERANCES, BESIDE = "it is what solvers did at these tolerances", "each has its error beside it"
 
 #: Whether a reason is true of what was measured, and the reason.
 Cause = tuple[bool, str]
@@ -177,7 +177,7 @@ class BipedSummary:
     friction: float = quantity("1", "friction there is")
     specific_cost: float = quantity("1", "cost of transport: what gravity gives over weight and way")
     constraint_work: float = quantity(
-        "1", "evaluations a step of the constraint model for the error below", without_error=COUNTED)
+        "1", "evaluations a step of the constraint model for the error below", without_error=AT_TOLERANCES)
     penalty_work: float = quantity(
-        "1", "evaluations a step of the penalty model for the error below", without_error=COUNTED)
-    error: float = quantity("m", "hip error at which work is counted", without_error=COUNTED)
+        "1", "evaluations a step of the penalty model for the error below", without_error=AT_TOLERANCES)
+    error: float = quantity("m", "hip error at which work is counted", without_error=AT_TOLERANCES)

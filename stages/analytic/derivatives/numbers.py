@@ -7,7 +7,7 @@ dimensions move numbers of their own, and the sum rules that dimensions set are 
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import MISSING, Field, dataclass, fields, replace
 from typing import Any
 
@@ -42,10 +42,10 @@ class Changes:
         return Changes(names, self.values[chosen], units, self.scales[chosen], self.along[chosen])
 
 
-def sensitive_names(design: DesignPoint, uncertain: Container[str] = ()) -> tuple[str, ...]:
+def sensitive_names(design: DesignPoint, uncertain: Collection[str] = ()) -> tuple[str, ...]:
     """Every parameter on which the gait of a design of this kind depends, of the details those that are there, or that
     are among the `uncertain`."""
-    every = _fields(replace(design, detailed=True))
+    every = _fields(design.having(uncertain))
     return tuple(name for owner, field in every if (name := f"{owner.FILE}.{field.name}") in uncertain
                  or field.default is MISSING or getattr(owner, field.name) != field.default)
 
