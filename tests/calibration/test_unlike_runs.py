@@ -33,7 +33,7 @@ def landed_twice(run, noise, size=40.0):
 
 
 def test_what_a_robots_own_runs_have_in_each_step_is_no_push(monkeypatch):
-    run, _, _ = made(1, 6)
+    run, _, _ = made(1, 4)
     struck, off = landed_twice(run, model()[1].noise)
     usual, pushes = replace(follower(), unexplained=unexplained(off)), []
     taken = Track._push

@@ -123,7 +123,7 @@ def test_where_the_disk_has_no_room_the_file_is_named_and_the_old_one_stays(toy,
 
 def stopped(toy, how, count):
     """A question for 12 numbers on two processes, stopped by a signal when `count` are done: exit code and errors."""
-    process = toy.start("tally", "--count", "12", "--pause", "0.2", "--jobs", "2", "--marks", "marks")
+    process = toy.start("tally", "--count", "12", "--pause", "0.1", "--jobs", "2", "--marks", "marks")
     while kept(toy) < count:
         assert process.poll() is None
         time.sleep(0.02)
@@ -140,10 +140,10 @@ def test_a_stopped_question_goes_on_where_it_was_and_its_table_is_that_of_an_und
         f"error: stopped; {said} of 12 parts are done and kept: asked again, it goes on from there\n"
         for said in (done, done - 1)]  # fmt: skip
     assert stopped(toy, signal.SIGKILL, done + 2)[0] == -signal.SIGKILL
-    time.sleep(0.5)  # what a process that outlived its parent would need to compute one more
+    time.sleep(0.25)  # what a process that outlived its parent would need to compute one more
     before, done = marks(toy), kept(toy)
     assert done < 12 and before <= done + 4
-    told = json.loads(toy.says("tally --count 12 --pause 0.2 --marks marks --out again.h5 --json"))
+    told = json.loads(toy.says("tally --count 12 --pause 0.1 --marks marks --out again.h5 --json"))
     assert told["numbers"][:4] == NUMBERS and marks(toy) - before == 12 - done and kept(toy) == 12
     toy.says("tally --count 12 --jobs 1 --results others --out alone.h5")
     assert toy.says("show alone.h5").startswith("alone.h5: stage side, question tally\n")
