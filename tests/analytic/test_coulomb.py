@@ -319,6 +319,22 @@ def test_phases_that_creep_one_after_another_end_the_step(monkeypatch):
     assert "integration steps" in poincare.step_failure(status, phase)
 
 
+@pytest.mark.parametrize("rate", [-1.0, -2.5e-4, -1e-7])
+def test_a_guard_is_located_once_it_is_round_off_however_slowly_it_falls(monkeypatch, rate):
+    """One that falls slowly changed its sign back and forth between two times until all 60 corrections were spent."""
+    root, lengths = 1.6683571134e-4, []
+
+    def guard(*_):
+        return 3.3e-16 * (2 * (rate * (lengths[-1] - root) // 6.6e-16) + 1), rate, True
+
+    monkeypatch.setattr(phase_module, "take_step", lambda phase, y, length, *_: lengths.append(length))
+    monkeypatch.setattr(phase_module, "flow", lambda *_: None)
+    monkeypatch.setattr(phase_module, "guard", guard)
+    ends = ([-rate * root, rate, 1.0, 0.0], [rate * (3.6e-4 - root), rate, 1.0, 0.0])
+    located = phase_module.locate.py_func(SLIDING_BACK, np.zeros(8), 3.6e-4, 0, *map(np.array, ends), *5 * [None])
+    assert abs(rate * (located - root)) < 1e-15 and len(lengths) < 10
+
+
 def test_stiff_legs_tend_to_rigid_ones(rigid_gait):
     """With a foot that may slip and rise, compliant gaits tend to the gait of rigid legs, with order 1 / sqrt(k).
 

@@ -38,6 +38,8 @@ GUARD_STEP = 1e-7
 #: A phase may start where a guard is zero up to round-off, as sliding, hovering and rubbing do, and be short: what the
 #: guard does first is looked for; sliding's and hovering's first step is at most this long.
 GUARD_FLOOR, FIRST_STEP = 1e-12, 1e-5
+#: Below this a guard, which is of order one, is round-off.
+ROUND_OFF = 1e-15
 #: For a phase of which no steps are kept.
 NO_NODES = np.empty((0, 10))
 #: A trailing foot that changes between rolling, sliding and hovering more often than this does so without end.
@@ -154,7 +156,8 @@ def locate(
     """Shorten the step from `y` until the guard is zero at its end; returns the length of that step.
 
     `before` and `after` are what it is at both ends of the whole step. Leaves the state there in `event` and its rates
-    in `rates`. Newton's method inside a shrinking bracket, until a correction is lost in round-off.
+    in `rates`. Newton's method inside a shrinking bracket, until a correction is lost in round-off: of the time, or of
+    the guard, which can fall so slowly that it changes its sign back and forth between two times.
     """
     low, high = 0.0, h
     length = h * falling_root(before[VALUE], h * before[RATE], after[VALUE], h * after[RATE])
@@ -172,7 +175,8 @@ def locate(
         if not low <= following <= high:
             following = 0.5 * (low + high)
         change = abs(following - length)
-        if change <= 1e-16 + 4e-16 * h or (change <= 1e-12 and change >= 0.25 * last):
+        lost = change >= 0.25 * last and (change <= 1e-12 or abs(value) <= ROUND_OFF)
+        if lost or change <= 1e-16 + 4e-16 * h:
             break
         length, last = following, change
     return length
