@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.polynomial.polynomial import polyder, polyval
+from numpy.polynomial.polynomial import Polynomial, polyder, polyval
 
 # Nodes and weights of Gauss quadrature on [0, 1], exact to degree 9: the integrands are smooth between solver steps.
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -106,6 +106,8 @@ if TYPE_CHECKING:
 AROUND = 9
 #: A spline is drawn through no fewer samples.
 FEWEST = 4
+#: A top is a kink where a quartic through values around it is level below it, by this part of what they span.
+KINK = 1e-3
 #: Rows that a quartic goes through, and Newton's iterations to where its derivative vanishes.
 ROWS, NEWTON = 5, 6
 #: Events this close, as a part of all time, are one: those of two models that differ by round-off.
@@ -132,7 +134,8 @@ def largest(time: np.ndarray, values: np.ndarray, at: Solution) -> tuple[float, 
     """When [s], and how large: the largest of a quantity known at rising times (n,), both ends included.
 
     `at` gives it at rising times of one's own, from the solution itself: at the largest turning point of the
-    spline through the values, and once more at those of a spline through times close around that one.
+    spline through the values, once more at those of a spline through times close around that one, and where a quartic
+    through these is level.
     """
     for width in (1.0, 0.25):
         top = int(np.argmax(values))
@@ -141,15 +144,21 @@ def largest(time: np.ndarray, values: np.ndarray, at: Solution) -> tuple[float, 
         if rising.sum() < FEWEST or not np.isfinite(values).all():
             return when, value
         inside, higher = turning(through(time[rising], values[rising]))
-        if not (higher > value).any():
+        guess = np.append(inside, when)[np.argmax(np.append(higher, value))]
+        if guess == when and width == 1.0:
             return when, value
-        guess = inside[np.argmax(higher)]
         row = min(int(np.searchsorted(time, guess, side="right")), len(time) - 1)
         reach = width * (time[row] - time[row - 1])
         near = np.linspace(max(time[0], guess - reach), min(time[-1], guess + reach), AROUND)
         time = np.unique(np.concatenate([near, [guess, when]]))
         values = at(time)
     top = int(np.argmax(values))
+    level = Polynomial.fit(time, values, ROWS - 1).deriv().roots().real
+    level = level[(level > time[0]) & (level < time[-1])]
+    if level.size:  # not at a kink, where the curve through the values is level below them
+        nearest = level[[np.argmin(np.abs(level - time[top]))]]
+        if (value := at(nearest)[0]) >= values[top] - KINK * np.ptp(values):
+            return float(nearest[0]), float(value)
     return float(time[top]), float(values[top])
 
 
