@@ -33,9 +33,10 @@ UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 CONFIRMED = 3.0  # factor within which stamps advance at the nominal rate
 FEWEST = 10  # stamps from which a rate is read
 APART = 30  # rows between which it is, so that packets and jitter hardly count, and pauses neither
-COUNTER_BITS = (16, 24, 31, 32)
+COUNTERS = tuple(2.0**bits for bits in (16, 24, 31, 32))
 LATE = 5  # rows at most that one comes late
 DAY = 86400.0
+PAUSE = 1e-3  # of a day, or of what a counter counts to: so much may be missing when it begins anew
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*$")
 _POINTS = re.compile(r"\s*(\d{1,2})\.(\d{1,2})\.(\d{4})[ T](.*)$")
 #: What Python 3.10 reads of a date and time: six decimals, and a zone as +02:00.
@@ -100,15 +101,16 @@ def unit_of(stamp: np.ndarray, rate_hz: float) -> str | None:
     return best if near[best] < math.log(CONFIRMED) else None
 
 
-def counted_on(stamp: np.ndarray) -> np.ndarray:
-    """The stamps (n,) of a counter that began anew after so many bits, as if it had gone on.
+def counted_on(stamp: np.ndarray, counters: Sequence[float] = COUNTERS) -> np.ndarray:
+    """The stamps (n,) of a counter that began anew after one of these numbers, as if it had gone on.
 
     It falls by nearly that many, where a sensor that restarts falls by another number; soon after that a rise by as
     many is a row from before it that comes late.
     """
-    known, near = np.flatnonzero(np.isfinite(stamp)), APART * step_of(stamp)
+    known, usual = np.flatnonzero(np.isfinite(stamp)), APART * step_of(stamp)
     steps, turns = np.diff(stamp[known]), np.zeros(max(len(known) - 1, 0))
-    for modulus in (2.0**bits for bits in COUNTER_BITS if 2.0**bits > 2.0 * near):
+    for modulus in (one for one in counters if one > 2.0 * usual):
+        near = max(usual, PAUSE * modulus)
         fell, rose = np.abs(steps + modulus) < near, np.abs(steps - modulus) < near
         soon = np.convolve(fell, np.ones(LATE), "full")[: len(steps)] > 0
         turns += modulus * (fell * 1.0 - (rose & soon))
@@ -118,14 +120,15 @@ def counted_on(stamp: np.ndarray) -> np.ndarray:
 
 
 def in_seconds(stamp: np.ndarray, rate_hz: float) -> np.ndarray:
-    """The stamps (n,) in seconds, whatever unit the nominal rate confirms; of a counter that began anew, counted on."""
+    """The stamps (n,) in seconds, whatever unit the nominal rate confirms; of a counter that began anew, or a time of
+    day after midnight, counted on."""
     stamp = counted_on(stamp)
     size = UNITS[unit_of(stamp, rate_hz) or "s"]
-    if size == 1.0:
-        return stamp
-    start = stamp[np.isfinite(stamp)][0]
-    # Apart from their start, so that nanoseconds since 1970 lose nothing that they have.
-    return np.asarray((stamp - start) * size + start * size)
+    if size != 1.0:
+        start = stamp[np.isfinite(stamp)][0]
+        # Apart from their start, so that nanoseconds since 1970 lose nothing that they have.
+        stamp = (stamp - start) * size + start * size
+    return counted_on(stamp, (DAY,))
 
 
 def moment(cell: Any) -> float:
@@ -149,13 +152,8 @@ def moment(cell: Any) -> float:
 
 
 def moments(cells: Sequence[str]) -> np.ndarray:
-    """Times (n,) [s] of written stamps, times of day counted on over midnight; NaN for what is none."""
-    found = np.array([moment(cell) for cell in cells])
-    known = np.flatnonzero(np.isfinite(found))
-    if len(known) and np.all(found[known] < 2 * DAY):
-        over = np.cumsum(np.append(0, np.diff(found[known]) < -DAY / 2))
-        found[known] += DAY * over
-    return found
+    """Times (n,) [s] of written stamps; NaN for what is none."""
+    return np.array([moment(cell) for cell in cells])
 
 
 def recording_from_columns(experiment: Experiment, device: Device, columns: np.ndarray) -> Recording:

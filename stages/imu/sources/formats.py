@@ -18,7 +18,7 @@ import numpy as np
 
 from stages.imu.sources import text_table
 from stages.imu.sources.cells import text_of
-from stages.imu.sources.opening import SourceRefused, library, opening, place_of, printable, refuse
+from stages.imu.sources.opening import library, opening, place_of, printable, refuse
 from stages.imu.sources.text_table import Layout, names_of
 
 Columns = Mapping[str, np.ndarray]
@@ -75,16 +75,19 @@ def parquet_file(path: Path) -> Any:
 
 
 def _of_parquet(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str]) -> Columns:
-    """Columns of numbers or moments."""
+    """Columns of numbers, of moments, or of text, which is read as in a text table."""
     file = parquet_file(path)
     names = list(file.schema_arrow.names)
     for one in wanted:
         place_of(path.name, one, names)
-    try:
+    with opening(path, "parquet file that can be read"):
         table = file.read(columns=list(wanted))
-        return {one: seconds_or_numbers(table.column(one).to_numpy()) for one in wanted}
-    except Exception as error:  # readers of a format raise whatever a broken file makes them raise
-        raise SourceRefused(f"{printable(path.name)}: a column holds no numbers, or the file is broken") from error
+        columns = [table.column(one).to_numpy() for one in wanted]
+    columns = [one if one.dtype == object else seconds_or_numbers(one) for one in columns]
+    if not any(one.dtype == object for one in columns):
+        return dict(zip(wanted, columns))
+    rows = [list(map(text_of, row)) for row in zip(*columns)]
+    return text_table.columns_of(path.name, [wanted, *rows], Layout(""), wanted, stamps)
 
 
 def seconds_or_numbers(values: np.ndarray) -> np.ndarray:

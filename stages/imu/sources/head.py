@@ -3,7 +3,6 @@
 Exports of common makers are recognised by their names, and with them what no name in them says.
 """
 
-import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,7 +15,7 @@ import numpy as np
 from stages.imu.sources.cells import number, text_of
 from stages.imu.sources.formats import BOOK, PARQUET, format_of, parquet_file, rows_of, seconds_or_numbers, sheets_of
 from stages.imu.sources.opening import SourceRefused, blocks, check, printable, refuse
-from stages.imu.sources.text_table import DELIMITERS, HEAD_ROWS, encoding_of, has_decimal_commas
+from stages.imu.sources.text_table import DELIMITERS, HEAD_ROWS, Layout, encoding_of, has_decimal_commas
 
 HEAD_LINES = 2000
 _UNITS = (
@@ -161,14 +160,14 @@ def _of_text(path: Path) -> Head:
     with path.open(encoding=encoding_of(path), errors="replace") as file:
         lines = list(islice(chain.from_iterable(blocks(file, path.name)), HEAD_LINES))
     tail = lines[len(lines) // 2 :]
-    widths = {name: [len(next(csv.reader([line], delimiter=sign), [])) for line in tail] for name, sign in
-              DELIMITERS.items()}  # fmt: skip
+    widths = {name: [len(row) for line in tail for row in Layout(sign).parted([line])]
+              for name, sign in DELIMITERS.items()}  # fmt: skip
     usual = {name: int(np.median(width)) if width else 0 for name, width in widths.items()}
     # A decimal comma parts numbers as well: the sign that stands between the columns is then another one.
     order = [name for name in ("tab", "semicolon", "comma", "space") if usual[name] >= 4]
     refuse((not order, f"{printable(path.name)} is no table of at least four columns"))
     delimiter = order[0]
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=DELIMITERS[delimiter])]
+    rows = [[cell.strip() for cell in row] for row in Layout(DELIMITERS[delimiter]).parted(lines)]
     decimal = has_decimal_commas(rows[-HEAD_ROWS:], DELIMITERS[delimiter])
     return _head(path, delimiter, rows, decimal, "\n".join(lines))
 

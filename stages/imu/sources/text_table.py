@@ -31,13 +31,21 @@ _DECIMAL_COMMA = re.compile(r"[-+]?(0?,\d+|\d+,(?!\d{3}$)\d+)([eE][-+]?\d+)?$")
 class Layout:
     """How a table is laid out: `header_rows` stand before the one with the names; without `header` columns are called
     by their number, from 1. Where nothing is said, its numbers show whether a text has decimal commas, and its names
-    which `sheet` of a book is meant."""
+    which `sheet` of a book is meant. Of columns that spaces part, rows have so many `cells`, 0 for any: they stand one
+    below the other with as many spaces as that takes, and a row of fewer does not say which is missing."""
 
     delimiter: str = ","
     header_rows: int = 0
     header: bool = True
     decimal_comma: bool | None = None
     sheet: str = ""
+    cells: int = 0
+
+    def parted(self, lines: Iterable[str]) -> list[list[str]]:
+        """The cells of each line."""
+        spaced = self.delimiter == " "
+        lines = (line.strip() for line in lines) if spaced else lines
+        return list(csv.reader(lines, delimiter=self.delimiter, skipinitialspace=spaced))
 
 
 def encoding_of(path: Path) -> str:
@@ -70,11 +78,11 @@ def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str
             while len(first) <= layout.header_rows and (block := next(parts, None)) is not None:
                 first += block
             first = first[layout.header_rows :]
-            head = [next(csv.reader([line], delimiter=layout.delimiter), []) for line in first[: HEAD_ROWS + 1]]
+            head = [next(iter(layout.parted([line])), []) for line in first[: HEAD_ROWS + 1]]
             columns, layout, begin = _begun(name, head, layout, wanted, stamps)
             for block in chain((first[begin:],), parts):
                 if block and not _added_at_once(block, layout, columns):
-                    _add_cells(list(csv.reader(block, delimiter=layout.delimiter)), layout, columns)
+                    _add_cells(layout.parted(block), layout, columns)
     except csv.Error as error:
         raise SourceRefused(f"{printable(name)} is no table ({error})") from error
     except (OSError, UnicodeError) as error:
@@ -103,8 +111,9 @@ def _begun(
         layout = replace(layout, decimal_comma=has_decimal_commas(values, layout.delimiter))
     places = [one.place for one in columns if not one.may_be_written] if layout.header else []
     said = [row[place].strip() for row in values[:1] for place in places if place < len(row) and row[place].strip()]
-    has_units = bool(said) and not np.isfinite(_numbers(said, layout)).any()
-    return columns, layout, layout.header + has_units
+    begin = layout.header + (bool(said) and not np.isfinite(_numbers(said, layout)).any())
+    cells = len(rows[begin]) if layout.delimiter == " " and begin < len(rows) else 0
+    return columns, replace(layout, cells=cells), begin
 
 
 class _Column:
@@ -142,10 +151,10 @@ class _Column:
 
 
 def _added_at_once(block: Sequence[str], layout: Layout, columns: Sequence[_Column]) -> bool:
-    """Whether NumPy has read the block but for written times."""
+    """Whether NumPy has read the block but for written times; not where spaces part its columns."""
     plain, text = ([one for one in columns if one.written == written] for written in (False, True))
     quoted = bool(text) and any('"' in line for line in block)
-    table = None if quoted else _fast(block, layout, [one.place for one in plain])
+    table = None if quoted or layout.cells else _fast(block, layout, [one.place for one in plain])
     rows = [line.split(layout.delimiter) for line in block if line.strip()] if text else []
     if table is None or (text and len(rows) != len(table)):
         return False
@@ -157,7 +166,7 @@ def _added_at_once(block: Sequence[str], layout: Layout, columns: Sequence[_Colu
 
 
 def _add_cells(rows: Sequence[Sequence[str]], layout: Layout, columns: Sequence[_Column]) -> None:
-    there = [row for row in rows if any(cell.strip() for cell in row)]
+    there = [row if len(row) == (layout.cells or len(row)) else [] for row in rows if any(cell.strip() for cell in row)]
     for one in columns:
         one.add([row[one.place].strip() if one.place < len(row) else "" for row in there], layout)
 
