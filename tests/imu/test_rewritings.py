@@ -49,6 +49,28 @@ def test_a_log_that_begins_late_or_ends_early_is_as_good(first: float, last: flo
     assert next(read_trials(log.experiment, cut, PARAMETERS)).verdict.findings == ()
 
 
+@pytest.mark.parametrize(("place", "signal", "size", "after"), [
+    ("hip", "acceleration", 1.0, 0.08), ("hip", "acceleration", 1.0, 0.12), ("hip", "acceleration", 10.0, 0.02),
+    ("foot", "angular_rate", 0.5, 0.08),
+])  # fmt: skip
+def test_one_wrong_reading_changes_little(
+    place: str, signal: str, size: float, after: float, log: Log, as_made: Trial
+) -> None:
+    """Of full scale or beyond, so long [s] after a strike: it was taken for another strike's blow, or for a turn."""
+
+    def wrong(one: TracedRecording) -> TracedRecording:
+        values, at = getattr(one, signal).copy(), log.strike_time[6] + after
+        values[np.abs(one.true_time - at).argmin()] = size * 32767
+        return replaced(one, **{signal: values})
+
+    trial = trial_of(log.changed(place, wrong))
+    found = size > 1.0 or signal == "angular_rate"
+    assert trial.verdict.not_trusted == (f"{place} force",) * found
+    np.testing.assert_allclose(trial.strikes.time, as_made.strikes.time, rtol=0, atol=5e-3)
+    for of in ("step_frequency", "step_length"):
+        assert getattr(trial.report(), of) == pytest.approx(getattr(as_made.report(), of), rel=0.02)
+
+
 # --- Damaged logs: an answer or one clear sentence, never a traceback, never a wrong unit, never a changed source.
 
 

@@ -56,6 +56,7 @@ from stages.imu.trial.two_clocks import have_own_clocks
 if TYPE_CHECKING:
     from stages.imu.trial.trial import Trial
 
+FEW_WRONG = 3  # readings, beside which no force is so often wrong that strikes are
 IN_RADIANS = math.radians(10.0)  # no ramp is so gentle that is not level, and none so steep is walked down
 
 
@@ -408,6 +409,12 @@ def _on_a_place(place: str, trial: Trial, parameters: Parameters) -> tuple[Rule,
                 f"{clipped / rows:.0%} of the {place}'s samples are at full scale", f"{place} {what}",
             )
             for what, clipped in ((FORCE, trace.clipped_acceleration), (RATE, trace.clipped_angular_rate))
+        ),
+        remark(
+            trace.wrong > 0,
+            f"{trace.wrong} readings of the {place} are wrong and left out: a rate that leaps away for one sample, or "
+            "a force beyond twice full scale; other forces may be wrong as well",
+            f"{place} {FORCE}", *(STRIKES, FREQUENCY) * (trace.wrong > FEW_WRONG),
         ),
         *(rule for kind in kinds for rule in _on_readings(place, trial.sensors, *kind)),
         remark(

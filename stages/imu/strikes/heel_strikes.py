@@ -25,6 +25,7 @@ SMOOTHED_STEPS = 0.06  # standard deviation of what smoothes a rate before its t
 SEARCH_STEPS = 0.3  # half width of the search around a turn, in steps
 LOBE_STEPS = 0.45  # how soon before and after a turn the leg must have moved, in steps
 REBOUND = 9  # pulses: after so many at most a rigid leg has rebounded
+FAR = 3  # pulses from where a leg's blow usually is
 FEWEST_SEEN = 2  # strikes of a leg, by which those of it that lie in holes are placed
 FAINT = 0.6  # of a leg's median pulse: a fainter one is not the strike, which then lies in a hole
 STILL = 0.1  # of the largest peak rate: below it the leg stands, however long it does
@@ -54,9 +55,11 @@ def find_heel_strikes(
     if not found:
         return NO_STRIKES
     rows = np.array([first_blow(sharpness, max(0, turn - half), turn + half + 1, lag_of(dt)) for turn, _ in found])
-    at, leg = time[rows], np.array([leg for _, leg in found])
+    turned, leg = np.array(found).T
+    for which in set(leg.tolist()):
+        rows[leg == which] = where_usual(sharpness, rows[leg == which], turned[leg == which], lag_of(dt))
     reach = max(1, round(0.75 * PULSE_S / dt))
-    hidden, turned = in_hole(force, rows, reach), np.array([turn for turn, _ in found])
+    at, hidden = time[rows], in_hole(force, rows, reach)
     signals = np.column_stack((force, others))
     placed = np.ones(len(rows), dtype=bool)
     for which in (INNER, OUTER):
@@ -91,6 +94,16 @@ def first_blow(sharpness: np.ndarray, start: int, end: int, lag: int) -> int:
     seen = sharpness[start:end]
     begun = int(np.argmax(seen >= FAINT * sharpness[largest]))
     return start + begun + int(np.argmax(seen[begun : begun + 2 * lag + 1]))
+
+
+def where_usual(sharpness: np.ndarray, rows: np.ndarray, turned: np.ndarray, lag: int) -> np.ndarray:
+    """Rows (s,) of a leg's blows, each where those after its turns (s,) usually are if one that is not faint is there:
+    what stands out far from there is a wrong reading."""
+    usual = (turned + int(np.median(rows - turned))).clip(0, len(sharpness) - 1)
+    starts = np.maximum(usual - lag, 0)
+    near = np.array([start + np.argmax(sharpness[start : one + lag + 1]) for start, one in zip(starts, usual)])
+    blown = sharpness[near] >= FAINT * np.median(sharpness[rows])
+    return np.where((np.abs(rows - usual) > FAR * lag) & blown, near, rows)
 
 
 def in_hole(force: np.ndarray, rows: np.ndarray, reach: int) -> np.ndarray:

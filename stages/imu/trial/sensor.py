@@ -19,6 +19,8 @@ from stages.imu.sources.units import Scale, scale_of
 from stages.imu.strikes.heel_strikes import SMOOTHED_STEPS, filled, step_period, turns
 
 CLIPPED = 1 - 1e-4  # of full scale: the topmost count is a little below it
+BEYOND = 2.0  # times full scale, which may be declared too small: further out nothing was read
+LEAP = 0.5  # of the largest rate that lasts: by more a leg's does not change for one sample alone
 DRIFT = 4.5  # times as far from their median as half of a stand's windows are, or white noise, a mean may be
 
 
@@ -27,7 +29,7 @@ class SensorTrace:
     """Samples in order: time (n,) [s]; specific_force (n, 3) [m/s^2], angular_rate (n, 3) [rad/s] on sensor axes.
 
     `time` is corrected for the delay of the sensor's own low pass. Clipped readings are NaN and counted. `rest` (n,)
-    marks the longest still stand.
+    marks the longest still stand. `wrong` counts the numbers that are no readings of a sensor on a leg, NaN as well.
     """
 
     indexed: IndexedRecording
@@ -38,6 +40,7 @@ class SensorTrace:
     angular_rate: np.ndarray
     clipped_acceleration: int
     clipped_angular_rate: int
+    wrong: int
     rest: np.ndarray
 
     @property
@@ -48,7 +51,8 @@ class SensorTrace:
     @property
     def readings(self) -> np.ndarray:
         """Specific force (n, 3) [m/s^2] on sensor axes with clipped readings at full scale, where blows are."""
-        return self.indexed.recording.acceleration * self.scale.acceleration
+        raw = self.indexed.recording.acceleration
+        return np.where(_is_read(raw, self.scale), raw, np.nan) * self.scale.acceleration
 
     @property
     def rate_error(self) -> float:
@@ -93,7 +97,8 @@ def part_of(trace: SensorTrace, rows: slice, experiment: Experiment, settings: S
 def _traced(indexed: IndexedRecording, clock: Clock, scale: Scale, settings: Settings) -> SensorTrace:
     force, clipped_force = mask_clipped(indexed.recording.acceleration, scale.acceleration_full_scale)
     rate, clipped_rate = mask_clipped(indexed.recording.angular_rate, scale.angular_rate_full_scale)
-    force, rate = force * scale.acceleration, rate * scale.angular_rate
+    force, rate, leap = force * scale.acceleration, rate * scale.angular_rate, leaps(rate)
+    rate[leap] = np.nan
     return SensorTrace(
         indexed=indexed,
         clock=clock,
@@ -103,8 +108,23 @@ def _traced(indexed: IndexedRecording, clock: Clock, scale: Scale, settings: Set
         angular_rate=rate,
         clipped_acceleration=clipped_force,
         clipped_angular_rate=clipped_rate,
+        wrong=int(leap.sum() + (~_is_read(indexed.recording.acceleration, scale)).sum()),
         rest=find_rest(force, rate, clock.rate_hz, settings),
     )
+
+
+def leaps(rate: np.ndarray) -> np.ndarray:
+    """Where an angular rate (n, 3) leaps away for one sample alone, as no leg's does."""
+    lasts = np.median([rate[:-2], rate[1:-1], rate[2:]], axis=0)
+    largest = np.abs(lasts[np.isfinite(lasts)]).max(initial=0.0)
+    found = np.zeros(rate.shape, dtype=bool)
+    found[1:-1] = np.abs(rate[1:-1] - lasts) > LEAP * largest
+    return found
+
+
+def _is_read(raw: np.ndarray, scale: Scale) -> np.ndarray:
+    """Whether accelerations (n, 3) may be read at all; what is missing is not looked at."""
+    return np.asarray(~(np.abs(raw) > BEYOND * scale.acceleration_full_scale))
 
 
 def mask_clipped(value: np.ndarray, full_scale: float) -> tuple[np.ndarray, int]:
