@@ -23,14 +23,14 @@ from pipeline.parameters import yaml_text
 from pipeline.parameters.value import DEFAULT_LEVEL
 from pipeline.study import Study, shown
 
-#: What a verdict may be; "holds if" is completed by a condition. Then how several are counted, and how they look.
+#: What a verdict may be; "holds if" is completed by a condition. Then what one does, and several; how they look.
 VERDICTS = {
-    "holds": ("hold", "yes"),
-    "holds if": ("hold on a condition", "if"),
-    "does not hold": ("do not hold", "no"),
-    "not decided at this accuracy": ("are not decided at this accuracy", "open"),
-    "open": ("are open", "open"),
-    "does not apply": ("do not apply", "none"),
+    "holds": (("holds", "hold"), "yes"),
+    "holds if": (("holds on a condition", "hold on a condition"), "if"),
+    "does not hold": (("does not hold", "do not hold"), "no"),
+    "not decided at this accuracy": (("is not decided at this accuracy", "are not decided at this accuracy"), "open"),
+    "open": (("is open", "are open"), "open"),
+    "does not apply": (("does not apply", "do not apply"), "none"),
 }
 #: Columns of the printed sentences: no more, however wide the terminal, so that they can be read.
 _WIDEST = 100
@@ -95,7 +95,8 @@ class Claims:
     def key(self) -> list[tuple[str, str]]:
         """The verdicts that occur, counted, in words, and how each looks."""
         counts = Counter(claim.verdict for claim in self.claims)
-        return [(f"{counts[one]} {words}", style) for one, (words, style) in VERDICTS.items() if counts[one]]
+        return [(f"{counts[one]} {words[counts[one] > 1]}", style)
+                for one, (words, style) in VERDICTS.items() if counts[one]]  # fmt: skip
 
     def counted(self) -> str:
         """The verdicts that occur, counted, in words."""

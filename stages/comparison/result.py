@@ -144,15 +144,16 @@ def tables_of(
 
 def counted(verdicts: list[str]) -> str:
     """How many claims have each verdict that occurs."""
-    many = [f"{verdicts.count(verdict)} {PLURAL[verdict]}" for verdict in VERDICTS if verdict in verdicts]
+    count = verdicts.count
+    many = [f"{count(one)} {COUNTED[one][count(one) > 1]}" for one in VERDICTS if one in verdicts]
     return f"of {len(verdicts)} claims " + ", ".join(many)
 
 
-#: Verdicts of several claims.
-PLURAL = dict(zip(
-    VERDICTS,
-    ("hold", "hold on a condition", "do not hold", "are not decided at this accuracy", "stay open", "do not apply"),
-    strict=True))  # fmt: skip
+#: Verdicts of one claim, and of several.
+COUNTED = dict(zip(VERDICTS, (
+    ("holds", "hold"), ("holds on a condition", "hold on a condition"), ("does not hold", "do not hold"),
+    ("is not decided at this accuracy", "are not decided at this accuracy"), ("stays open", "stay open"),
+    ("does not apply", "do not apply")), strict=True))  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,15 @@ SHOWN = {"m": (1e3, "mm"), "s": (1e3, "ms")}
 
 
 def side_by_side(title: str, columns: Mapping[str, Any]) -> Table:
-    """A table of instances of one dataclass of numbers: (title, columns, rows of text); what is not known is empty."""
+    """A table of instances of one dataclass of numbers: (title, columns, rows of text); what is not known is empty, and
+    what is known of none is left out."""
     rows = []
     for field in fields(next(iter(columns.values()))):
         factor, unit = SHOWN.get(field.metadata["unit"], (1.0, field.metadata["unit"]))
-        values = (factor * float(getattr(one, field.name)) for one in columns.values())
+        values = [factor * float(getattr(one, field.name)) for one in columns.values()]
         name = field.metadata["description"] + ("" if unit == "1" else f" [{unit}]")
-        rows.append((name, *(in_digits(value, LEAST if factor != 1.0 else 0.0) for value in values)))
+        if not all(map(math.isnan, values)):
+            rows.append((name, *(in_digits(value, LEAST if factor != 1.0 else 0.0) for value in values)))
     return title, ("", *columns), rows
 
 

@@ -56,6 +56,8 @@ RULES: dict[Any, Any] = {
     "grid.linewidth": 0.4,
     "grid.color": "#DDDDDD",
     "axes.axisbelow": True,
+    "axes.formatter.limits": (-12, 12),  # a common power of ten would stand on the panel's letter, as an offset would
+    "axes.formatter.useoffset": False,
     "lines.linewidth": 1.2,
     "legend.frameon": False,
     "figure.constrained_layout.use": True,

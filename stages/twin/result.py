@@ -57,15 +57,19 @@ class EnergyBalance:
         return abs(self.residual / self.gravity_work)
 
 
-def with_doubt(value: float, left: float) -> str:
+#: Said where a mean holds an unknown part of a transient.
+UNKNOWN = " (what is left of the transient is unknown)"
+
+
+def with_doubt(value: float, left: float, unit: str = "") -> str:
     """A value with what is left open, rounded up to one digit, or two where the first is 1; that of a transient is
-    unknown where it is not positive, and three decimals are given.
+    unknown where it is not positive, and four digits are given.
     """
     if not left > 0.0:
-        return f"{value:.3f} (what is left of the transient is unknown)"
+        return f"{value:.4g}{unit}{UNKNOWN}"
     first = -floor(log10(left))
     places = max(0, first + (left * 10.0**first < 1.95))
-    return f"{value:.{places}f} ± {ceil(left * 10.0**places) / 10.0**places:.{places}f}"
+    return f"{value:.{places}f} ± {ceil(left * 10.0**places) / 10.0**places:.{places}f}{unit}"
 
 
 @dataclass(frozen=True)
@@ -100,15 +104,18 @@ class Settling:
     def frequency_text(self) -> str:
         """Step frequency of the last four steps, as far as it is the gait's own."""
         left = self.period_transient_s * self.step_frequency_hz / self.period_s
-        return f"{with_doubt(self.step_frequency_hz, left)} Hz"
+        return with_doubt(self.step_frequency_hz, left, " Hz")
 
     def length_text(self) -> str:
         """Their length in mm, as far as it is the gait's own."""
-        return f"{with_doubt(1e3 * self.step_length_m, 1e3 * self.step_length_transient_m)} mm"
+        return with_doubt(1e3 * self.step_length_m, 1e3 * self.step_length_transient_m, " mm")
 
     def last_four(self) -> str:
         """Both, or that the walk ended before."""
-        return "there are fewer" if isnan(self.period_s) else f"{self.frequency_text()} and {self.length_text()}"
+        if isnan(self.period_s):
+            return "there are fewer"
+        frequency, length = self.frequency_text(), self.length_text()
+        return f"{frequency.removesuffix(UNKNOWN) if length.endswith(UNKNOWN) else frequency} and {length}"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from stages.comparison.claims.judge import judged
 from stages.comparison.claims.paper import BIPED, SETTINGS
 from stages.comparison.determinants import Determinants
 from stages.comparison.evidence import Evidence, Inputs
-from stages.comparison.result import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS, BipedSummary
+from stages.comparison.result import DOES_NOT_APPLY, FAILS, HOLDS, HOLDS_IF, OPEN, VERDICTS, BipedSummary, counted
 from stages.comparison.run import as_yaml, headlines
 from stages.tradeoff import constraint_ways, penalty_ways
 from tests.changed import changed
@@ -349,6 +349,8 @@ def test_a_changed_contact_set_or_solver_keeps_the_claim_and_is_named_in_it():
     planar = dataclasses.replace(PARAMETERS.planar, tolerance=1e-8)
     claim = judged(changed(PARAMETERS, contact_stiffness=2e5, stiction_velocity=0.1, planar=planar), CASES[3][0])
     assert claim.verdict == HOLDS and judge.another_biped(PARAMETERS) == ()
+    scaled = dataclasses.replace(PARAMETERS.slope, gravity=9.81 * (1.0 - 1e-15))
+    assert judge.another_biped(changed(PARAMETERS, slope=scaled)) == (), "it was 9.81 m/s^2 where the paper has 9.81"
     for words in ("ground.contact_stiffness 200000 N/mm^e", "ground.stiction_velocity 0.1 m/s",  # as the paper has it
                   "multibody.tolerance 1e-08 (paper: 1e-06, section 3.5)"):  # fmt: skip
         assert words in claim.rests_on
@@ -392,6 +394,13 @@ def test_each_claim_begins_with_a_sentence_in_plain_words():
 
 def test_the_models_of_the_tradeoff_are_called_what_it_calls_them():
     assert (numerics.ROLLING, numerics.PENALTY) == (constraint_ways.ROLLING, penalty_ways.PENALTY)
+
+
+def test_one_claim_holds_and_two_hold():
+    verdicts = [HOLDS_IF, OPEN, OPEN]
+    claims = [shown.Claim("a", "1", "b", "c", "d", verdict, "", [], []) for verdict in verdicts]
+    assert shown.Claims(claims).counted() == "3 claims: 1 holds on a condition, 2 are open."
+    assert counted(verdicts) == "of 3 claims 1 holds on a condition, 2 stay open"
 
 
 def test_claims_survive_yaml_and_the_command_knows_their_verdicts():

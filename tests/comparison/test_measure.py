@@ -109,8 +109,7 @@ def test_a_foot_that_leaves_as_the_other_lands_has_no_double_stance():
 def test_what_a_gait_does_not_tell_stays_empty():
     title, columns, rows = side_by_side("title", {"one": Determinants(step_frequency=2.0), "two": Determinants()})
     assert (title, columns) == ("title", ("", "one", "two"))
-    assert rows[0] == ("step frequency [Hz]", "2", "") and rows[1][1:] == ("", "")
-    assert rows[4][0] == "double stance in a step [ms]"
+    assert rows == [("step frequency [Hz]", "2", "")], "what is known of none has no row"
     assert of_walk(make_walk(steps=2), *LEGS, 9.81).speed_variation != 0, "NaN"
 
 

@@ -38,6 +38,7 @@ from tests.figures.made_up_results import (
     misses,
     parameters,
     results,
+    rough_ground,
     stability,
 )
 
@@ -81,7 +82,9 @@ def test_every_figure_has_a_title_and_a_caption_from_the_results_that_it_names(n
     ("basin", {}, ["from 42 starts", "14.3 % come within 0.001", "after 1 to 5 steps",
                    "others: walks on, elsewhere 14.3 %", "In 14.3 % the trailing leg"]),
     ("rough_ground", {}, ["of 0.5 mm, where the design makes 60 steps", "Within 25 % it makes more than 300;",
-                          "bounds reached: speed, biped.hip_mass lower."]),
+                          "bounds reached: speed, biped.hip_mass lower.", "with biped.foot_radius times 1.25: 57.6"]),
+    ("rough_ground", {"rough_ground": dataclasses.replace(rough_ground(), norms=rough_ground().norms[:2])},
+     ["72 s/m for the design, is least with it as it is."]),
     ("bifurcation", {"stability": SimpleNamespace(slope_deg=2.0, families=(), basin=None)},
      ["No gait could be followed."]),
     ("basin", {"stability": SimpleNamespace(slope_deg=2.0, families=(), basin=None)}, ["unstable"]),
@@ -400,7 +403,7 @@ def test_the_first_screen_answers_three_questions_and_a_fourth_of_own_recordings
     said = answers(inputs(imu=faster))[3]
     assert "26 % faster than the model, more than their errors" in said.means and "mm" not in said.answer
     _, fast, steady, said = answers(inputs(imu=faster, model_error=None))
-    assert "The twin's last four steps: 2.0400 ± 0.0005 Hz and 159.000 (what" in fast.means and "than" not in fast.means
+    assert "The twin's last four steps: 2.0400 ± 0.0005 Hz and 159 mm (what" in fast.means and "than" not in fast.means
     assert steady.answer.endswith(": stable, with a probability above 0.999 by the errors that are known.")
     assert said.means.endswith("more than the errors that are known; others are not.")
 

@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 
 from pipeline.report.figures import TOLERANCE, difference, rms
 from stages.drawing import style
-from stages.figures.drawn import NAMES, contact_laws, figure, two_models
+from stages.figures.drawn import NAMES, contact_laws, figure, measurement, two_models
 from tests.comparison.made_up import DEFAULTS, make_budget, make_study, make_walk
-from tests.figures.made_up_results import comparison, drawn, given, multibody, rough_ground, shown
+from tests.figures.made_up_results import analytic, comparison, drawn, given, multibody, rough_ground, shown
 
 GOLDEN = Path(__file__).parents[1] / "baseline"
 DRAWN_BY = GOLDEN / "drawn_by.txt"
@@ -114,6 +114,32 @@ def test_figure_16_says_what_is_synthetic():
                   "inside the envelope"):  # fmt: skip
         assert words in said
     assert "mHz" in synthetic.get_supxlabel() and "SYNTHETIC" not in not_said
+    small = dataclasses.replace(next(iter(comparison().measurement.twin.values())), rmse=1.2e-3, bias=-3.4e-5)
+    rows = dict(row[:2] for row in measurement.agreement_rows(small, small, "rad/s"))
+    assert (rows["RMSE [rad/s]"], rows["bias [rad/s]"]) == ("0.0012", "-3.4e-05"), "of a slow robot they were zeros"
+
+
+def test_figure_02_shows_the_leg_with_the_peak_of_its_caption_where_legs_differ():
+    walk, limping = make_walk(), analytic()
+    limping.gait.steps = 2
+    for leg in (0, 1):
+        harder = multibody()
+        harder.walk = dataclasses.replace(walk, ground_reaction=walk.ground_reaction * np.where(
+            np.arange(2) == leg, 100.0, 1.0)[:, None])  # fmt: skip
+        axes = drawn("figure_02_ground_reaction", analytic=limping, multibody=harder).get_axes()
+        assert max(axes[1].lines[1].get_ydata()) == pytest.approx(900.0)
+
+
+@pytest.mark.parametrize("size", [0.1, 4.0])
+def test_a_similar_robots_law_of_the_ground_is_drawn_at_a_similar_speed(size):
+    """At Table 1's 20 mm/s a ground of a small robot pulled where it lets go: its curve was 0."""
+    asked = given("figure_04_normal_force")
+    own, speed = dataclasses.replace(asked.parameters.biped, leg_length=size), (size / 0.333) ** 0.5
+    asked.parameters.biped, asked.parameters.contact = own, dataclasses.replace(
+        asked.parameters.contact, impact_speed=0.3 * speed)
+    usual, other = (picture.get_axes()[2].lines[5].get_ydata() for picture in (
+        shown("figure_04_normal_force"), figure("figure_04_normal_force").draw(asked)))  # fmt: skip
+    assert other == pytest.approx(usual, rel=1e-3) and max(other) > 0.0
 
 
 def test_figure_02_takes_one_whole_contact():

@@ -71,9 +71,9 @@ def test_every_claim_has_a_place_in_the_strip_of_verdicts(page):
     strip = "[...document.querySelectorAll('.strip a')]"
     widths = page.value(strip + ".map(part => part.getBoundingClientRect().width)")
     assert min(widths) > 10 and max(widths) - min(widths) < 1
-    assert f"{count} claims: 1 hold" in page.value("document.getElementById('claims').nextElementSibling.innerText")
+    assert f"{count} claims: 1 holds," in page.value("document.getElementById('claims').nextElementSibling.innerText")
     key = page.value("[...document.querySelectorAll('.key li')].map(one => one.innerText.trim())")
-    assert key == [f"1 {words}" for words, _ in VERDICTS.values()]
+    assert key == [f"1 {one}" for (one, _), _ in VERDICTS.values()]
     assert page.value(strip + ".every(part => document.getElementById(part.getAttribute('href').slice(1)))")
 
 

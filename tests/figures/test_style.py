@@ -87,6 +87,15 @@ def rows(figure):
     return said, list(csv.DictReader(io.StringIO("\n".join(lines[len(said) :]))))
 
 
+@pytest.mark.parametrize("values", [(0.0, 1e-7), (0.0, 1.1e6), (1e6, 1e6 + 1.0)])
+def test_no_power_of_ten_and_no_offset_stands_on_a_panels_letter(values):
+    with style.drawing():
+        figure, axes = plt.subplots()
+        axes.plot(values)
+        figure.draw_without_rendering()
+        assert axes.yaxis.get_offset_text().get_text() == ""
+
+
 @pytest.mark.parametrize("height", [1.4, 1.5, 1.52, 1.6, 2.0])
 def test_titles_of_panels_with_equal_scales_stay_in_the_picture(height):
     with style.drawing():

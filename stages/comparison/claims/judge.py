@@ -92,8 +92,8 @@ def another_biped(parameters: Parameters, keys: Iterable[str] = BIPED) -> tuple[
     differing = []
     for key in keys:
         (printed, source), (value, unit) = BIPED[key], found(parameters, key)
-        if value != printed:
-            differing.append(f"{key} is {quantity(value, unit)}, the paper has {quantity(printed, unit)} ({source})")
+        if (own := quantity(value, unit)) != (papers := quantity(printed, unit)):  # not in a last digit of round-off
+            differing.append(f"{key} is {own}, the paper has {papers} ({source})")
     further = () if keys is not BIPED else (key for key in parameters.biped.details if f"biped.{key}" not in BIPED)
     given = ((key, quantity(*found(parameters, f"biped.{key}"))) for key in further)
     return (*differing, *(f"biped.{key} is {value}, the paper's biped has none" for key, value in given))

@@ -14,6 +14,7 @@ from stages.biped.walk import Walk
 from stages.comparison.stride import NoEvidence
 from stages.contact_study.result import Result
 from stages.drawing import style
+from stages.figures.drawn.two_models import OVER
 from stages.figures.entry import Entry, Given
 from stages.ground.contact_law import ContactLaw
 from stages.ground.friction import friction_coefficient, normal_force
@@ -21,7 +22,7 @@ from stages.ground.friction import friction_coefficient, normal_force
 # Figure 4: the normal force laws: hardening spring, damping ramp, and the whole force when loading and unloading.
 
 EXPONENTS = (1.0, 1.5, 2.2, 3.0)
-RATE = 0.02  # m/s, so slow that the ground still pushes when it lets the foot out
+RATE = 0.01107  # leg lengths in a pendulum time, so slow that the ground still pushes when it lets the foot out
 
 
 def spring_force(law: ContactLaw, exponent: float, penetration: np.ndarray) -> np.ndarray:
@@ -38,6 +39,7 @@ def damping(law: ContactLaw, penetration: np.ndarray) -> np.ndarray:
 def draw_normal_force(given: Given) -> Figure:
     """The laws with the values of ground.yaml."""
     law = given.parameters.contact
+    speed = RATE * scales_of(given.parameters.biped, given.parameters.slope.gravity).size("m/s")
     figure, (spring, ramp, whole) = plt.subplots(1, 3, figsize=(style.TWO_COLUMNS, 2.4))
     depth = np.linspace(0.0, 1.3e-3, 400)
     for exponent, colour in zip(EXPONENTS, style.SEQUENCE):
@@ -60,12 +62,12 @@ def draw_normal_force(given: Given) -> Figure:
 
     for name, colour in (("impact", style.MULTIBODY), ("restitution", style.ANALYTIC)):
         one = dataclasses.replace(law, normal_force=name)
-        for rate, line in ((RATE, "-"), (0.0, ":"), (-RATE, "--")):
+        for rate, line in ((speed, "-"), (0.0, ":"), (-speed, "--")):
             label = name if rate > 0 else None
             force = normal_force(one, depth, np.full_like(depth, rate))
             whole.plot(1e3 * depth, 1e-3 * force, line, color=colour, label=label)
     whole.set(xlabel="penetration $p$ [mm]", ylabel="normal force $F_N$ [kN]")
-    for line, what in (("-", f"in at {1e3 * RATE:g} mm/s"), (":", "at rest"), ("--", "out at the same")):
+    for line, what in (("-", f"in at {1e3 * speed:.2g} mm/s"), (":", "at rest"), ("--", "out at the same")):
         whole.plot([], [], line, color="#555555", label=what)
     whole.legend(loc="upper left")
     style.panel_labels((spring, ramp, whole))
@@ -237,11 +239,12 @@ def draw_friction(given: Given) -> Figure:
 
     exact = constraint_force(given.analytic.walk)
     shown = exact[0] <= study.time[-1]
+    time = scales_of(given.parameters.biped, given.parameters.slope.gravity).time
     force.plot(exact[0][shown], exact[1][shown, 0], color=CONSTRAINT, linewidth=4, label="constraint model")
     for _, curve, colour, label in sets:
         force.plot(study.time, curve[:, 0], color=colour, linewidth=0.9, label=label)
     force.set_xlim(-0.01, study.time[-1])
-    quiet = exact[1][shown & (exact[0] > 0.02), 0]
+    quiet = exact[1][shown & (exact[0] > OVER * time), 0]
     reach = max(np.ptp(quiet), 0.1 * np.abs(quiet).max()) or 1.0
     force.set(
         ylim=(quiet.min() - 0.5 * reach, quiet.max() + 0.5 * reach),

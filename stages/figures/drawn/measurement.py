@@ -166,13 +166,13 @@ def agreement_rows(twin: Agreement, simple: Agreement, unit: str) -> list[tuple[
 
     return [
         ("agreement", "twin", "simple"),
-        row(f"RMSE [{unit}]", "rmse", ".2f"),
+        row(f"RMSE [{unit}]", "rmse", ".3g"),
         row("RMSE / range [%]", "nrmse", ".1f", 100),
         row("multiple correlation", "correlation", ".3f"),
         row("ICC(A,1)", "icc", ".3f"),
-        row(f"bias [{unit}]", "bias", "+.3f"),
-        row(f"upper limit of agreement [{unit}]", "upper_limit", "+.2f"),
-        row(f"lower limit of agreement [{unit}]", "lower_limit", "+.2f"),
+        row(f"bias [{unit}]", "bias", "+.2g"),
+        row(f"upper limit of agreement [{unit}]", "upper_limit", "+.3g"),
+        row(f"lower limit of agreement [{unit}]", "lower_limit", "+.3g"),
         row("inside the envelope [%]", "envelope_share", ".0f", 100),
     ]
 

@@ -43,7 +43,7 @@ def draw(given: Given) -> Figure:
     figure.legend(*falls.get_legend_handles_labels(), loc="outside upper center", ncols=len(MODELS), handlelength=1.0)
     for line, colour, name in zip(LINES, (style.ANALYTIC, style.MULTIBODY, style.TWIN), changed(given), strict=False):
         own = [row for row in found.norms if row.parameter == name]
-        norms.plot([row.share for row in own], [row.sensitivity_norm for row in own], line, color=colour,
+        norms.plot([row.share for row in own], [row.sensitivity_norm for row in own], line, color=colour, marker=".",
                    label=name.partition(".")[2].replace("_", " "))  # fmt: skip
     norms.set(xlabel="factor on the parameter [1]", ylabel="gait sensitivity norm [s/m]")
     norms.legend(loc="best")
@@ -108,7 +108,8 @@ def caption(given: Given) -> str:
         f"{first.ramp_steps + 1} sets of blocks.",
         f"The twin's are {', '.join(str(row.falls) for row in twins)} falls, from the least height." if twins else "",
         f"(c) The spread of a step's duration over the rms height, {found.sensitivity_norm:.3g} s/m for the design, is "
-        f"least with {best.parameter} times {best.share:.3g}: {best.sensitivity_norm:.3g} s/m." if best else "",
+        "least with " + ("it as it is." if best.share == 1.0 else
+                         f"{best.parameter} times {best.share:.3g}: {best.sensitivity_norm:.3g} s/m.") if best else "",
         of_front(given))))
 
 

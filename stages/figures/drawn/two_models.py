@@ -23,8 +23,8 @@ from stages.multibody.result import in_newtons
 LEG = 1
 
 
-#: The impact as it is shown, in pendulum times from heel strike.
-IMPACT = -0.005, 0.065
+#: The impact as it is shown, and when it is over, in pendulum times from heel strike.
+IMPACT, OVER = (-0.005, 0.065), 0.1086
 
 
 def contact(walk: Walk, leg: int, which: int) -> tuple[np.ndarray, np.ndarray]:
@@ -43,7 +43,10 @@ def contact(walk: Walk, leg: int, which: int) -> tuple[np.ndarray, np.ndarray]:
 
 def draw_ground_reaction(given: Given) -> Figure:
     """Normal and friction force of both models over one contact; a second row shows the impact at its own scale."""
-    ours, theirs = contact(given.analytic.walk, LEG, 0), contact(given.multibody.walk, LEG, -1)
+    walk = given.multibody.walk
+    limps = given.analytic.gait.steps > 1  # then one leg strikes harder: that one, as its peak is the caption's
+    leg = int(np.argmax(walk.ground_reaction[:, :, 1].max(axis=0))) if limps else LEG
+    ours, theirs = contact(given.analytic.walk, leg, 0), contact(walk, leg, -1)
     time = scales_of(given.parameters.biped, given.parameters.slope.gravity).time
     figure, axes = plt.subplots(2, 2, figsize=(style.TWO_COLUMNS, 3.9), sharex="col")
     for row, (column, name) in enumerate(((1, "normal force $F_N$ [N]"), (0, "friction force $F_T$ [N]"))):
@@ -55,7 +58,7 @@ def draw_ground_reaction(given: Given) -> Figure:
                 (theirs, {"color": style.MULTIBODY, "label": "penalty contact (Exudyn)", "linewidth": 0.9}),
             ):
                 part.plot(scale * shown[0], shown[1][:, column], **look)
-        contact_phase = ours[1][ours[0] > 0.02, column]
+        contact_phase = ours[1][ours[0] > OVER * time, column]
         low, high = contact_phase.min(), contact_phase.max()
         margin = 0.6 * (high - low)
         whole.set(ylim=(min(low - margin, 0 - 0.1 * margin), high + margin), ylabel=name)
