@@ -160,7 +160,8 @@ def made_by(study: Study, name: str) -> Entry | None:
 def together(study: Study, names: Sequence[str]) -> bool:
     """Whether the results of these stages, as they lie there, were computed from the same parameters, code and inputs.
 
-    They were not if any that they follow from was computed anew since.
+    They were not if any that they follow from was computed anew since. A null is no value: one stage keeps it as it is
+    where another has what it stands for.
     """
     entries = [made_by(study, name) for name in (study.graph.needed_for(tuple(names)) if len(names) > 1 else names)]
     one: dict[tuple[str, ...], object] = {}
@@ -171,7 +172,7 @@ def together(study: Study, names: Sequence[str]) -> bool:
                  if kind != "inputs" or name.startswith("results/")}  # fmt: skip
         parts |= {("inputs", path): out.content for path, out in entry.outs.items()}
         parts |= {(file, key): value for file, own in entry.ingredients["parameters"].items()
-                  for key, value in own.items()}  # fmt: skip
+                  for key, value in own.items() if value is not None}  # fmt: skip
         if any(one.setdefault(name, value) != value for name, value in parts.items()):
             return False
     return True

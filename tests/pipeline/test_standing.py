@@ -62,6 +62,21 @@ def test_results_of_one_run_belong_together_until_one_is_computed_anew(done):
     assert not together(done.study(), ["fall", "bounce"]) and together(done.study(), ["bounce"])
 
 
+def test_a_null_that_one_stage_keeps_and_another_fills_tells_nothing_apart(toy):
+    """Of every robot's comparison: figure 8 alone had no caption, though all was current."""
+    toy.edit("params/ground.yaml", "{value: 9.81,", "{value: null,")
+    for name in ("fall", "bounce"):
+        toy.edit(f"PACKAGE/{name}/parameters.py", "gravity: float =", "gravity: float | None =")
+    toy.edit("PACKAGE/fall/parameters.py", "    gravity: Gravity\n    settings: Settings\n",
+             "    gravity: Gravity\n    settings: Settings\n\n    def __post_init__(self):\n"
+             "        object.__setattr__(self, 'gravity', Gravity(self.gravity.gravity or 9.81))\n")
+    toy.run()
+    assert together(toy.study(), ["fall", "bounce"])
+    toy.edit("params/ground.yaml", "{value: null,", "{value: 1.6,")
+    toy.run(names=("fall",))
+    assert not together(toy.study(), ["fall", "bounce"])
+
+
 def test_a_figure_has_the_parameters_of_its_results_and_says_what_they_are_not(toy):
     """Gravity is a parameter of the figure and of the result that it shows."""
     toy.edit("dvc.yaml", "- params/picture.yaml:", "- params/picture.yaml:\n      - params/ground.yaml: [gravity]")
