@@ -38,7 +38,7 @@ def on_a_ramp(validity: Validity, stable: bool, cycle: int = 0) -> OnARamp:
     ground = f"the ground has {validity.friction_there_is:.3g}"
     pulled = validity.impulse_normal_trailing < 0.0 or trailing == math.inf
     outside = validity.time_outside_cone
-    why = f"the impulse there needs friction {trailing:.3g} and {ground}" if trailing > there_is else (
+    why = f"the impulse there needs friction {float(f'{trailing:.3g}'):g} and {ground}" if trailing > there_is else (
         f"it needs more friction than there is in {100.0 * outside:.2g} % of double stance")
     against = (
         (not stable, "a step enlarges what disturbs it"
