@@ -108,6 +108,17 @@ def test_the_order_of_rows_and_repeated_ones_are_counted_and_change_nothing(kind
     np.testing.assert_allclose(clock_error(0, rows), clock_error(0))
 
 
+@pytest.mark.parametrize("number", [0.0, 12345.0, 65535.0])
+def test_one_packet_with_another_number_is_left_out(number: float) -> None:
+    """The other packets' numbers stay: it was taken for restarts, or for the newest packet."""
+    whole = recording_of(sent(0))
+    wrong = whole.packet == whole.packet[150]
+    found = index_samples(dataclasses.replace(whole, packet=np.where(wrong, number, whole.packet)))
+    left = index_samples(whole.take(~wrong))
+    assert (found.resets, found.lost_packets, found.unusable_rows) == (0, left.lost_packets, wrong.sum())
+    np.testing.assert_array_equal(found.index, left.index)
+
+
 def test_losses_are_counted_exactly_and_without_a_counter_not_guessed() -> None:
     packet = np.unique(sent(0).row // 3)
     missing = packet[-1] - packet[0] + 1 - len(packet)

@@ -79,6 +79,18 @@ def unwrap_counter(counter: np.ndarray, modulus: int | None) -> tuple[np.ndarray
     return np.repeat(segments, lengths), np.repeat(numbers, lengths)
 
 
+def misread(counter: np.ndarray) -> np.ndarray:
+    """Which rows (n,), in order of arrival, bear a packet's number that is far from those before and after, which go on
+    beside it: no number of a late packet, which is missing among those before, but of none."""
+    starts = np.flatnonzero(np.diff(counter, prepend=np.nan) != 0)
+    packets, (_, which, often) = counter[starts], np.unique(counter[starts], return_inverse=True, return_counts=True)
+    before, number, after = packets[:-2], packets[1:-1], packets[2:]
+    late = (often[which][1:-1] == 1) & (number > packets[:1]) & (number < before)
+    alone = np.zeros(len(packets), dtype=bool)
+    alone[1:-1] = (np.abs(after - before) <= LOOK_AHEAD) & (np.abs(number - before) > REORDER_WINDOW) & ~late
+    return np.repeat(alone, np.diff(np.append(starts, len(counter))))
+
+
 def _restarted(upcoming: np.ndarray, raw: int, newest: int, seen: set[int], wraps: int) -> bool:
     below = upcoming <= newest
     if below.sum() <= len(upcoming) // 2:
@@ -102,10 +114,12 @@ def index_samples(recording: Recording) -> IndexedRecording:
     recording, stamp = recording.take(first), stamp[first]
     batch, position = _positions(recording)
     order = arrival_order(recording.packet, stamp) if stamp_name != "none" else np.arange(recording.rows)
+    order = order[~misread(recording.packet[order])]
     segment, packet = unwrap_counter(recording.packet[order].astype(np.int64), recording.device.counter_modulus)
     index = packet * batch + position[order]
     rank = np.argsort(order[np.lexsort((index, segment))])
-    late, unusable = int((rank < np.maximum.accumulate(rank)).sum()), int((~usable).sum())
+    late = int((rank < np.maximum.accumulate(rank)).sum())
+    unusable = int((~usable).sum()) + recording.rows - len(order)
     return numbered(recording.take(order), segment, index, batch, BY_COUNTER, exact, late, unusable, sent_again)
 
 
