@@ -70,14 +70,14 @@ class Result:
     values: np.ndarray = quantity(
         "-", "period [s], step frequency [Hz], step length [m], speed [m/s], peak force [N] and magnitude of the "
         "largest multiplier, by constraint model, constraint model in detail, penalty walker, twin",
-        dimensions=("rung", "design", "measure"))
+        dimensions=("ladder", "design", "measure"))
     solver_errors: np.ndarray = quantity(
         "-", "what the solver's error leaves of them, from a second search at ten times the tolerance",
-        dimensions=("rung", "design", "measure"))
+        dimensions=("ladder", "design", "measure"))
     at_the_design: np.ndarray = quantity(
         "-", "errors of the measures at the study's own design: what the solver leaves, the median of the draws; the "
         "model's bias, by which an answer is corrected; what the model may miss beside it; shares, but of multipliers",
-        dimensions=("rung", "measure", "part"))
+        dimensions=("ladder", "measure", "part"))
     without_gait: tuple[str, ...] = quantity("-", "designs of which a rung has no gait, and why")
     stability: Stability | None = quantity(
         "-", "whether the gait of the study's own design is stable; none where no model has an error that is known",
