@@ -83,13 +83,21 @@ def test_continue_follows_the_gait_to_both_limits_and_says_how_far_it_is(found):
     assert asking.fractions and all(0 < fraction <= 1 for fraction in asking.fractions)
 
 
-@pytest.mark.parametrize("heavier", [0.0, 1e-4])
-def test_a_familys_period_over_its_steps_is_that_of_a_step(heavier, found, monkeypatch):
-    """Of legs that differ it said a cycle of 1, beside the duration of two steps."""
+@pytest.mark.parametrize(("heavier", "parameter", "limits", "steps"), [
+    (0.0, "ground.slope_deg", (1.99, 2.01), 1),
+    (1e-4, "ground.slope_deg", (1.99, 2.01), 2),
+    (0.0, "biped.other_foot_mass", (0.335, 0.3351), 2)])
+def test_a_familys_period_over_its_steps_is_that_of_a_step(heavier, parameter, limits, steps, found, monkeypatch):
+    """Of legs that differ it said a cycle of 1, beside the duration of two steps; of legs that are alike at the limit
+    too, where the gait stood twice, and nothing was drawn.
+    """
     other = dataclasses.replace(TABLE_1, other_foot_mass=TABLE_1.foot_mass * (1.0 + heavier))
     monkeypatch.setitem(globals(), "PARAMETERS", dataclasses.replace(PARAMETERS, biped=other))
-    answer, _ = answered(continue_gait, parameter="ground.slope_deg", limits=(1.99, 2.01))
-    steps, period = 1 + (heavier > 0), found[1].period * found[0].time
+    answer, _ = answered(continue_gait, parameter=parameter, limits=limits)
+    period, drawn = found[1].period * found[0].time, []
+    answer.draw(drawn.append)
+    values = [row["value"] for row in answer.rows]
+    assert drawn and sorted(set(values)) == values
     assert answer.lines[0].startswith(f"cycle of {steps}: ") and {row["cycle"] for row in answer.rows} == {steps}
     for branch in answer.plain["branches"]:
         assert all(point["period_s"] / branch["cycle"] == pytest.approx(period, rel=2e-3) for point in branch["points"])
@@ -134,8 +142,8 @@ def test_a_special_point_of_a_family_is_neither_stable_nor_unstable():
 def test_a_family_reaches_as_far_as_its_turning_points():
     """It was said to reach as far as the last gait before them."""
     points = [BranchPoint(value, np.zeros(1), np.zeros(1), 1.0, np.zeros(2)) for value in (1.0, 2.0, 1.5, 2.1)]
-    branch = Branch("ground.slope_deg", 1, tuple(points[:3]), ((TURNING_POINT, points[3]),), "here")
-    assert next(continue_gait.branch_lines(branch, 1)).startswith("cycle of 1: ground.slope_deg 1 to 2.1, 3 gaits, ")
+    branch = Branch("ground.slope_deg", 1, 1, tuple(points[:3]), ((TURNING_POINT, points[3]),), "here")
+    assert next(continue_gait.branch_lines(branch)).startswith("cycle of 1: ground.slope_deg 1 to 2.1, 3 gaits, ")
 
 
 def test_basin_counts_the_starts_that_reach_the_gait(found):

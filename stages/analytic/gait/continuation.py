@@ -50,10 +50,15 @@ SpecialPoint = tuple[str, BranchPoint]
 
 @dataclass(frozen=True)
 class Branch:
-    """A family of `cycle`-step gaits over the parameter `name`, in order along the curve, and why it ends."""
+    """A family of gaits over the parameter `name`, in order along the curve, and why it ends.
+
+    They repeat after `cycle` steps, or so many strides of legs that differ: after `steps` steps, also where these are
+    alike at one value alone.
+    """
 
     name: str
     cycle: int
+    steps: int
     points: tuple[BranchPoint, ...]
     special: tuple[SpecialPoint, ...]
     ended: str
@@ -274,7 +279,7 @@ class Follower:
         while not ended and self.step >= SMALLEST_STEP and len(self.points) < most_points:
             ended = self.next(progress)
         why = f"{most_points} points" if len(self.points) >= most_points else self.ended
-        return Branch(curve.name, curve.cycle, tuple(self.points), tuple(self.special), ended or why)
+        return Branch(curve.name, curve.cycle, curve.steps, tuple(self.points), tuple(self.special), ended or why)
 
     def next(self, progress: Progress) -> str:
         """Take the next point, or a shorter step after a refusal; why the branch ends there, if it does."""
@@ -294,7 +299,7 @@ class Follower:
         self.special += [(kind, point) for kind, point in crossed if self.limits[0] <= point.value <= self.limits[1]]
         limit = min(max(point.value, self.limits[0]), self.limits[1])
         if limit != point.value:
-            self.points += on_limit(curve, last, point, limit)
+            self.points += on_limit(curve, last, point, limit) if limit != last.value else []
             return "the limit of the parameter"
         self.points.append(point)
         if self.closes():
@@ -347,7 +352,7 @@ def doubled_family(
     """
     span, cycle, z = max(abs(point.value) for point in branch.points), 2 * branch.cycle, doubling.z
     there = design.with_value(branch.name, doubling.value).walker()
-    _, derivative = iterate(there, z, branch.cycle * there.gait_steps, tolerance)
+    _, derivative = iterate(there, z, branch.steps, tolerance)
     values, vectors = np.linalg.eig(derivative)
     direction = np.real(vectors[:, int(np.argmin(np.abs(values + 1)))])
     direction /= np.linalg.norm(direction) * np.sign(direction[np.abs(direction).argmax()])
@@ -359,7 +364,7 @@ def doubled_family(
             point, sign = min(found, key=lambda one: one[0].half_cycle_move)
             start = point.z
             if (start - z) @ direction < 0.0:  # which half comes first is not left to where Newton's method led
-                start = point.steps[branch.cycle * there.gait_steps - 1].z
+                start = point.steps[branch.steps - 1].z
             return continue_gait(
                 sides[sign], branch.name, limits, start, tolerance, cycle=cycle, upward=sign > 0,
                 largest_step=largest_step / cycle, progress=progress)
@@ -379,7 +384,7 @@ def follow_family(
     if whole.ended != CLOSED:
         down, up = whole, follow(upward=True)
         points, special = (*reversed(down.points), *up.points[1:]), (*reversed(down.special), *up.special)
-        whole = Branch(name, 1, points, special, f"{down.ended}; {up.ended}")
+        whole = Branch(name, 1, down.steps, points, special, f"{down.ended}; {up.ended}")
     branches = [whole]
     for _ in range(doublings):
         newest = [known for known in branches if known.cycle == branches[-1].cycle]
@@ -421,7 +426,7 @@ def _steps(
     rows = []
     for point in points:
         walker, z, row = design.with_value(branch.name, point.value).walker(), point.z, []
-        for _ in range(branch.cycle * walker.gait_steps):
+        for _ in range(branch.steps):
             step = poincare_map(walker, z, tolerance)
             row.append((step.period * walker.time, -z[0], step.double_stance * walker.time))
             z, walker = step.z, walker.exchanged

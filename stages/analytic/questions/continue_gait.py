@@ -53,23 +53,21 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         with style.drawing():
             save(families.draw_families(found, f"{name} [{design.unit(name)}]", here))
 
-    with_steps = [(branch.cycle * design.with_value(name, branch.points[0].value).walker().gait_steps, branch)
-                  for branch in branches]  # a gait of legs that differ has two steps
-    lines = [line for steps, branch in with_steps for line in branch_lines(branch, steps)]
-    rows = [{"cycle": steps, **point_as_plain(point)} for steps, branch in with_steps for point in branch.points]
+    lines = [line for branch in branches for line in branch_lines(branch)]
+    rows = [{"cycle": branch.steps, **point_as_plain(point)} for branch in branches for point in branch.points]
     plain = {"parameter": name, "branches": [
-        {"cycle": steps, "ended": branch.ended, "points": list(map(point_as_plain, branch.points)),
+        {"cycle": branch.steps, "ended": branch.ended, "points": list(map(point_as_plain, branch.points)),
          # a multiplier on the unit circle is inside or outside of it by round-off
          "special": [{"kind": kind, **point_as_plain(point), "stable": None} for kind, point in branch.special]}
-        for steps, branch in with_steps]}
+        for branch in branches]}
     return Answer(lines, plain, draw=draw, rows=rows)
 
 
-def branch_lines(branch: Branch, steps: int) -> Iterator[str]:
-    """A family in words, whose gaits repeat after so many steps."""
+def branch_lines(branch: Branch) -> Iterator[str]:
+    """A family in words."""
     found = [point.value for point in (*branch.points, *(turn for _, turn in branch.special))]
     yield (
-        f"cycle of {steps}: {branch.name} {min(found):.9g} to {max(found):.9g}, {len(branch.points)} gaits, "
+        f"cycle of {branch.steps}: {branch.name} {min(found):.9g} to {max(found):.9g}, {len(branch.points)} gaits, "
         f"{sum(point.stable for point in branch.points)} stable; ends: {branch.ended}"
     )
     for kind, point in branch.special:
