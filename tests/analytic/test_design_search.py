@@ -53,6 +53,16 @@ def test_the_search_beats_every_design_of_a_grid(start):
     assert found.best.largest_multiplier < found.start.largest_multiplier - 0.01
 
 
+def test_a_number_below_zero_has_a_range_and_ends_at_the_bound_that_is_said(start):
+    """Its range was refused, since "its value is 0"; of its own bounds the lower one was called upper."""
+    name, design = "biped.foot_offset", DESIGN.with_value("biped.foot_offset", -1e-4)
+    bounds = dict([design_question.bounds_of(design, name, 0.2, [name])])
+    assert bounds[name] == pytest.approx((-1.2e-4, -0.8e-4), rel=1e-12)
+    (found,) = search_design(design, start, bounds, tolerance=TOLERANCE, goal="speed")
+    reached = bounds[name].index(pytest.approx(found.best.design.value(name), rel=1e-9))
+    assert found.bounds == {name: ("lower", "upper")[reached]} and found.gain == pytest.approx(0.0, abs=1e-12)
+
+
 def test_an_optimum_inside_the_bounds_is_one(start):
     """Leg length alone: two multipliers cross inside the bounds, so the optimum is a kink."""
     bounds = within(0.05, "biped.leg_length")

@@ -121,7 +121,7 @@ class DesignSearch:
 
 
 class Problem:
-    """Parameters `names` in relative units x (1 = start value), with bounds, targets and a goal to be least."""
+    """Parameters `names` in relative units x (sizes of start values), with bounds, targets and a goal to be least."""
 
     def __init__(
         self,
@@ -137,9 +137,8 @@ class Problem:
         low, high = np.array(list(targets.values())).reshape(-1, 2).T
         self.middles, self.room = (low + high) / 2, (high - low) / (high + low)
         self.goal, self.sign = goal, -1.0 if maximise else 1.0
-        self.scale = np.array([design.value(name) or max(map(abs, bounds[name])) for name in self.names])
-        limits = np.array([bounds[name] for name in self.names]) / self.scale[:, None]
-        self.lower, self.upper = limits.min(axis=1), limits.max(axis=1)
+        self.scale = np.array([abs(design.value(name)) or max(map(abs, bounds[name])) for name in self.names])
+        self.lower, self.upper = np.array([bounds[name] for name in self.names]).T / self.scale
         self.unit, self.gaits, self.derivatives = 1.0, 0, 0
         self.latest: tuple[Candidate, tuple[np.ndarray, np.ndarray] | None] | None = None
 

@@ -222,7 +222,7 @@ def bounds_of(design: DesignPoint, text: str, share: float, known: Collection[st
     except KeyError as error:
         raise WrongOption(error.args[0]) from None
     refuse((name not in known, f"--vary {name}: this gait has no such number; it has {', '.join(known)}"))
-    low, high = interval(limits, f"--vary {name}") if given else ((1 - share) * value, (1 + share) * value)
+    low, high = interval(limits, f"--vary {name}") if given else sorted(((1 - share) * value, (1 + share) * value))
     refuse(*((not allowed.holds(limit), f"--vary {name}: {limit:g} is not allowed; allowed is {allowed}")
              for limit in (low, high)),
            (not low < high, f"--vary {name}: its value is 0, so its range needs bounds, as {name}=0:0.001"))
