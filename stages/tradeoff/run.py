@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stages.analytic.errors import StepFailed
+from stages.analytic.model.stiffness import attainable_tolerance
 from stages.analytic.result import Inputs, Result as Analytic
 from stages.biped.design import BeyondModel, Biped, require_own_strikes
 from stages.biped.processes import Progress, ignore
@@ -164,7 +165,8 @@ def constraint_plan(
     usual = parameters.constraint.tolerance
     tolerances = sorted({usual, *(10.0**-n for n in range(3, 14))}, reverse=True)
     compiled = [compiled_way(at, value, DEFAULT if value == usual else "") for value in tolerances]
-    return Plan(compiled_way(at, 1e-14), compiled_way(at, 1e-13), independent, (*compiled, *others))
+    finest = attainable_tolerance(at.walker.p, 1e-14)  # at smaller ones walks are the same
+    return Plan(compiled_way(at, finest), compiled_way(at, 10 * finest), independent, (*compiled, *others))
 
 
 def projected_plan(parameters: Parameters) -> Plan:
