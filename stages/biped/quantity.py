@@ -109,8 +109,9 @@ def count_of(number: int, what: str) -> str:
     return f"{number} {what}{'s' * (number != 1)}"
 
 
-#: Why what a search leaves, and what is counted, has no numerical error.
+#: Why what a search leaves, what is counted, and what is set has no numerical error.
 LEFT, COUNTED = "it is what a solver leaves, an error itself", "it is a count, no number of the gait"
+GIVEN = "it is a setting"
 
 
 def quantity(

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stages.biped.quantity import COUNTED, quantity
+from stages.biped.quantity import COUNTED, GIVEN, quantity
 from stages.ground.contact_law import ContactLaw
 from stages.studies.result import COMPLETED, EngineAgreement, Table, shown
 
@@ -96,10 +96,14 @@ class RigidLimit:
 class Candidates:
     """The contact sets that the search tried, one a row, over one step from the rigid limit; NaN as in `Distance`."""
 
-    contact_stiffness: np.ndarray = quantity("N/mm^e", "stiffness of the normal force, shape (c,)", symbol="k_c")
-    contact_damping: np.ndarray = quantity("N s/m", "largest contact damping, shape (c,)", symbol="c_max")
-    damping_depth: np.ndarray = quantity("m", "penetration at which the damping is complete, shape (c,)", symbol="d")
-    stiction_velocity: np.ndarray = quantity("m/s", "slip speed of greatest friction, shape (c,)", symbol="v_s")
+    contact_stiffness: np.ndarray = quantity(
+        "N/mm^e", "stiffness of the normal force, shape (c,)", symbol="k_c", without_error=GIVEN)
+    contact_damping: np.ndarray = quantity(
+        "N s/m", "largest contact damping, shape (c,)", symbol="c_max", without_error=GIVEN)
+    damping_depth: np.ndarray = quantity(
+        "m", "penetration at which the damping is complete, shape (c,)", symbol="d", without_error=GIVEN)
+    stiction_velocity: np.ndarray = quantity(
+        "m/s", "slip speed of greatest friction, shape (c,)", symbol="v_s", without_error=GIVEN)
     outcome: tuple[str, ...] = quantity("-", "completed, too dear, or why the step ended early")
     hip_position: np.ndarray = quantity("m", "largest hip position difference in x and y, shape (c, 2)")
     hip_velocity: np.ndarray = quantity("m/s", "largest hip velocity difference in x and y, shape (c, 2)")
@@ -304,8 +308,8 @@ def _differences(one: Distance | HardLimit) -> tuple[float, ...]:
 
 
 def search_table(c: Candidates) -> Table:
-    """The best sets of the search."""
-    best = np.argsort(c.score, kind="stable")[:BEST]
+    """The best sets of the search, of those that have a score."""
+    best = np.argsort(c.score, kind="stable")[: min(BEST, np.isfinite(c.score).sum())]
     split = tuple(f"{part} {unit}" for unit in ("mm", "mm/s") for part in PARTS)
     heads = (*LAWS, "hip mm", "hip mm/s", *split, "evaluations", "score")
     return f"The {len(best)} best of {len(c.outcome)} sets searched", heads, [

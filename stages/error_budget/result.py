@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stages.biped.quantity import quantity
+from stages.biped.quantity import GIVEN, quantity
 from stages.studies.result import COMPLETED, EngineAgreement, Table, shown
 
 CREEP, IMPACT = "creep below v_s", "impact of finite stiffness"
@@ -137,7 +137,7 @@ class Shares(NamedTuple):
 class Convergence:
     """How limits are approached: rows with both effects off, impact off, creep off, columns as in a curve."""
 
-    share: float = quantity("1", "the last share", symbol="s")
+    share: float = quantity("1", "the last share", symbol="s", without_error=GIVEN)
     order: np.ndarray = quantity("1", "order in the share that three shares show in the rms, shape (3, 4)")
     missed: np.ndarray = quantity("m, m/s", "rms of the last share less what the other two predict, shape (3, 4)")
 

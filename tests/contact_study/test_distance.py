@@ -7,7 +7,7 @@ import pytest
 
 from stages.contact_study import rigid_limit
 from stages.contact_study.one_step import constraint_model, measure, take_step
-from stages.contact_study.result import TOO_DEAR
+from stages.contact_study.result import TOO_DEAR, search_table
 from stages.contact_study.rigid_limit import (
     NOT_SOUGHT,
     choose,
@@ -23,7 +23,7 @@ from stages.ground.contact_law import family_member
 from stages.planar.run import STEP_FLOOR
 from stages.planar.section import NoLimitCycle
 from stages.studies.result import COMPLETED
-from tests.contact_study.made_up import make_distance
+from tests.contact_study.made_up import make_candidates, make_distance
 
 TIME = np.linspace(0.0, 1.0, 101)
 
@@ -228,3 +228,9 @@ def test_laws_that_differ_in_what_they_do_not_use_are_one(parameters, default):
 def test_scores_are_infinite_where_nothing_is_known(default):
     assert unmeasured(default, "fell", 0).score == np.inf
     assert make_distance(default, 1e-3).score == pytest.approx(20.0)
+
+
+def test_the_best_sets_are_those_that_have_a_score(default):
+    """Sets that are too dear, without a number, stood among the twelve best."""
+    title, _, rows = search_table(make_candidates(default, 1e-4))
+    assert title == "The 2 best of 3 sets searched" and [row[-1] for row in rows] == [0.5, 1.0]

@@ -21,7 +21,8 @@ from pipeline.study import Study
 from stages.biped.accuracy.tolerances import CLOSER, CUSTOM
 from stages.biped.quantity import quantity
 from stages.comparison.claims import judge
-from stages.contact_study.result import RigidLimit
+from stages.contact_study.result import Candidates, RigidLimit
+from stages.error_budget.result import Convergence
 from stages.imu.trial.agreement import Agreement
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -88,8 +89,10 @@ def test_what_the_solver_chooses_has_no_error_and_says_why():
         assert file["time"].attrs["numerical_error"] == SAFE * 0.5
 
 
-@pytest.mark.parametrize(("result", "name"), [(RigidLimit, "most_evaluations"), (Agreement, "envelope_share")])
-def test_what_is_counted_in_steps_has_no_error_of_round_off(result, name):
+@pytest.mark.parametrize(("result", "name"), [
+    (RigidLimit, "most_evaluations"), (Agreement, "envelope_share"),
+    (Candidates, "damping_depth"), (Candidates, "stiction_velocity"), (Convergence, "share")])
+def test_what_is_counted_or_set_has_no_error_of_round_off_or_of_numbers_beside_it(result, name):
     assert result.__dataclass_fields__[name].metadata["without_error"]
 
 

@@ -104,7 +104,7 @@ def test_rigid_legs_are_walked_once_and_confirmed(parameters):
 
 
 def test_the_second_setting_is_another_walk_however_stiff_the_legs(parameters, analytic):
-    """With half of the dampers round-off ends at 1.7e-13: at 1e-14 and 1e-13 the walk was one, and its error nothing."""
+    """With weak dampers round-off ends at 1.7e-13: at 1e-14 and 1e-13 the walk was one, and its error nothing."""
     plan = next(constraint_plans(changed(parameters, damping=25.0, walked_steps=2), analytic))
     reference, _ = measure(dataclasses.replace(plan, ways=()))
     assert 1e-15 < reference.second_differs.hip_position < 1e-11
