@@ -11,7 +11,7 @@ import pytest
 
 from stages.campaign.parameters import Parameters
 from stages.campaign.twin_run import TwinRun
-from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS
+from stages.imu.judgement.verdict import ACCEPTED, REFUSED, WITH_REMARKS, Finding, Verdict
 from stages.imu.sources.opening import SourceRefused
 from stages.imu.sources.units import scale_of
 from stages.imu.strikes.step_times import INNER
@@ -240,6 +240,12 @@ def test_a_robot_that_is_not_its_drawings_is_said_and_its_step_has_an_error_that
     report = trial.report()
     assert report.step_length_drawing_error / report.step_length == pytest.approx(0.1, abs=0.02)
     assert report.step_length_error > report.step_length_drawing_error
+
+
+def test_what_follows_from_a_frame_is_not_trusted_where_it_is_not() -> None:
+    """Exchanged columns of a gyroscope left 2 of 30 recordings with a wrong frame named, and its force not."""
+    assert Verdict((Finding(False, ("foot frame",), ""),)).not_trusted == (
+        "foot frame", "foot force", "leg angle", "step length")
 
 
 def test_strikes_in_holes_are_not_trusted(log: Log) -> None:

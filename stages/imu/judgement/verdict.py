@@ -10,7 +10,8 @@ CLOCK, FREQUENCY, STRIKES, LEGS, LAG, LEVER = (
 )  # fmt: skip
 FRAME, FORCE, RATE = "frame", "force", "rate"
 
-#: What follows from others: not to be trusted where one of those is not, at either place.
+#: What follows from others: not to be trusted where one of those is not, at either place. A sensor's force does from
+#: its frame.
 LEG_ANGLE, STEP_LENGTH = "leg angle", "step length"
 FOLLOWS = ((LEG_ANGLE, (FRAME, RATE, LAG, CLOCK)), (STEP_LENGTH, (LEG_ANGLE, STRIKES, LEGS)))
 
@@ -46,6 +47,7 @@ class Verdict:
     def not_trusted(self) -> tuple[str, ...]:
         """Quantities that the remarks are about, and what follows from them, each once."""
         names = [name for one in self.findings if not one.refused for name in one.about]
+        names += [name.replace(FRAME, FORCE) for name in names if name.endswith(FRAME)]
         for name, origins in FOLLOWS:
             names += [name] if any(one.removeprefix("hip ").removeprefix("foot ") in origins for one in names) else []
         return tuple(dict.fromkeys(names))
