@@ -175,7 +175,7 @@ def held_out(
 def followed(
     design: DesignPoint, run: MeasuredRun, fit: FittedRun, model: Model, settings: Settings, truth: RunTruth | None
 ) -> Followed | None:
-    """What was known after each sample of the hip; None where the robot cannot be followed."""
+    """What was known after each sample of the hip; None where the robot cannot be followed to a forecast."""
     mounting = np.array([(fit.unknowns[model.layout.place(name)], sd)
                          for name, sd in zip(OF_MOUNTING, MOUNTED, strict=True)])  # fmt: skip
     there = mounted(model, mounting, fit.wider)
@@ -187,7 +187,7 @@ def followed(
     instants = list[Instant]()
     with contextlib.suppress(StepFailed):  # as far as it goes
         instants.extend(follow(follower, run))
-    if not instants:
+    if not any(math.isfinite(one.strike) for one in instants):
         return None
     entry = [0 if one.leg == 0 else len(one.state) // 4 for one in instants]  # theta, or psi of the leg that swings
     sign = np.where(np.array(entry) == 0, -1.0, 1.0)

@@ -520,7 +520,7 @@ def test_a_robot_file_signed_anew_with_what_no_fit_leaves_is_refused(where, valu
 
 
 @pytest.mark.slow
-def test_a_run_of_the_study_is_followed_beside_the_truth():
+def test_a_run_of_the_study_is_followed_beside_the_truth(monkeypatch):
     """Angles are off by as much as they say; without a truth there is none."""
     run, design, unknowns = made(5, 7)
     robot, fitted = model()
@@ -538,3 +538,6 @@ def test_a_run_of_the_study_is_followed_beside_the_truth():
     off = (found.angle - np.interp(found.time, found.true_time, found.true_angle)) / found.angle_sd
     assert len(off) > 150 and np.abs(found.true_angle).max() > 0.2 and np.mean(off[5:-5] ** 2) < 4.0
     assert len(followed(design, run, fit, fitted, SETTINGS, None).true_time) == 0
+    monkeypatch.setattr("stages.calibration.run.follow", lambda *given: (
+        dataclasses.replace(one, strike=math.nan) for one in follow(*given)))  # fmt: skip
+    assert followed(design, run, fit, fitted, SETTINGS, truth) is None, "lost before a strike is forecast"
