@@ -179,7 +179,9 @@ def _ending(error: BaseException) -> tuple[int, tuple[str, ...]]:
         return error.exit_code, ()
     if isinstance(error, click.UsageError):
         where = error.ctx.command_path if error.ctx else "bipedstudy"
-        return BAD_INPUT, (f"{error.format_message().rstrip('.')} (see {where} --help)",)
+        number = isinstance(error, click.NoSuchOption) and error.option_name.lstrip("-")[:1].isdigit()
+        hint = "; what begins with a minus stands after -- and behind all options" if number else ""
+        return BAD_INPUT, (f"{error.format_message().rstrip('.')}{hint} (see {where} --help)",)
     if isinstance(error, click.ClickException):
         return BAD_INPUT, (error.format_message(),)
     if isinstance(error, BrokenPipeError):

@@ -143,6 +143,7 @@ WRONG = {
     "run": "Missing argument 'STAGE...' (see bipedstudy run --help)",
     "run-all --jobs 0": "Invalid value for '--jobs' / '-j': 0 is not in the range x>=1",
     "run-all --job 2": "No such option",
+    "run -1:2": "No such option '-1'; what begins with a minus stands after -- and behind all options (see ",
     "run-all --params nowhere": "--params nowhere: there is no such folder\n",
     "status --params dvc.yaml": "--params dvc.yaml: there is no such folder\n",
     "run-all --results ''": "run-all --results '': ends with an empty value",
