@@ -109,6 +109,11 @@ def count_of(number: int, what: str) -> str:
     return f"{number} {what}{'s' * (number != 1)}"
 
 
+def written_out(number: float, digits: int = 3) -> str:
+    """So many digits of a number, up to a million without a power of ten."""
+    return f"{float(f'{number:.{digits}g}'):g}"
+
+
 #: Why what a search leaves, what is counted, and what is set has no numerical error.
 LEFT, COUNTED = "it is what a solver leaves, an error itself", "it is a count, no number of the gait"
 GIVEN = "it is a setting"

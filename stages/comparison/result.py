@@ -145,12 +145,12 @@ def tables_of(
 def counted(verdicts: list[str]) -> str:
     """How many claims have each verdict that occurs."""
     count = verdicts.count
-    many = [f"{count(one)} {COUNTED[one][count(one) > 1]}" for one in VERDICTS if one in verdicts]
+    many = [f"{count(one)} {IN_WORDS[one][count(one) > 1]}" for one in VERDICTS if one in verdicts]
     return f"of {len(verdicts)} claims " + ", ".join(many)
 
 
 #: Verdicts of one claim, and of several.
-COUNTED = dict(zip(VERDICTS, (
+IN_WORDS = dict(zip(VERDICTS, (
     ("holds", "hold"), ("holds on a condition", "hold on a condition"), ("does not hold", "do not hold"),
     ("is not decided at this accuracy", "are not decided at this accuracy"), ("stays open", "stay open"),
     ("does not apply", "do not apply")), strict=True))  # fmt: skip

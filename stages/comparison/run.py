@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from stages.biped.processes import Progress, ignore
+from stages.biped.quantity import written_out
 from stages.biped.walk import largest_of_a_step, require
 from stages.comparison.claims.judge import another_biped, judge
 from stages.comparison.claims.numerics import constraints_reduce_effort
@@ -120,7 +121,7 @@ def headlines(biped: BipedSummary, determined: Mapping[str, Determinants], claim
         f"Its gait is {stable}: a small disturbance {'shrinks' if biped.multiplier < 1 else 'grows'} to "
         f"{biped.multiplier:.2f} of its size with each step"
         f"{f'; the twin of it is {twins}, with {biped.twin_multiplier:.2f} in the plane' * other}.",
-        *([f"Step frequencies differ by at most {float(f'{spread:.2g}'):g} %: {listed}."] if len(found) > 1 else []),
+        *([f"Step frequencies differ by at most {written_out(spread, 2)} %: {listed}."] if len(found) > 1 else []),
         f"The paper's claims, judged by these results: {counted([claim.verdict for claim in claims])}.",
     ]
 

@@ -15,7 +15,7 @@ import numpy as np
 from stages.about import ATTRIBUTES
 from stages.analytic.result import Result as Analytic
 from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
-from stages.biped.quantity import count_of
+from stages.biped.quantity import count_of, written_out
 from stages.biped.walk import largest_of_a_step
 from stages.comparison.result import Result as Comparison
 from stages.figures.entry import Inputs
@@ -75,7 +75,7 @@ class Measure:
         factor, unit, scale = (100.0, " %", abs(self.value)) if share else (1.0, "", 1.0)
         return ", ".join(
             f"{name} " + ("not known" if not math.isfinite(part) else f"< {factor * LEAST:.5f}".rstrip("0") + unit
-                          if part < LEAST * scale else f"{float(f'{factor * part / scale:.1g}'):g}{unit}")
+                          if part < LEAST * scale else f"{written_out(factor * part / scale, 1)}{unit}")
             for name, part in (("solver", self.solver), ("model", self.model), ("inputs", self.inputs))
             if part or name != "inputs") + ", inputs taken as exact" * (self.inputs == 0.0)  # fmt: skip
 

@@ -2,15 +2,10 @@
 
 from dataclasses import dataclass
 
-from stages.biped.quantity import quantity
+from stages.biped.quantity import quantity, written_out
 from stages.stability.result import Passage
 
 CONSTRAINT, PENALTY, TWIN = MODELS = ("constraint model", "penalty contact", "twin")
-
-
-def written_out(steps: float) -> str:
-    """Three digits of a number of steps, up to a million without a power of ten."""
-    return f"{float(f'{steps:.3g}'):g}"
 
 
 @dataclass(frozen=True)

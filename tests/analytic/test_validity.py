@@ -135,6 +135,7 @@ def test_table_1_needs_blocks_and_a_trailing_foot_that_slips():
     ({"deepest_scuff": 2e-3}, WALKS_IF, "stepping blocks or feet that retract"),
     ({"impulse_friction_trailing": 1.2}, WALKS_IF, "trailing foot may slip"),
     ({"impulse_friction_trailing": 1318.0}, WALKS_IF, "needs friction 1320 and"),
+    ({"impulse_friction_landing": 1318.0}, DOES_NOT, "landing foot needs friction 1320, the ground has 1.1"),
     ({"time_outside_cone": 0.1}, WALKS_IF, "foot may slip, as it needs more friction than there is in 10 % of double"),
     ({"impulse_normal_trailing": -1e-3}, WALKS_IF, "may lift"),
     ({"friction_single_stance": 1.2}, DOES_NOT, "the stance foot needs friction 1.2, the ground has 1.1"),

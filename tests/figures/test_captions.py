@@ -12,6 +12,7 @@ import yaml
 
 from stages.analytic.result import Uncertainty, Validity
 from stages.biped import processes
+from stages.biped.quantity import written_out
 from stages.biped.walk import Limp
 from stages.calibration.result import Result as Calibration
 from stages.comparison.claims.judge import STATEMENTS
@@ -26,7 +27,6 @@ from stages.figures.run import synthetic
 from stages.ground.blocks import Blocks
 from stages.model_error.result import EVEN, WIDTH, Stability
 from stages.multibody.result import in_newtons
-from stages.rough_ground.result import written_out
 from stages.twin.result import Settling
 from tests.comparison.made_up import DEFAULTS, make_agreement, make_study, make_walk
 from tests.figures.made_up_results import (

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from stages.analytic.result import ROUND_OFF, Validity
-from stages.biped.quantity import quantity
+from stages.biped.quantity import quantity, written_out
 
 WALKS, WALKS_IF, DOES_NOT = "walks", "walks if", "does not walk"
 
@@ -38,18 +38,19 @@ def on_a_ramp(validity: Validity, stable: bool, cycle: int = 0) -> OnARamp:
     ground = f"the ground has {validity.friction_there_is:.3g}"
     pulled = validity.impulse_normal_trailing < 0.0 or trailing == math.inf
     outside = validity.time_outside_cone
-    why = f"the impulse there needs friction {float(f'{trailing:.3g}'):g} and {ground}" if trailing > there_is else (
+    why = f"the impulse there needs friction {written_out(trailing)} and {ground}" if trailing > there_is else (
         f"it needs more friction than there is in {100.0 * outside:.2g} % of double stance")
     against = (
         (not stable, "a step enlarges what disturbs it"
          + f"; there is a stable cycle of {cycle} steps" * bool(cycle)),
         (pull < 0.0 or alone == math.inf, f"the ground would have to pull the stance foot with {-pull:.3g} N"),
-        (there_is < alone < math.inf, f"the stance foot needs friction {alone:.3g}, {ground}"),
-        (there_is < landing < math.inf, f"the impulse on the landing foot needs friction {landing:.3g}, {ground}"),
+        (there_is < alone < math.inf, f"the stance foot needs friction {written_out(alone)}, {ground}"),
+        (there_is < landing < math.inf,
+         f"the impulse on the landing foot needs friction {written_out(landing)}, {ground}"),
         (landing == math.inf, "the ground would have to pull the landing foot at heel strike"))
     conditions = (
         (validity.deepest_scuff > 0.0, "it has stepping blocks or feet that retract, as the swing foot passes "
-         f"{float(f'{1e3 * validity.deepest_scuff:.2g}'):g} mm below ground"),
+         f"{written_out(1e3 * validity.deepest_scuff, 2)} mm below ground"),
         (pulled, "the trailing foot may lift at heel strike, as the ground would have to pull it"),
         ((trailing > there_is or outside > 0.0) and not pulled, f"the trailing foot may slip, as {why}"))
     for verdict, rows in ((DOES_NOT, against), (WALKS_IF, conditions)):

@@ -7,9 +7,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stages.biped.quantity import written_out
 from stages.drawing import style
 from stages.figures.entry import Entry, Given
-from stages.rough_ground.result import CONSTRAINT, MODELS, PENALTY, TWIN, OnHeight, written_out
+from stages.rough_ground.result import CONSTRAINT, MODELS, PENALTY, TWIN, OnHeight
 
 LOOKS = {CONSTRAINT: (style.ANALYTIC, "o"), PENALTY: (style.MULTIBODY, "s"), TWIN: (style.TWIN, "^")}
 #: Models are drawn beside each other, apart by this factor of the height.

@@ -165,7 +165,7 @@ def _on_what_is_there(trial: Trial) -> tuple[Rule, ...]:
         remark(
             trial.experiment.slope_deg is None,
             "slope_deg is unknown and taken as 0: forces and frames are turned by as much",
-            *_of(trial.sensors, FRAME, FORCE),
+            *_of(trial.sensors, FRAME),
         ),
         *(
             remark(
@@ -271,17 +271,17 @@ def _on_one_leg(evidence: Evidence, slope: float | None, limits: Limits) -> tupl
             _beyond(evidence.forward_gain, limits.forward_gain_tolerance),
             f"beside the leg's turning the foot measures {evidence.forward_gain:.2f} times the hip's forward part: "
             "one of an accelerometer's axis or gain, or a sensor that turned on its leg",
-            *_of(PLACES, FRAME, FORCE), LEVER,
+            *_of(PLACES, FRAME), LEVER,
         ),
         remark(
             0 < slope_deg < IN_RADIANS and abs(evidence.lever_direction_deg + degrees - slope_deg) < off,
             f"slope_deg of {slope_deg:.3g} seems to be in radians: {degrees:.2f} degrees agree better with gravity",
-            *_of(PLACES, FRAME, FORCE),
+            *_of(PLACES, FRAME),
         ) or remark(
             off > limits.lever_direction_deg,
             f"the line from hip to foot lies {evidence.lever_direction_deg:+.1f} degrees off the leg: look at "
             "slope_deg, rest_leg_angle_deg and the accelerometers' axes",
-            *_of(PLACES, FRAME, FORCE), LEVER,
+            *_of(PLACES, FRAME), LEVER,
         ),
     )  # fmt: skip
 
@@ -332,7 +332,7 @@ def _on_the_walk(trial: Trial, parameters: Parameters) -> tuple[Rule, ...]:
             abs(evidence.strike_symmetry_deg) > limits.strike_symmetry_deg,
             f"the leg lands unevenly about the slope's normal, by {evidence.strike_symmetry_deg:+.1f} degrees: look at "
             "rest_leg_angle_deg, and whether it stood still as is said",
-            *_of(PLACES, FRAME, FORCE),
+            *_of(PLACES, FRAME),
         ),
     )  # fmt: skip
 
@@ -385,7 +385,7 @@ def _on_a_place(place: str, trial: Trial, parameters: Parameters) -> tuple[Rule,
             bool(turned),
             f"within the walk turned on the {place}'s sensor, in degrees, {turned}: one of a sensor that turned on its "
             "leg, a gyroscope whose zero drifts, or a walk that leaves its plane",
-            *_of((place,), FRAME, FORCE, RATE),
+            *_of((place,), FRAME, RATE),
         ),
         remark(
             noise_ends(trace),

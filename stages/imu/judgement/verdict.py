@@ -46,8 +46,8 @@ class Verdict:
     @property
     def not_trusted(self) -> tuple[str, ...]:
         """Quantities that the remarks are about, and what follows from them, each once."""
-        names = [name for one in self.findings if not one.refused for name in one.about]
-        names += [name.replace(FRAME, FORCE) for name in names if name.endswith(FRAME)]
+        stated = [name for one in self.findings if not one.refused for name in one.about]
+        names = [each for name in stated for each in (name, name.replace(FRAME, FORCE))]
         for name, origins in FOLLOWS:
             names += [name] if any(one.removeprefix("hip ").removeprefix("foot ") in origins for one in names) else []
         return tuple(dict.fromkeys(names))

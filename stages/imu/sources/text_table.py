@@ -78,7 +78,7 @@ def read(path: Path, layout: Layout, wanted: Sequence[str], stamps: Sequence[str
             while len(first) <= layout.header_rows and (block := next(parts, None)) is not None:
                 first += block
             first = first[layout.header_rows :]
-            head = [next(iter(layout.parted([line])), []) for line in first[: HEAD_ROWS + 1]]
+            head = [row for line in first[: HEAD_ROWS + 1] for row in layout.parted([line])]
             columns, layout, begin = _begun(name, head, layout, wanted, stamps)
             for block in chain((first[begin:],), parts):
                 if block and not _added_at_once(block, layout, columns):
