@@ -14,10 +14,12 @@ from stages.analytic.result import Uncertainty, Validity
 from stages.biped import processes
 from stages.biped.quantity import written_out
 from stages.biped.walk import Limp
+from stages.calibrated_twin.result import Result as CalibratedTwin
 from stages.calibration.result import Result as Calibration
 from stages.comparison.claims.judge import STATEMENTS
 from stages.comparison.stride import NoEvidence
 from stages.comparison.tables import as_yaml
+from stages.error_budget.result import CREEP
 from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
 from stages.figures.entry import Inputs
@@ -28,15 +30,18 @@ from stages.ground.blocks import Blocks
 from stages.model_error.result import EVEN, WIDTH, Stability
 from stages.multibody.result import in_newtons
 from stages.twin.result import Settling
-from tests.comparison.made_up import DEFAULTS, make_agreement, make_study, make_walk
+from tests.comparison.made_up import DEFAULTS, make_agreement, make_budget, make_study, make_walk
 from tests.figures.made_up_results import (
     analytic,
+    calibrated_twin,
     calibration,
     comparison,
     drawn as made_up_figure,
     given,
+    ladder,
     misses,
     parameters,
+    pushes,
     results,
     rough_ground,
     stability,
@@ -504,3 +509,35 @@ def test_the_title_names_the_papers_biped_or_the_study():
 
 def test_an_error_that_is_round_off_is_not_shown():
     assert Measure(2.0, 1e-12, 0.0, 0.0).text() == "2"
+
+
+# --- Tables of results stand on the page beside the figures.
+
+
+def of_a_calibrated_twin():
+    made = calibrated_twin()
+    return CalibratedTwin(made.robots, made.pairs, made.checks, (), None)
+
+
+@pytest.mark.parametrize(("result", "title", "row", "cells"), [
+    (make_study, "One parameter at a time", "starting set", ("", 2.0, 10.0, 0.1, 40.0, 600, "completed")),
+    (make_study, "Distance from the rigid limit", "limit - rolling feet",
+     ("", "", "", "", 0.25, 0.005, 2.5, 0.05, -0.8, 0.2, "", "")),
+    (make_study, "The 2 best", 2e5, (2e4, 2e-4, 0.2, 1.0, 5.0, 2.0, 1.0, 0.1, 10.0, 5.0, 1.0, 700, 10.0)),
+    (make_budget, "Penalty minus constraint model, one step", CREEP,
+     (0.14, 0.24, 0.632, 0.74, -0.24, "-0.264 to -0.216")),
+    (make_budget, "Penalty minus constraint model, cycles", CREEP,
+     (0.14, 0.24, 0.632, 0.74, -0.24, "-0.264 to -0.216", -0.024, "-0.0264 to -0.0216")),
+    (make_budget, "What is explained", "one step: share 0.1 not predicted, %, both off", (3.53, 35.3, 0.785, 4.89)),
+    (ladder, "From the simple model", "third = the twin", (
+        "0.47000", "-20.00", "165.00", "+4.00", "-0.700, +0.500+0.100i", "-0.70000", "0.0e+00", "800", "20")),
+    (pushes, "Pushes", "side", ("0.1 m/s", "4", "completed", "57.28", "5.7e+00", "+11.459", "+2000.0")),
+    (of_a_calibrated_twin, "What the outsole does", "run 01", (
+        "2.10", "0.20", "2.00", "9.0", "-0.80", "0.10", "-0.85")),
+    (of_a_calibrated_twin, "Runs held out", "run 02", ("corrected by the twin", "2.0", "0.100", "0.0200")),
+])
+def test_cells_of_tables_are_in_the_units_of_their_columns(result, title, row, cells):
+    """Of results of round sizes, worked out by hand: mm of m, degrees of rad, per cent of shares."""
+    columns, rows = next((columns, rows) for named, columns, rows in result().tables() if named.startswith(title))
+    found = next(tuple(each) for each in rows if each[0] == row)
+    assert len(found) == len(columns) and found[1:] == cells

@@ -111,6 +111,14 @@ def test_tables_name_every_part_and_every_sum(result, parameters):
     assert [row[0] for row in bill] == [part.name for part in parameters.settings.parts]
     assert all(len(row) == len(columns) for row in bill)
     assert len(sums) == 7 and len(steps) == 3
+    for row, part in zip(bill, result.parts, strict=True):  # g of kg, mm of m, kg mm2 of kg m2
+        known = [1e3 * size for size in (part.mass, part.x, part.y, part.z)]
+        assert [float(cell) for cell in row[5:9]] == pytest.approx(known, abs=0.051), row
+        moments = [1e6 * moment for moment in (part.inertia_x, part.inertia_y, part.inertia_z)]
+        assert [float(cell) for cell in row[9:]] == pytest.approx(moments, abs=0.0051), row
+    settling = result.settling
+    assert [float(cell) for row in steps for cell in row[1:]] == pytest.approx(
+        np.column_stack([settling.step_period, 1e3 * settling.step_length]).ravel(), abs=6e-4)
 
 
 def test_a_fall_is_a_result(parameters, rough, analytic):
