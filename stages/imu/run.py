@@ -66,10 +66,17 @@ def alone(imu: Result, names: Collection[str]) -> Result:
 def trials(
     runs: Iterable[tuple[Experiment, tuple[Recording, ...]]], parameters: Parameters, progress: Progress = ignore
 ) -> Iterator[Trial]:
-    """Each walk of each run of a source as a trial, one at a time."""
+    """Each walk of each run of a source as a trial, one at a time; by its name a run is found, so none has another's.
+    """
+    names = set[str]()
     for number, (experiment, recordings) in enumerate(runs):
-        progress(1 - 1 / (1 + number / 10), f"run {experiment.name}")
-        yield from read_trials(experiment, recordings, parameters)
+        name, again = experiment.name, 1
+        while name in names:
+            again += 1
+            name = f"{experiment.name} ({again})"
+        names.add(name)
+        progress(1 - 1 / (1 + number / 10), f"run {name}")
+        yield from read_trials(replace(experiment, name=name), recordings, parameters)
 
 
 def collect(found: Iterable[Trial]) -> Result:

@@ -256,7 +256,8 @@ def test_sensitivity_says_of_how_many_steps_its_multipliers_are(mass, steps, hea
 
 
 def test_sensitivity_tells_which_digit_decides():
-    design, slope = DesignDigits({"foot_com": 5e-4, "leg_length": 5e-4}), SlopeDigits({"slope_deg": 0.5})
+    design = DesignDigits({"foot_com": 5e-4, "leg_length": 5e-4, "hip_friction": 0.002})
+    slope = SlopeDigits({"slope_deg": 0.5})
     rounded = dataclasses.replace(PARAMETERS, design_digits=design, slope_digits=slope)
     answer = sensitivity.ask(rounded, sensitivity.Options(), Asking())
     own = next(one for one in answer.plain["uncertainties"] if one["name"] == "step_frequency_hz")
@@ -266,6 +267,7 @@ def test_sensitivity_tells_which_digit_decides():
     assert own["slope_least"] < own["value"] - 0.02
     assert max(map(len, answer.lines)) <= 80
     assert any(line.startswith("step_frequency_hz") and "  foot_com  " in line for line in answer.lines)
+    assert answer.lines[-1] == "biped.hip_friction: +- 0.002 not counted, as there is no derivative by it at 0"
 
 
 def test_sensitivity_carries_and_shows_only_what_is_asked_for_and_draws_it(tmp_path):

@@ -13,7 +13,7 @@ from stages.analytic.model.walker import build_walker
 from stages.biped.question import WrongOption
 from stages.calibration.blind_score import draw, scored, summary
 from stages.calibration.estimation import first_guess as first_guess_module, run_fit
-from stages.calibration.estimation.campaign import JOINT, Joint, fit_campaign
+from stages.calibration.estimation.campaign import JOINT, Joint, fit_campaign, two_kinds
 from stages.calibration.estimation.first_guess import first_guess, other_guesses
 from stages.calibration.estimation.least_squares import (
     ENOUGH,
@@ -24,9 +24,10 @@ from stages.calibration.estimation.least_squares import (
     least_squares,
 )
 from stages.calibration.estimation.request import request_of
-from stages.calibration.estimation.run_fit import fit_from, fit_near, horizons, run_equations
+from stages.calibration.estimation.run_fit import RunFit, fit_from, fit_near, horizons, run_equations
 from stages.calibration.information.identifiability import first_model, free_names
 from stages.calibration.observation.measured_run import SIDES
+from stages.calibration.reports.sensor_report import _kinds
 from tests.calibration.runs import DESIGN, SHORT, drawn, fitted
 
 #: As many fits are made of them.
@@ -427,3 +428,23 @@ def test_on_the_way_the_design_is_held_by_the_first_guess_with_its_usual_change(
     moved = begin.copy()
     moved[0] += shares[0] * values[0]
     assert evaluate(moved, held=True).cost - evaluate(moved, held=False).cost == pytest.approx(0.5)
+
+
+def test_runs_of_two_robots_come_apart_and_runs_of_one_do_not():
+    """Springs 15 % apart left 1.9 to 2.8 times the usual residuals, where 3 are needed to say so."""
+    design, model = fitted()
+    rng, place = np.random.default_rng(7), model.shared.index("biped.stiffness")
+    drawn_values = np.array([design.value(name) for name in model.shared])
+
+    def said(count, apart):
+        values = drawn_values * (1.0 + 2e-3 * rng.normal(size=(count, len(drawn_values))))
+        values[::2, place] *= 1.0 + apart
+        seen = SimpleNamespace(eliminated=lambda d: (np.diag((1e-3 * drawn_values) ** -2.0), None))
+        fits = [RunFit(row, np.zeros(0), np.zeros(0), seen, 1, True, "") for row in values]
+        runs = [SimpleNamespace(name=f"run {number}") for number in range(count)]
+        return _kinds(runs, [*fits[:-1], "it fell"], design, model, ())
+
+    two = "the runs come apart as of two robots, or sensors were moved: run 1, run 3 and run 5 have stiffness 2"
+    assert [line.startswith(two) for line in said(8, 0.15)] == [True]
+    assert not any(said(count, 0.0) for count in (1, 4, 5, 7, 9) * 20)
+    assert two_kinds(np.array([[1.0], [1.0], [1.1], [1.1]]), np.full((4, 1), 0.04)) is None  # noise is larger

@@ -273,10 +273,16 @@ def test_rows_need_their_columns_and_a_clock_that_goes_on():
     rows = [",".join(COLUMNS), *(f"0,hip,0,9,0,0,0,{time}" for time in [*range(30), *range(25)])]
     beside = [line for number, row in enumerate(rows[1:]) for line in (row, f"0,foot,0,9,0,0,0,{number}")]
     for each in (rows, [rows[0], *beside]):  # of one sensor alone, too, which then said nothing any more
-        with pytest.raises(StepFailed, match="the clock of the hip was set back by 1"):
+        with pytest.raises(StepFailed, match="the clock of the hip was set back by 29 s"):  # 10 s, it said
             list(rows_of(each, lambda text: None, PERIODS))
     (row,) = rows_of([rows[0], "0,HIP,0,9,,0,0,1"], print, PERIODS)
     assert row.side == "hip" and np.isnan(row.reading[2])
+    said: list[str] = []
+    quoted = "\ufeff" + rows[0].replace("ax", '"ax"')  # refused
+    list(rows_of([quoted, *('0,"hip",0,9,0,0,0,' + stamp for stamp in ("0", ".03", ".05", "9"))], said.append, PERIODS))
+    assert [note.split(": ")[2].partition(" of")[0] for note in said] == ["1 or more rows", "100 or more rows"]
+    with pytest.raises(StepFailed, match="the last 100 lines are no rows of hip or foot with numbers"):  # 0, to the end
+        list(rows_of([*rows[:9], *(["rotated"] * 150)], lambda text: None, PERIODS))
     for wrong, why in (
         ({"devices": [{"place": "hip", "forward_axis": "w"}]}, "devices.0: forward_axis is"),
         ({"devices": [{"place": "hip", "rate": 50}]}, "devices.0.rate: unknown key 'rate'; known are .*rate_hz"),

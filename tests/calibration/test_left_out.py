@@ -233,6 +233,15 @@ def test_a_robot_is_left_with_the_other_legs_length_of_its_runs(unlike, drawn, f
     assert ("uncertainty" in entry) is left
 
 
+def test_a_robot_is_left_with_the_ramp_of_its_runs(unlike):
+    """It was left with the study's, and the half degree of its last digit."""
+    model, fit = unlike
+    twice = {"runs": 2 * fit.runs, "equations": 2 * fit.equations, "unknowns": np.vstack([fit.unknowns] * 2)}
+    left = answered(model, dataclasses.replace(fit, **twice, own=np.array([[2.0], [2.3]]))).parameters[SLOPE]
+    half = pytest.approx(HALF_WIDTH * 0.3 / 2**0.5)
+    assert left == {"value": pytest.approx(2.15), "uncertainty": half, "unit": "deg"}
+
+
 def test_a_robot_is_left_with_how_its_errors_go_together(unlike):
     answer = answered(*unlike)
     names, left = unlike[1].names, answer.parameters

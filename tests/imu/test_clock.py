@@ -119,6 +119,32 @@ def test_one_packet_with_another_number_is_left_out(number: float) -> None:
     np.testing.assert_array_equal(found.index, left.index)
 
 
+@pytest.mark.parametrize("written", ["from 1", "always 0", "one wrong", "signed"])
+def test_positions_and_numbers_as_loggers_write_them_number_the_same_samples(written: str) -> None:
+    """Rates of 4/3, and of 334 times the nominal one; two thirds of the samples, and half of the rows were lost."""
+    whole = recording_of(sent(0))
+    counted = (whole.packet - whole.packet[0]) % 2**16 + 2**15 - 50
+    wrong = np.arange(whole.rows) == 150 * (written == "one wrong")
+    odd = {"from 1": whole.position + 1, "always 0": 0 * whole.position,
+           "one wrong": np.where(wrong, 1e3, whole.position)}  # fmt: skip
+    found = index_samples(dataclasses.replace(
+        whole, position=odd.get(written, whole.position),
+        packet=counted if written != "signed" else np.where(counted < 2**15, counted, counted - 2**16)))
+    left = index_samples(dataclasses.replace(whole, packet=counted).take(~wrong | (written != "one wrong")))
+    assert found.unusable_rows == (written == "one wrong") and found.resets == 0
+    np.testing.assert_array_equal(found.index, left.index)
+
+
+@pytest.mark.parametrize("leap", [3600.0, -3600.0])
+def test_a_sensors_clock_that_is_set_by_an_hour_costs_no_sample(leap: float) -> None:
+    """Set on, it lost 100 % of the samples; the phone's stamps show that none is."""
+    whole = without(recording_of(sent(0)), "packet", "position")
+    set_on = leap * (np.arange(whole.rows) > 400)
+    found, left = (repaired(index_samples(dataclasses.replace(whole, device_stamp=whole.device_stamp + more))).time
+                   for more in (set_on, 0.0))  # fmt: skip
+    assert np.abs(found - found[0] - (left - left[0])).max() < 0.02
+
+
 def test_losses_are_counted_exactly_and_without_a_counter_not_guessed() -> None:
     packet = np.unique(sent(0).row // 3)
     missing = packet[-1] - packet[0] + 1 - len(packet)

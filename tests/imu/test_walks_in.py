@@ -7,8 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from stages.imu.judgement.verdict import REFUSED
+from stages.imu.run import trials
 from stages.imu.sources.cells import recording_from_columns
-from stages.imu.sources.schema import Recording
+from stages.imu.sources.schema import Experiment, Recording
 from stages.imu.sources.units import scale_of
 from stages.imu.trial.trial import Trial, read_trials
 from tests.imu.made_logs import Log, TracedRecording
@@ -129,3 +130,10 @@ def test_a_walk_alone_is_taken_as_it_is(log: Log) -> None:
     (without,) = read_trials(log.experiment, tuple(
         dataclasses.replace(one, angular_rate=np.zeros_like(one.angular_rate)) for one in log.recordings), PARAMETERS)
     assert without.verdict.outcome == REFUSED
+
+
+def test_runs_of_one_name_keep_names_apart_by_which_each_is_found() -> None:
+    """`same` and `follow` told of the last of them alone."""
+    named = [Experiment("walk"), Experiment("walk (2)"), Experiment("walk"), Experiment("walk")]
+    found = [trial.experiment.name for trial in trials([(one, ()) for one in named], PARAMETERS)]
+    assert found == ["walk", "walk (2)", "walk (3)", "walk (4)"]

@@ -77,9 +77,11 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
         with style.drawing():
             save(gaits.draw_elasticities(gait, found.multipliers))
 
+    idle = (f"{name}: +- {width:g} not counted, as there is no derivative by it at 0"
+            for name, width in parameters.half_widths.items() if name not in every and not design.value(name))
     plain = as_plain(found)
     rows = [{"parameter": name, **row} for name, row in plain["parameters"].items()]
-    return Answer(list(lines(found)), plain, rows=rows, draw=draw)
+    return Answer([*lines(found), *idle], plain, rows=rows, draw=draw)
 
 
 def what_is_left(gait: GaitTangents) -> float:

@@ -12,6 +12,7 @@ from functools import partial
 from itertools import repeat
 
 import numpy as np
+from scipy.special import stdtr
 
 from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
@@ -43,6 +44,8 @@ JOINT = Rule(25, rests=1e-2, at_rest=1.0, halved=True, caution=(1.0, 1.0, 2.0**1
              step="joint step", counted="joint steps")  # fmt: skip
 #: A run is left out if its own fit, or the joint one, leaves so many times the square residual of the usual run.
 ODD = 3.0
+#: In so few campaigns of one robot runs are said to be of two.
+CHANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,25 @@ def fit_campaign(
         fits, walks = [*zip(kept, chosen, strict=True)], together.evaluations
         sizes, how = [_size(one) for one in together.equations], "the fit of all together, as of another robot,"
     return replace(together, alone=alone)
+
+
+def two_kinds(values: np.ndarray, variances: np.ndarray) -> tuple[int, np.ndarray] | None:
+    """The parameter in which runs come apart as of two robots, by what each finds alone (r, d) with these `variances`
+    (r, d), and which are of the one kind (r,); None where runs of one robot come so far apart in one campaign of a
+    hundred (L. Engelman, J. A. Hartigan, J. Am. Stat. Assoc. 64, 1969, 1647: of all ways to part them the best).
+    """
+    (count, d), found, least = values.shape, None, CHANCE
+    ways = 2.0 * d * (2.0 ** (count - 1) - count - 1.0)
+    for column, (each, noise) in enumerate(zip(values.T, variances.mean(axis=0), strict=True)):
+        order = np.argsort(each)
+        for first in range(2, count - 1):
+            one, other = np.split(each[order], [first])
+            within = (one.var() * first + other.var() * (count - first)) / (count - 2)
+            sd = np.sqrt(max(within, noise) * (1.0 / first + 1.0 / (count - first)))
+            chance = ways * float(stdtr(count - 2, (one.mean() - other.mean()) / sd))
+            if chance < least:
+                least, found = chance, (column, np.isin(np.arange(count), order[:first]))
+    return found
 
 
 def _size(equations: Equations) -> float:

@@ -8,7 +8,7 @@ first answer; given it, a stream that was broken off is taken up again without a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -44,8 +44,8 @@ READINGS = SAMPLE_VALUES[-6:]
 EACH_S, LONGEST_S = 1.0, 120.0
 #: So many rows of a sensor in a row that are before its last one are a clock that was set back.
 SET_BACK = 20
-#: A row so many sampling periods after the last one shows that rows are lost, and so many of one sensor alone that the
-#: other is silent.
+#: A row so many sampling periods after the last one shows that rows are lost, so many of one sensor alone that the
+#: other is silent, and so many lines without a row that no more will come.
 LOST, SILENT = 1.5, 100
 
 
@@ -84,15 +84,14 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
     Readings (6,) are in the device's units, at its stamps [s]; NaN where there is none.
 
     `periods` [s] are the sampling periods by place. Raises WrongOption where columns are missing, StepFailed where a
-    clock is set back.
+    clock is set back, or no more rows come.
     """
     given, said = iter(lines), set[str]()
-    names = [name.strip() for name in next(given, "").split(",")]
+    names = _cells(next(given, "").removeprefix("\ufeff"))
     missing = [name for name in ("place", STAMP, *READINGS) if name not in names]
     refuse((bool(missing), f"-: the first line names the columns and lacks {', '.join(missing)}"))
-    place, *numbers = (names.index(name) for name in ("place", STAMP, *READINGS))
-    last, behind = dict.fromkeys(periods, -math.inf), dict.fromkeys(periods, 0)
-    before, alone = "", 0
+    last, behind = dict.fromkeys(periods, -math.inf), {side: list[float]() for side in periods}
+    before, alone, unread = "", 0, 0
 
     def once(what: str, line: int) -> None:
         if what not in said:
@@ -100,27 +99,45 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
             note(f"note: line {line}: {what}; this is said once")
 
     for line, text in enumerate(given, 2):
-        cells = [cell.strip() for cell in text.split(",")]
-        side = cells[place].lower() if len(cells) == len(names) else ""
-        stamp, *readings = ((_number(cells[at]) for at in numbers) if side in last else (None,))
-        if stamp is None or None in readings or not math.isfinite(stamp):
+        row = _row(text, names, periods)
+        if row is None:
             once(f"not a row of {' or '.join(last)} with numbers, and passed over", line)
+            unread += 1
+            if unread == SILENT:
+                raise StepFailed(f"the last {SILENT} lines are no rows of {' or '.join(last)} with numbers")
             continue
-        since = stamp - last[side]
-        behind[side] = behind[side] + 1 if since < 0.0 else 0
-        if behind[side] >= SET_BACK:
-            raise StepFailed(f"the clock of the {side} was set back by {-since:.3g} s")
+        side, unread, since = row.side, 0, row.time - last[row.side]
+        behind[side] = [*behind[side], since] if since < 0.0 else []
+        if len(behind[side]) >= SET_BACK:
+            raise StepFailed(f"the clock of the {side} was set back by {-min(behind[side]):.3g} s")
         if since <= 0.0:
             once(f"{'given twice' if since == 0.0 else 'later than the one after it'}, and passed over", line)
             continue
         if LOST * periods[side] < since < math.inf:
-            once(f"rows of the {side} before it are lost", line)
-        last[side] = stamp
+            many = 10 ** int(math.log10(since / periods[side]))
+            once(f"{many} or more rows of the {side} before it are lost, or its clock was set", line)
+        last[side] = row.time
         before, alone = side, alone + 1 if side == before else 1
         if alone == SILENT:
             once(f"the last {SILENT} rows are all of the {side}: the other sensor is silent", line)
-        values = np.array(readings, dtype=float)
-        yield Sample(stamp, side, values, np.isfinite(values))
+        yield row
+
+
+def _row(text: str, names: Sequence[str], sides: Collection[str]) -> Sample | None:
+    """The row in a line of CSV with columns of these names; None without numbers, or of none of the `sides`."""
+    cells = _cells(text)
+    row = dict(zip(names, cells)) if len(cells) == len(names) else {}
+    side = row.get("place", "").lower()
+    stamp, *readings = ((_number(row[name]) for name in (STAMP, *READINGS)) if side in sides else (None,))
+    if stamp is None or None in readings or not math.isfinite(stamp):
+        return None
+    values = np.array(readings, dtype=float)
+    return Sample(stamp, side, values, np.isfinite(values))
+
+
+def _cells(text: str) -> list[str]:
+    """The cells of a line of CSV, without quotes around them."""
+    return [cell.strip().strip('"') for cell in text.split(",")]
 
 
 def _number(cell: str) -> float | None:

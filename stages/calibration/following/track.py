@@ -140,7 +140,7 @@ class Track:
         if sample.side != SIDES[0]:
             self._early.append(sample)
             if sample.time > self._seen + BLIND * self._period:
-                raise StepFailed(f"there are no samples of the hip for {sample.time - self._seen:.2f} s")
+                raise StepFailed(f"there are no samples of the hip for {sample.time - self._seen:.3g} s")
             return
         due = [one for one in self._early if one.time <= sample.time]  # a hip's that come late find their step
         self._seen, self._early = sample.time, self._early[len(due) :]
@@ -167,7 +167,7 @@ class Track:
             self._give(sample)
             return
         if sample.time > self._until + BLIND * self._period:
-            raise StepFailed(f"there are no samples for {sample.time - self._until:.2f} s")
+            raise StepFailed(f"there are no samples for {sample.time - self._until:.3g} s")
         self._waiting.append(sample)
         self._work = self._work or self._settle()
         if sample.time > self._step.ends:

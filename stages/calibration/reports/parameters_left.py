@@ -12,6 +12,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.calibration.estimation.campaign import CampaignFit
 from stages.calibration.estimation.least_squares import TOTAL_MASS
 from stages.calibration.following.robot_file import FittedRobot
+from stages.calibration.information.identifiability import SLOPE
 from stages.calibration.result import HALF_WIDTH
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ FRAME, HIP, OTHER_LENGTH = "biped.frame_mass", "biped.hip_mass", "biped.other_le
 
 
 def parameters_left(result: Calibrated, robot: FittedRobot) -> dict[str, Any]:
-    """Parameters as a folder keeps them: with the half widths of their intervals and how errors go together, and the
-    mass that was weighed, without which a study's own fit does not know its scale.
+    """Parameters as a folder keeps them: with the half widths of their intervals and how errors go together, the ramp
+    as runs had it, and the mass that was weighed, without which a study's own fit does not know its scale.
 
     The foot sensor stays where runs were read with it, wherever the leg's mass is found to be. A robot from the bill of
     parts is left as Table 1 counts it, which all stages take: frames are the hip's.
@@ -36,6 +37,9 @@ def parameters_left(result: Calibrated, robot: FittedRobot) -> dict[str, Any]:
     socket = twin.foot_sensor(twin.hip_socket[1] - below)
     left: dict[str, Any] = {"imu.lever_arm": {"value": below, "unit": "m"},
                             "twin.foot_socket": {"value": [*socket], "unit": "m"}, **SOLED}  # fmt: skip
+    if SLOPE in robot.own:
+        sd = robot.own_sd[robot.own.index(SLOPE)]
+        left[SLOPE] = {"value": robot.design.value(SLOPE), "uncertainty": float(HALF_WIDTH * sd), "unit": "deg"}
     if not result.of_parts and OTHER_LENGTH in robot.own:
         if _legs_differ(design, robot):
             names, values = (*names, OTHER_LENGTH), [*values, robot.design.value(OTHER_LENGTH)]

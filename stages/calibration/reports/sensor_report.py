@@ -15,11 +15,11 @@ from stages.analytic.errors import StepFailed
 from stages.analytic.gait.design_point import DesignPoint
 from stages.biped.quantity import count_of
 from stages.biped.question import Answer, Asking, refuse
-from stages.calibration.estimation.campaign import ODD, CampaignFit, fit_campaign
+from stages.calibration.estimation.campaign import ODD, CampaignFit, fit_campaign, two_kinds
 from stages.calibration.estimation.held_out import explained, trace
-from stages.calibration.estimation.least_squares import Known, NotIdentified
+from stages.calibration.estimation.least_squares import Known, NotIdentified, covariance_of, information_of
 from stages.calibration.estimation.request import DECLARED, PARTS, Request
-from stages.calibration.estimation.run_fit import Model
+from stages.calibration.estimation.run_fit import Model, RunFit, design_sizes
 from stages.calibration.following.change import Comparison
 from stages.calibration.following.fitted import earlier_fits, earlier_runs, fit_of, fitted_alone, fitted_robot
 from stages.calibration.following.robot_file import NAME, FittedRobot, plain_of
@@ -49,6 +49,8 @@ FAR_OFF = 3.0
 OTHER_CUT = 0.15
 #: Residuals this many times the sensors' noise are the model's.
 NOISY = 1.2
+#: So many runs show two robots, two runs of each.
+FEWEST_OF_TWO = 4
 #: Parameters that a model without frames gets wrong, however well it fits.
 OF_SPRINGS = ("hip_mass", "foot_mass", "stiffness", "damping", "leg_inertia")
 
@@ -58,7 +60,8 @@ class Calibrated:
     """What came out, from a `design` by the `parameters`: the fit and why runs are left out of it, how well the robot
     explains those held out (None where it does not walk them), residuals in noises and the factor on intervals, values
     with intervals, what the model leaves out, whether the bill of parts was begun with, what was `known`, the robot
-    `before` and which runs are another's, and runs not fitted that show, too, how runs differ."""
+    `before` and which runs are another's, whether runs are of two `kinds`, and runs not fitted that show, too, how
+    runs differ."""
 
     design: DesignPoint
     model: Model
@@ -74,6 +77,7 @@ class Calibrated:
     known: tuple[Known, ...] = ()
     before: FittedRobot | None = None
     changed: Sequence[str] = ()
+    kinds: Sequence[str] = ()
     others: Sequence[MeasuredRun] = ()
 
 
@@ -117,7 +121,8 @@ def calibrated(
     estimate = replace(estimate, sd=widened(estimate.sd, others))
     return answered(Calibrated(
         design, model, fit, estimate, parameters, sigmas, wider, refused, held, others, of_parts, all_known,
-        before, changed, [] if request.held_out else _alike(out, held)))
+        before, changed, [] if before else _kinds(fitted, fits, design, model, all_known),
+        [] if request.held_out else _alike(out, held)))
 
 
 def _looked_for(parameters: Parameters, request: Request) -> tuple[DesignPoint, tuple[str, ...], tuple[Known, ...]]:
@@ -142,6 +147,25 @@ def _changed(before: FittedRobot, runs: Sequence[MeasuredRun], parameters: Param
             if verdict.probability * len(runs) < LEVEL:
                 lines.append(f"{run.name}: {change_report.sentence(verdict)}")
     return lines
+
+
+def _kinds(
+    runs: Sequence[MeasuredRun], fits: Sequence[RunFit | str], design: DesignPoint, model: Model,
+    known: Sequence[Known],
+) -> list[str]:  # fmt: skip
+    """Whether the runs are of two robots, by the fit of each alone, in words."""
+    d, sizes = len(model.shared), design_sizes(design, model.shared)
+    rested = [(run.name, fit.design, np.diag(covariance_of(
+        information_of(known, model.shared) + fit.equations.eliminated(d)[0], sizes)))
+        for run, fit in zip(runs, fits, strict=True) if isinstance(fit, RunFit) and fit.converged]  # fmt: skip
+    if len(rested) < FEWEST_OF_TWO or (found := two_kinds(*map(np.array, list(zip(*rested, strict=True))[1:]))) is None:
+        return []
+    name, (few, others) = model.shared[found[0]], sorted((found[1], ~found[1]), key=np.sum)
+    value, usual = (np.mean([row[1][found[0]] for row, mine in zip(rested, of, strict=True) if mine])
+                    for of in (few, others))  # fmt: skip
+    these = listed([row[0] for row, mine in zip(rested, few, strict=True) if mine])
+    return [f"the runs come apart as of two robots, or sensors were moved: {these} have {short(name)} {value:.4g} "
+            f"{design.unit(name)} each alone, the others {usual:.4g}"]
 
 
 def _with_more(design: DesignPoint, request: Request) -> DesignPoint:
@@ -242,7 +266,7 @@ def _lines(result: Calibrated, units: Sequence[str]) -> list[str]:
     lines = [f"{count_of(len(fit.runs), 'run')} fitted{before}, residuals {result.sigmas:.2f} times the sensors' noise"
              + ("" if fit.converged else f"; not at rest, so there are no intervals: {fit.why}")]
     lines += [f"left out: {name}: {why}" for name, why in fit.left_out.items()] + list(result.refused)
-    lines += result.changed
+    lines += [*result.changed, *result.kinds]
     if fit.chi2 > ODD * fit.alone * fit.count:
         lines.append(f"all together leave {math.sqrt(fit.chi2 / fit.count / fit.alone):.1f} times the residuals that "
                      "runs leave alone: they are not of one robot, or sensors were moved")

@@ -7,7 +7,8 @@ stamp and the same readings: its content shows no restart. Without a counter the
 samples, and only without those does the rank of a row, which knows of no loss.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +20,9 @@ FEW_FALLS = 5  # stamps that fall in the order of storage: a clock that was set,
 BY_COUNTER, BY_DEVICE_STAMP, BY_ROWS = "counter", "device stamp", "rows"
 REORDER_WINDOW = 64  # packets; a counter that falls back further than this has restarted
 LOOK_AHEAD = 5  # packets looked at to distinguish a late packet from a restart
+RARE = 0.1  # of the rows that a position in a packet usually has
 BACK_S = 0.5  # a sensor's own stamp that falls by more has restarted
+AHEAD_S = 60.0  # one that rises by so much more than arrivals do was set
 NEIGHBOURS = 5  # stamps before and after a step that tell a lost sample from a late stamp
 
 
@@ -106,8 +109,11 @@ def index_samples(recording: Recording) -> IndexedRecording:
     exact = stored - recording.rows
     if np.isfinite(recording.packet).sum() < recording.rows / 2:
         return index_without_counter(recording, exact)
+    signed = recording.packet < 0  # a counter of 16 bits goes from 32767 to -32768
+    recording = replace(recording, packet=recording.packet + signed * (recording.device.counter_modulus or 1 << 16))
     stamp_name, stamp = arrival_stamp(recording)
     usable = np.isfinite(recording.packet) & (recording.packet >= 0) & (np.isfinite(stamp) | (stamp_name == "none"))
+    usable &= ~_odd(recording.position)
     recording, stamp = recording.take(usable), stamp[usable]
     first = first_arrivals(recording, stamp)
     sent_again = recording.rows - len(first)
@@ -184,10 +190,17 @@ def as_bytes(*columns: np.ndarray) -> np.ndarray:
     return table.view(np.dtype((np.void, table.shape[1] * 8))).ravel()
 
 
+def _odd(position: np.ndarray) -> np.ndarray:
+    """Which rows (n,) bear a position in the packet that next to no others do."""
+    _, which, often = np.unique(position, return_inverse=True, return_counts=True)
+    return np.asarray(often[which] < RARE * np.median(often))
+
+
 def _positions(recording: Recording) -> tuple[int, np.ndarray]:
-    """Batch size and position of each row in its packet; where no position is stored, the rank within the packet."""
-    position = recording.position
-    if np.isfinite(position).all() and len(position):
+    """Batch size and position of each row in its packet, from 0; where none is stored, or one for all rows, the rank
+    within the packet."""
+    position = recording.position - recording.position.min(initial=math.inf)
+    if np.isfinite(position).all() and position.any():
         largest = int(position.max()) + 1
         return max(largest, recording.device.batch_size or 1), position.astype(np.int64)
     packet = recording.packet
@@ -216,7 +229,8 @@ def index_without_counter(recording: Recording, exact: int) -> IndexedRecording:
 def _index_by_device_stamp(recording: Recording, exact: int, unusable: int) -> IndexedRecording:
     """Sampling periods from the sensor's own stamps, one a sample or one a packet."""
     stamp = recording.device_stamp
-    falls, restarts = int((np.diff(stamp) < 0).sum()), np.append(False, np.diff(stamp) < -BACK_S)
+    step, arrived = np.diff(stamp), np.diff(arrival_stamp(recording)[1])
+    falls, restarts = int((step < 0).sum()), np.append(False, (step < -BACK_S) | (step - arrived > AHEAD_S))
     life = np.cumsum(restarts) if restarts.sum() <= FEW_FALLS else np.zeros(len(stamp), dtype=np.int64)
     order = np.lexsort((stamp, life))
     life, stamp = life[order], stamp[order]

@@ -81,9 +81,11 @@ def against_sensor(
         return (Finding(True, (), said),)
     says = f"it is gravity in {unit}" if unit != "none" else "it is gravity in no known unit"
     share, swept = missing_share(trace), leg_sweep(trace, settings.slowest_stride_hz)
+    hole = np.diff(indexed.index).max(initial=0) / device.rate_hz
     look = (
         "(lost samples are not numbered: store a packet counter or the sensor's own stamps)"
-        if indexed.numbered_by == BY_ROWS else f"(was the clock of the {report.stamp} stamps set?)"
+        if indexed.numbered_by == BY_ROWS else f"(was the clock of the {report.stamp} stamps set"
+        + ", or do the sensor's own jitter where samples are lost" * (indexed.numbered_by == BY_DEVICE_STAMP) + "?)"
     )  # fmt: skip
     rules = (
         refusal(not math.isfinite(report.static_reading), "no specific force to compare with gravity")
@@ -116,7 +118,10 @@ def against_sensor(
             f"{slow} rows, one after the other, come at a lower rate than the others: record at one rate, or leave "
             "rows out until it is one",
         )
-        or remark(share > settings.loss_tolerance, f"{share:.0%} of the samples are lost"),
+        or remark(
+            share > settings.loss_tolerance,
+            f"{share:.0%} of the samples are lost, up to {hole:.4g} s in a row (was the sensor's clock set?)",
+        ),
         refusal(
             report.swing_share < limits.swing_share,
             f"only {report.swing_share:.0%} of the motion turns about one axis: one of a walk that is not in a plane, "
@@ -419,7 +424,7 @@ def _on_a_place(place: str, trial: Trial, parameters: Parameters) -> tuple[Rule,
         *(rule for kind in kinds for rule in _on_readings(place, trial.sensors, *kind)),
         remark(
             unusable > limits.unusable_share * rows,
-            f"{unusable} rows of the {place} have no packet number or stamp", CLOCK, STRIKES,
+            f"{unusable} rows of the {place} have no packet number, position or stamp that can be", CLOCK, STRIKES,
         ),
     )  # fmt: skip
 
