@@ -27,7 +27,7 @@ from stages.calibration.estimation.request import request_of
 from stages.calibration.estimation.run_fit import RunFit, fit_from, fit_near, horizons, run_equations
 from stages.calibration.information.identifiability import first_model, free_names
 from stages.calibration.observation.measured_run import SIDES
-from stages.calibration.reports.sensor_report import _kinds
+from stages.calibration.reports.sensor_report import _beyond_intervals, _kinds
 from tests.calibration.runs import DESIGN, SHORT, drawn, fitted
 
 #: As many fits are made of them.
@@ -444,7 +444,15 @@ def test_runs_of_two_robots_come_apart_and_runs_of_one_do_not():
         runs = [SimpleNamespace(name=f"run {number}") for number in range(count)]
         return _kinds(runs, [*fits[:-1], "it fell"], design, model, ())
 
-    two = "the runs come apart as of two robots, or sensors were moved: run 1, run 3 and run 5 have stiffness 2"
-    assert [line.startswith(two) for line in said(8, 0.15)] == [True]
+    (line,) = said(8, 0.15)
+    assert ": run 1, run 3 and run 5 have stiffness 2" in line and ", run 0, run 2, run 4 and run 6 have 32" in line
     assert not any(said(count, 0.0) for count in (1, 4, 5, 7, 9) * 20)
     assert two_kinds(np.array([[1.0], [1.0], [1.1], [1.1]]), np.full((4, 1), 0.04)) is None  # noise is larger
+
+
+@pytest.mark.parametrize(("legs", "said"), [("compliant", True), ("rigid", False)])
+def test_frames_above_springs_are_missed_in_robots_that_have_springs(legs, said):
+    """A rigid leg's frame is in its mass, and it has no springs."""
+    design = dataclasses.replace(DESIGN, biped=dataclasses.replace(DESIGN.biped, legs=legs))
+    fit = SimpleNamespace(names=("biped.hip_mass",))
+    assert any("frames above the springs" in line for line in _beyond_intervals(fit, design)) is said

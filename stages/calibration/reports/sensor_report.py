@@ -163,9 +163,9 @@ def _kinds(
     name, (few, others) = model.shared[found[0]], sorted((found[1], ~found[1]), key=np.sum)
     value, usual = (np.mean([row[1][found[0]] for row, mine in zip(rested, of, strict=True) if mine])
                     for of in (few, others))  # fmt: skip
-    these = listed([row[0] for row, mine in zip(rested, few, strict=True) if mine])
+    these, those = (listed([row[0] for row, mine in zip(rested, of, strict=True) if mine]) for of in (few, others))
     return [f"the runs come apart as of two robots, or sensors were moved: {these} have {short(name)} {value:.4g} "
-            f"{design.unit(name)} each alone, the others {usual:.4g}"]
+            f"{design.unit(name)} each alone, {those} have {usual:.4g}"]
 
 
 def _with_more(design: DesignPoint, request: Request) -> DesignPoint:
@@ -313,7 +313,7 @@ def _contradicted(known: Iterable[Known], fit: CampaignFit, design: DesignPoint)
 def _beyond_intervals(fit: CampaignFit, design: DesignPoint) -> Iterator[str]:
     """What no interval holds: frames that the model has not, and gravity."""
     springs = [short(name) for name in fit.names if short(name) in OF_SPRINGS and not design.biped.frame_mass]
-    if springs:
+    if springs and design.biped.legs == "compliant":
         yield (f"the model has no frames above the springs: where the robot has, {listed(springs)} come out "
                "wrong by several percent though the fit is good, and their intervals do not hold that. Give "
                "frame_mass, frame_com and frame_inertia in biped.yaml")
