@@ -108,8 +108,8 @@ def _shared(natural: Sequence[int], least: Sequence[int], room: int) -> list[int
     sizes = list(least)
     left = room - sum(sizes) - _GAP * (len(sizes) - 1)
     while left > 0:
-        most = max(range(len(sizes)), key=lambda index: math.ceil(natural[index] / max(1, sizes[index])) +
-                   (natural[index] > sizes[index]) * natural[index] / 1e6)  # fmt: skip
+        most = max(range(len(sizes)), key=lambda index: (math.ceil(natural[index] / max(1, sizes[index])),
+                                                         natural[index]))  # fmt: skip
         if natural[most] <= sizes[most]:
             break
         sizes[most] += 1

@@ -73,6 +73,15 @@ def test_a_line_is_folded_between_words_with_its_indent():
     assert path in layout.folded(f"made by {path} today", columns=40)[1].strip()
 
 
+@pytest.mark.parametrize(("first", "second"), [(11, 30), (30, 11), (30, 30)])
+def test_a_table_of_words_is_as_low_as_any_division_of_its_room_makes_it(first, second, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "60")
+    words = ["word " * first, "word " * second]
+    by_hand = [max(len(layout.folded(text.strip(), 0, columns)) for text, columns in zip(words, (one, 56 - one)))
+               for one in range(16, 41)]  # fmt: skip
+    assert len(list(layout.table(["one", "other"], [[text.strip() for text in words]]))) == 1 + min(by_hand)
+
+
 def test_a_table_aligns_numbers_and_keeps_every_cell(monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     columns = ["run", "sensor", *(f"measure number {index} in m/s" for index in range(14)), "remark"]
