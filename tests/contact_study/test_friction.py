@@ -19,6 +19,7 @@ from stages.penalty import step_map
 from stages.penalty.model.changes import names_of
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import Settings, simulate
+from stages.planar.limit_cycle import ENOUGH
 from stages.planar.run import rolling_state
 from stages.planar.sampling import find_events
 from stages.planar.section import NoLimitCycle
@@ -76,9 +77,10 @@ def test_a_looser_solver_finds_the_same_gaits(rows, parameters, default, toleran
         return PenaltyStepper(parameters.biped, parameters.slope, law, start, Settings(tolerance))
 
     found = vary_friction(default, on)
+    # Nearly all are within 60 tolerances; what a search may leave was met at one in ten, on each processor at others.
     for name in ("period_s", "step_length_m"):
         exact = [getattr(one, name) for one in rows]
-        np.testing.assert_allclose([getattr(one, name) for one in found], exact, rtol=30 * tolerance)
+        np.testing.assert_allclose([getattr(one, name) for one in found], exact, rtol=ENOUGH[-1] * tolerance)
 
 
 def test_legs_that_stand_side_by_side_take_no_step(default, stepper):

@@ -113,10 +113,11 @@ def test_an_error_is_not_small_by_chance(parameters, contact, place, tolerance):
     """Of these the speed at two tolerances agreed 30 and 80 times nearer than it was to the true one."""
     one = design_of(dataclasses.replace(parameters, contact=dataclasses.replace(parameters.contact, **contact)))
     one = one if place is None else draws(one, 5, 2101)[place]
-    found, true = (RUNGS[PENALTY].find(one, each).values for each in (tolerance, 1e-11))
-    errors = RUNGS[PENALTY].find(one, tolerance).errors
-    assert (np.abs(found - true) <= errors).all()
-    assert (errors[:4] < 1e-4 * true[:4]).all()
+    true = RUNGS[PENALTY].find(one, 1e-11).values
+    found = [RUNGS[PENALTY].find(one, share * tolerance) for share in (1.0, 0.9, 0.8, 0.7, 0.6)]
+    assert all((np.abs(each.values - true) <= each.errors).all() for each in found)
+    # One alone is up to five times larger by chance, another on each processor.
+    assert (np.median([each.errors[:4] for each in found], axis=0) < 1e-4 * true[:4]).all()
 
 
 def test_legs_that_differ_are_drawn_as_unlike_as_they_are(parameters):

@@ -27,7 +27,8 @@ S = TypeVar("S")
 def powers(unit: str, exponent: complex = 1.0) -> tuple[complex, ...]:
     """Powers of mass, length and time in a unit as "N s/m"; `exponent` is the e of "N/mm^e". Raises KeyError."""
     total: list[complex] = [0, 0, 0]
-    for sign, part in zip((1, -1, -1), unit.split("/")):
+    above, _, below = unit.partition("/")
+    for sign, part in ((1, above), (-1, below)):
         for token in part.split():
             name, _, power = token.partition("^")
             times = sign * (exponent if power == "e" else float(power or 1))
