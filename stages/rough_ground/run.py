@@ -80,7 +80,8 @@ def counting(walk: Walks, blocks: Blocks, ramp: int, steps: int, ramps: int) -> 
     """Walks that make so many steps together, the last cut short, and others over the ramp alone."""
     counted, number = Counted(ramp), 0
     while counted.steps < steps:
-        counted.add([walk(blocks, number, steps - counted.steps)])
+        left = steps - counted.steps
+        counted.add([walk(blocks, number, left)], left)
         number += 1
     for number in range(OF_RAMPS, OF_RAMPS + ramps):
         over = walk(blocks, number, ramp)
@@ -176,7 +177,7 @@ def front(
         best, walker = found.best, found.best.walker
         counted = Counted(given.ramp_steps)
         rough = Rough(walker, best.point.z, given.block_height_rms / walker.length, blocks.block_length / walker.length)
-        counted.add(some_walks(rough, blocks.block_seed, 0, settings.steps))
+        counted.add(some_walks(rough, blocks.block_seed, 0, settings.steps), settings.steps)
         yield Reached(**vars(counted.passage()), block_height_rms=given.block_height_rms, speed_share=share,
                       speed=best.gait.speed_m_s, sensitivity_norm=best.value, stopped_by=stops(found, limits),
                       met=found.met)  # fmt: skip

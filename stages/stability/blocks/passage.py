@@ -8,7 +8,7 @@ import numpy as np
 
 from stages.analytic.result import ENDINGS, REACHES
 from stages.stability.blocks.rare import Weighed
-from stages.stability.blocks.walks import Fall, Walk
+from stages.stability.blocks.walks import KEPT, Fall, Walk
 from stages.stability.result import Passage
 
 #: Falls from which the mean is counted, and that are enough; outside of an interval on either side, and its half width
@@ -26,13 +26,15 @@ class Counted:
     stopped: int = 0
     fallen: list[Fall] = field(default_factory=list)
 
-    def add(self, walks: Sequence[Walk]) -> None:
-        """Count walks."""
+    def add(self, walks: Sequence[Walk], most: int) -> None:
+        """Count walks that may make `most` steps together; on the ramp only those that could have passed it."""
         for walk in walks:
             fell = walk.ending != REACHES
             self.steps += walk.steps + fell
-            self.passed += walk.steps >= self.ramp
-            self.stopped += fell and walk.steps < self.ramp
+            if most >= self.ramp:
+                self.passed += walk.steps >= self.ramp
+                self.stopped += fell and walk.steps < self.ramp
+            most -= walk.steps + fell
             if fell:
                 self.fallen.append((walk.ending, 1.0, np.array(walk.last)))
 
@@ -55,13 +57,18 @@ class Counted:
 
 
 def from_weighed(parts: Sequence[Weighed], counted: Counted) -> Passage:
-    """The mean from the weighed share of walks that fall in a step; `counted` has too few falls for a count."""
+    """The mean from the weighed share of walks that fall in a step; `counted` has too few falls for a count.
+
+    The chance to pass a ramp is that at this share. It begins in the gait on level blocks, where falls are fewer until
+    as many blocks as matter are passed: the interval's upper end takes the first `KEPT` steps as safe.
+    """
     walks = sum(part.walks for part in parts)
     weights = np.array([weight for part in parts for _, weight, _ in part.falls])
     share, squares = weights.sum() / walks, (weights**2).sum() / walks
     error = TWO_SIDED * np.sqrt((squares - share**2) / walks)
     steps, low, high = (1 / each if each > 0 else np.inf for each in (share, share + error, share - error))
-    chances = [float(np.exp(-counted.ramp / each)) for each in (steps, low, high)]
+    ramps = counted.ramp, counted.ramp, max(counted.ramp - KEPT, 0)
+    chances = [float(np.exp(-ramp / each)) for ramp, each in zip(ramps, (steps, low, high), strict=True)]
     effective = int(weights.sum() ** 2 / (weights**2).sum()) if len(weights) else 0
     walked = counted.steps + sum(part.steps for part in parts)
     return Passage(steps, low, high, "importance sampling", effective, walked, counted.ramp, *chances)

@@ -91,7 +91,7 @@ def walk_on(asking: Asking, z: Sequence[float], parts: range, counted: Counted) 
             return
         some = list(range(first, min(first + FIRST, parts.stop)))
         for walks in asking.each(walked, some, z):
-            counted.add([Walk(steps, ending, tuple(last)) for steps, ending, *last in walks])
+            counted.add([Walk(steps, ending, tuple(last)) for steps, ending, *last in walks], PART)
         asking.progress(some[-1] / parts.stop, "walks over blocks")
 
 
@@ -141,8 +141,8 @@ def lines(rms: float, found: Passage, ways: Sequence[Mapping[str, Any]], spread:
     yield f"blocks of independent normal heights, rms {1e3 * rms:g} mm; {found.walked} steps walked, {found.method}"
     yield (f"mean steps to a fall: {found.steps_to_fall:.4g}, 95 % interval {found.steps_low:.4g} to "
            f"{found.steps_high:.4g}")
-    yield (f"chance to walk {found.ramp_steps} steps: {found.ramp_chance:.4g}, 95 % interval {found.ramp_low:.4g} to "
-           f"{found.ramp_high:.4g}")
+    fall, least, most = (1.0 - chance for chance in (found.ramp_chance, found.ramp_high, found.ramp_low))
+    yield f"chance to fall within {found.ramp_steps} steps: {fall:.4g}, 95 % interval {least:.4g} to {most:.4g}"
     for way in ways:
         heights = " ".join(f"{height:+.2f}" for height in way["last_blocks_rms"])
         yield f"  {100 * way['share']:5.1f} % {way['ending']}; last blocks {heights} rms"
