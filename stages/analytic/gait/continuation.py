@@ -26,6 +26,9 @@ SMALLEST_STEP = 1e-7
 BESIDE = 1e-3
 #: A bend sharper than this is stepped over.
 SHARPEST_BEND = 1e-5
+#: So many points that together get no further than this part of the largest step are the end: where multipliers go to
+#: infinity, Newton's method takes ever shorter steps, without one too short.
+CRAWLING, NOWHERE = 60, 0.05
 
 
 @dataclass(frozen=True)
@@ -276,7 +279,7 @@ class Follower:
     def branch(self, most_points: int, progress: Progress) -> Branch:
         """Follow the branch to its end."""
         ended, curve = "", self.curve
-        while not ended and self.step >= SMALLEST_STEP and len(self.points) < most_points:
+        while not ended and self.step >= SMALLEST_STEP and len(self.points) < most_points and not self.crawls():
             ended = self.next(progress)
         why = f"{most_points} points" if len(self.points) >= most_points else self.ended
         return Branch(curve.name, curve.cycle, curve.steps, tuple(self.points), tuple(self.special), ended or why)
@@ -318,6 +321,11 @@ class Follower:
         """Halve the step; the branch does not end yet."""
         self.step, self.ended, self.since_refused = self.step / 2, why, 0
         return ""
+
+    def crawls(self) -> bool:
+        """Whether the last points lie so close together that more would lead nowhere."""
+        ends = [coordinates(point, self.curve.span) for point in self.points[-CRAWLING::CRAWLING - 1]]
+        return len(ends) > 1 and float(np.linalg.norm(ends[1] - ends[0])) < NOWHERE * self.largest_step
 
     def closes(self) -> bool:
         """Whether the last point is back at the first one, or has just passed it, in the same direction."""
