@@ -7,7 +7,7 @@ along the tangent and corrected by Newton's method, in parts where that is too f
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -197,38 +197,41 @@ def block(task: Task, first: int, end: int) -> list[list[float]]:
     walkers = [design.walker() if design.is_legal() else None for design in designs]
     far = Anchors([Anchor.of(plain) for plain in task.anchors])
     answers: dict[int, tuple[int, FixedPoint]] = {}
+    doubts: defaultdict[int, list[tuple[int, FixedPoint]]] = defaultdict(list)
     legal = [(index, walker) for index, walker in enumerate(walkers) if walker is not None]
     for index, walker in legal:
-        if walker.p.g_x > 0 and (answer := followed(walker, far, task.tolerance)):
+        if walker.p.g_x > 0 and (answer := followed(walker, far, task.tolerance, doubts[index])):
             answers[index] = answer
     for index, walker in legal:
         if index not in answers:
             near = beside(walker, walkers, answers, far, task.tolerance) if walker.p.g_x > 0 else Anchors([])
-            answer = followed(walker, near, task.tolerance, NEIGHBOUR) or searched(designs[index], walker, task)
+            answer = (followed(walker, near, task.tolerance, doubts[index], NEIGHBOUR)
+                      or searched(designs[index], walker, task, doubts[index]))
             if answer is not None:
                 answers[index] = answer
     return [row(walker, answers.get(index), task) for index, walker in enumerate(walkers)]
 
 
-def followed(walker: Walker, anchors: Anchors, tolerance: float, nearest: int = TANGENT
-             ) -> tuple[int, FixedPoint] | None:  # fmt: skip
+def followed(walker: Walker, anchors: Anchors, tolerance: float, doubtful: list[tuple[int, FixedPoint]],
+             nearest: int = TANGENT) -> tuple[int, FixedPoint] | None:  # fmt: skip
     """The design's gait from a few anchors: at once, or else in parts.
 
-    Newton's method may leave the family for another one. So a gait that is unstable where the anchor is stable is taken
-    once a second anchor leads to it too; else the most stable of those that all these anchors lead to, also in parts.
+    Newton's method may leave the family for another one. So an unstable gait, where the anchor is stable or the tangent
+    led elsewhere, is taken once a second anchor leads to it too; until then it is among the `doubtful`.
     """
-    near = anchors.nearest(numbers_of(walker), TRIED)
-    doubtful: list[tuple[int, FixedPoint]] = []
+    numbers = numbers_of(walker)
+    near = anchors.nearest(numbers, TRIED)
     for lead, way in ((along_tangent, None), (in_parts, HOMOTOPY)):
         for rank, known in enumerate(near):
             found = lead(walker, known, tolerance)
             if found is not None:
-                answer = way or (NEIGHBOUR if rank else nearest), found
+                answer, guess = (way or (NEIGHBOUR if rank else nearest), found), known.towards(numbers)
+                led = np.abs(found.z - guess).max() <= np.abs(guess - known.z).max()
                 again = not is_new([other for _, other in doubtful], found)
-                if by_stability(found) < 1 or not known.stable or again:
+                if by_stability(found) < 1 or (led and not known.stable) or again:
                     return answer
                 doubtful.append(answer)
-    return min(doubtful, key=lambda answer: by_stability(answer[1]), default=None)
+    return None
 
 
 def beside(
@@ -249,8 +252,10 @@ def beside(
     return Anchors([each for each in found if each is not None])
 
 
-def searched(design: DesignPoint, walker: Walker, task: Task) -> tuple[int, FixedPoint] | None:
-    """The design's gait by a search from no guess, as far as that is the task's."""
+def searched(
+    design: DesignPoint, walker: Walker, task: Task, doubtful: Sequence[tuple[int, FixedPoint]]
+) -> tuple[int, FixedPoint] | None:
+    """The design's gait by a search from no guess, as far as that is the task's, or a `doubtful` more stable one."""
     found: FixedPoint | list[str] | None = None
     if task.search == "complete":
         found = search_gait(design, walker, task.tolerance)
@@ -258,7 +263,8 @@ def searched(design: DesignPoint, walker: Walker, task: Task) -> tuple[int, Fixe
         found = next(iter(find_gaits(walker, task.tolerance, unstable=False)), None)
     if isinstance(found, FixedPoint) and found.residual > closes(walker, task.tolerance):
         found = corrected(walker, found.z, task.tolerance)
-    return (SEARCH, found) if isinstance(found, FixedPoint) else None
+    every = [*doubtful, *([(SEARCH, found)] if isinstance(found, FixedPoint) else [])]
+    return min(every, key=lambda answer: by_stability(answer[1]), default=None)
 
 
 def row(walker: Walker | None, answer: tuple[int, FixedPoint] | None, task: Task) -> list[float]:
