@@ -58,7 +58,7 @@ def init(folder: Path, update: bool, no_workflow: bool, form: options.Form) -> N
     if update:
         form.give(*_update(folder, checks))
         return
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    if os.path.lexists(folder) and (not folder.is_dir() or any(folder.iterdir())):  # a link may lead nowhere
         raise StudyError(f"{shown(folder)}: is there already and not an empty folder; choose another")
     target = folder.absolute()
     if str(target).encode(errors="replace").decode() != str(target):

@@ -212,7 +212,8 @@ def _lines(summary: Mapping[str, Any], target: Path) -> Iterator[str]:
     yield from layout.folded(f"{summary['points']} points: {', '.join(parts)}; {summary['reused']} were known")
     if summary["busy"] is not None:
         yield from layout.folded(
-            f"{summary['computed_now']} points in {summary['seconds']:.1f} s on {summary['workers']} workers; "
+            f"{summary['computed_now']} points in {summary['seconds']:.1f} s on {summary['workers']} worker"
+            f"{'s' * (summary['workers'] > 1)}; "
             f"{100 * summary['busy']:.0f} % of their time went into points")  # fmt: skip
     yield f"table: {shown(target)}"
 

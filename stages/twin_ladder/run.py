@@ -70,8 +70,9 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
     """
     bare = replace(settings, outsole=0.0, bearing_friction=0.0, slider_friction=0.0)
     points = build(biped, replace(bare, inertia="planar"))
+    above, halved = ("upper leg mass", "mass") if points.rigid else ("leg mass above the spring", "spring and mass")
     found = [
-        ("paired legs", "two legs a pair, each with half the spring and mass, on feet without width",
+        ("paired legs", f"two legs a pair, each with half the {halved}, on feet without width",
          replace(points, half_width=0.0)),
         ("foot width", "feet are cylinders that touch with two edges", points),
     ]  # fmt: skip
@@ -79,10 +80,9 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
         parts = build(biped, bare)
         feet = tuple(points.bodies[i] if i in FRAME_BODY else body for i, body in enumerate(parts.bodies))
         found += [
-            ("distributed inertia", "the mass below the springs is spread as in the bill of parts",
+            ("distributed inertia", "the lower legs' mass is spread as in the bill of parts",
              replace(points, bodies=feet)),
-            ("leg mass above the spring", "the mass above the springs swings with the legs instead of sitting at the "
-             "hip's axis", parts),
+            (above, "the upper legs' mass swings with them instead of sitting at the hip's axis", parts),
         ]  # fmt: skip
     rubbed = build(biped, replace(settings, outsole=0.0))
     if settings.bearing_friction > 0.0 or settings.slider_friction > 0.0:

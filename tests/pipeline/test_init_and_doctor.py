@@ -128,8 +128,10 @@ def test_a_new_study_brings_its_checks_for_github_and_gitlab(laid_out):
 def test_init_renews_no_checkout_and_never_writes_into_what_is_there(tmp_path, repository):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/notes.txt").write_text("mine")
-    there, checkout = bipedstudy(tmp_path, "init mine", f"init '{repository}' --update")
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    there, link, checkout = bipedstudy(tmp_path, "init mine", "init link", f"init '{repository}' --update")
     assert there == (2, "", "error: mine: is there already and not an empty folder; choose another\n")
+    assert link == (2, "", "error: link: is there already and not an empty folder; choose another\n")
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
     assert checkout[0] == 2 and "is not a study that `init` laid out" in checkout[2]
 

@@ -185,6 +185,12 @@ def test_planar_inertia_leaves_out_the_rungs_of_the_parts(parameters):
     ]  # fmt: skip
 
 
+def test_rungs_of_rigid_legs_name_no_spring(machines, parameters):
+    rigid = [(one.name, one.added) for one in rungs(dataclasses.replace(parameters.biped, legs="rigid"),
+                                                    parameters.twin, 0.002)]  # fmt: skip
+    assert "spring" not in str(rigid) and "leg mass above the spring" in [rung.name for rung in machines]
+
+
 def test_distributed_inertia_keeps_the_mass_centres(machines):
     points, spread = (rung.machine for rung in machines[1:3])
     for one, other in zip(points.bodies, spread.bodies, strict=True):
