@@ -30,8 +30,8 @@ from stages.twin.result import with_doubt
 FIELDS = {"step_frequency": "step_frequency_hz", "step_length": "step_length_m", "speed": "speed_m_s",
           "multiplier": "multiplier_1"}  # fmt: skip
 PAPERS = "The passive biped of Vasileiou, Smyrli, Drogosis and Papadopoulos (2021)"
-#: A stability of less probability is left open.
-SURE, UNSURE = 0.9, "Its errors leave open whether it is stable"
+#: A stability of less probability is left open; of more, errors that reach beyond one lie on the other side.
+SURE, UNSURE, CERTAIN = 0.9, "Its errors leave open whether it is stable", 0.999
 #: Errors below this are stated as below it; a disturbance has faded when this part of it is left.
 LEAST, FADED = 1e-5, 0.1
 
@@ -166,7 +166,11 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
     if inputs.analytic.gait.stable != (value < 1.0):
         means += f" The constraint model's gait leaves {inputs.analytic.gait.largest_multiplier:.3g}."
     sure = f"with a probability {in_digits(likely, 2)}" + ("" if multiplier.known else " by the errors that are known")
-    how = f"A step leaves {multiplier.text()} of a small disturbance: {word}, {sure}."
+    left = f"{multiplier.text()} of a small disturbance"
+    if likely > CERTAIN and multiplier.error >= abs(1.0 - value):  # as where beyond a doubling it limps
+        number, _, doubt = multiplier.text().partition(" ± ")
+        left = f"{number} of a small disturbance, or up to {doubt} {'less' if value < 1.0 else 'more'}"
+    how = f"A step leaves {left}: {word}, {sure}."
     how += _in_space(inputs) if word == "stable" else ""
     return Answer("How stable?", how, f"Errors of this multiplier{by}: {multiplier.parts(share=False)}.", means)
 
