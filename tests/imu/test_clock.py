@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 from stages.campaign.virtual_sensor import Transmitted
 from stages.imu.clock.clock import Clock, repair_clock
 from stages.imu.clock.lateness import least_squares_line, lower_envelope, robust_line, straighten
-from stages.imu.clock.packet_index import BY_DEVICE_STAMP, IndexedRecording, index_samples, unwrap_counter
+from stages.imu.clock.packet_index import BY_DEVICE_STAMP, BY_ROWS, IndexedRecording, index_samples, unwrap_counter
 from stages.imu.result import NOT_OBSERVABLE
 from stages.imu.sources.cells import recording_from_columns
 from stages.imu.sources.schema import Recording
@@ -315,6 +315,13 @@ def test_device_stamps_number_the_samples_and_phone_stamps_date_them() -> None:
     clock, counted = repaired(indexed), repaired(index_samples(recording))
     assert (indexed.numbered_by, clock.stamp) == (BY_DEVICE_STAMP, "phone")
     assert clock.time - clock.time.mean() == pytest.approx(counted.time - counted.time.mean(), abs=2e-3)
+
+
+def test_a_sensors_stamps_that_are_all_the_same_are_none() -> None:
+    """Drivers of ROS leave them 0: rows that the phone had stamped were said to have no stamps."""
+    recording = recording_of(sent(0))
+    indexed = index_samples(without(recording, "packet", "position", device_stamp=np.zeros(recording.rows)))
+    assert (indexed.numbered_by, repaired(indexed).stamp) == (BY_ROWS, "phone")
 
 
 def test_stamps_of_a_packet_number_its_samples() -> None:

@@ -214,7 +214,7 @@ def _positions(recording: Recording) -> tuple[int, np.ndarray]:
 def index_without_counter(recording: Recording, exact: int) -> IndexedRecording:
     """Count sampling periods by the sensor's own stamps where there are some, else count rows in order of arrival."""
     stored, stamped = recording.rows, np.isfinite(recording.device_stamp)
-    by_stamps = bool(stamped.sum() > max(1, stored // 2))
+    by_stamps = stamped.sum() > max(1, stored // 2) and bool(np.ptp(recording.device_stamp[stamped]))  # ROS has 0
     recording = recording.take(stamped | (not by_stamps))
     name, stamp = arrival_stamp(recording)
     known = np.isfinite(stamp) | (name == "none")
