@@ -51,6 +51,19 @@ def test_the_report_and_a_stored_copy(repository: Path, database: Path, tmp_path
     assert code == 2 and "is there already" in errors
 
 
+def test_the_rows_of_a_long_run_need_no_file_to_be_sorted_in(repository: Path, database: Path, tmp_path: Path) -> None:
+    """Who reads may write none: two sensors' 200 s ended with "cannot be opened read-only"."""
+    long = tmp_path / "long.sqlite"
+    shutil.copy(database, long)
+    columns = ", ".join(name for name, _, _ in schema.TABLES["sample"][1:])
+    with contextlib.closing(sqlite3.connect(long)) as opened:
+        while opened.execute("SELECT count(*) FROM sample WHERE experiment_id = 1").fetchone()[0] < 40_000:
+            opened.execute(f"INSERT INTO sample ({columns}) SELECT {columns} FROM sample WHERE experiment_id = 1")
+        opened.commit()
+    code, _, errors = ingest(repository, long)
+    assert code == 0 and "2 of 2 runs can be used" in errors  # rows that are there again are left out
+
+
 def test_rows_that_cannot_be_kept_are_said_of_the_copy(database: Path, tmp_path: Path, monkeypatch) -> None:
     """A disk that is full is one to SQLite: as a file that may have a few pages."""
     statements = schema.create_statements

@@ -236,6 +236,7 @@ def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
     alone = ahead and logged and not index.exists() and os.name == "posix"
     mode = "mode=ro&immutable=1" if ahead and not logged else "mode=ro&vfs=unix-none" if alone else "mode=ro"
     connection = sqlite3.connect(f"{real.as_uri()}?{mode}", uri=True, timeout=timeout_s)
+    connection.execute("PRAGMA temp_store = MEMORY")  # who reads may write no file to sort the rows of a long run in
     if alone:
         connection.execute("PRAGMA locking_mode = EXCLUSIVE")
     connection.text_factory = partial(str, encoding="utf-8", errors="replace")
