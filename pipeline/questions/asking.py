@@ -48,7 +48,7 @@ class Asked:
     ) -> None:
         self.jobs, self._client = jobs or os.cpu_count() or 1, client
         self._study, self._stage, self._question, self._parameters = study, stage, question, parameters
-        self._done, self._of = 0, 0
+        self._done, self._of, self._written = 0, 0, 0
         self._bar: Any = None
         self._said = time.monotonic()
         self._terminal = threading.RLock()
@@ -64,7 +64,8 @@ class Asked:
         self.close()
         if kind is KeyboardInterrupt:
             done = f"{self._done} of {self._of} parts are done and kept: asked again, it goes on from there"
-            raise Stopped(f"stopped; {done if self._of else 'nothing of this answer is kept'}") from None
+            said = f"lines written until then: {self._written}" if self._written else "nothing of this answer is kept"
+            raise Stopped(f"stopped; {done if self._of else said}") from None
 
     def close(self) -> None:
         """Give the terminal back."""
@@ -186,6 +187,7 @@ class Asked:
     def say(self, row: Mapping[str, Any]) -> None:
         """Print a row at once, a line of JSON. Raises BrokenPipeError where nobody reads it any longer."""
         print(json.dumps(finite(row), allow_nan=False), flush=True)
+        self._written += 1
 
     def result(self, stage: str = "") -> tuple[Any, str]:
         """A stage's result, or its own, as it lies among the study's, and its file; None, and a clause why not.

@@ -14,7 +14,7 @@ import pytest
 
 from pipeline.cache.artefact import tree
 from pipeline.commands.options import Form
-from pipeline.errors import StudyError
+from pipeline.errors import Stopped, StudyError
 from pipeline.questions.asking import Asked, BlockTable
 
 NUMBERS = [random.Random(seed).randrange(1000) for seed in (3, 4, 5, 6)]
@@ -175,6 +175,15 @@ def test_a_line_of_standard_input_that_never_ends_is_refused(monkeypatch):
         monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=endless))
         with pytest.raises(StudyError, match="no line ends within 1000000 bytes"):
             next(asked.lines())
+
+
+def test_of_rows_that_are_written_as_they_come_a_stopped_question_does_not_say_that_nothing_is_kept():
+    """As of `follow -`, whose first row takes the stream up again."""
+    with pytest.raises(Stopped, match=r"^stopped; lines written until then: 2$"), Asked(
+            None, "side", None, None, 1) as asked:  # fmt: skip
+        asked.say({"row": 1})
+        asked.say({"row": 2})
+        raise KeyboardInterrupt
 
 
 def test_a_part_that_is_refused_or_dies_is_said_and_the_others_are_kept(toy):
