@@ -155,7 +155,7 @@ def of_friction(needed: float, digits: str = ".3g") -> str:
 
 @dataclass(frozen=True)
 class WithoutImpact:
-    """The landing foot at acceleration level without an impact; zero for legs without double stance."""
+    """The landing foot at acceleration level without an impact; zero for rigid legs."""
 
     duration: float = quantity("s", "time integrated, that of the gait's double stance")
     slip_at_landing: float = quantity("m/s", "slip of the landing foot just before heel strike, downhill positive")

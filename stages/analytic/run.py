@@ -53,7 +53,7 @@ def without_impact(walker: Walker, segments: list[Segment]) -> WithoutImpact:
     single, begun = segments[-1], max((n + 1 for n, one in enumerate(segments[:-1]) if one.last), default=0)
     p = walker.on(single.stance_leg).p
     duration = sum(segment.duration for segment in segments[begun:] if in_contact(segment.phase))
-    if isinstance(p, Rigid) or not duration > 0.0:
+    if isinstance(p, Rigid):
         return WithoutImpact(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     state, new, stages = single.end.copy(), np.empty(walker.size), np.empty((STAGES, walker.size))
 

@@ -20,7 +20,7 @@ from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
 from stages.analytic.walk.recording import ROOM, record, states_at
 from stages.analytic.walk.sampling import accelerations_and_forces
 from stages.analytic.walk.validity import assess, friction_used, impulses
-from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, run_alone, stiff_gait
+from tests.analytic.designs import FRICTION, RUBBER, SLOPE, TABLE_1, TABLE_1_RIGID, changed, run_alone, stiff_gait
 
 
 @pytest.fixture(scope="module")
@@ -59,15 +59,20 @@ def test_the_friction_of_a_loaded_foot_is_the_same_at_every_tolerance(table_1_ga
         assert one.time_outside_cone == pytest.approx(found[-1].time_outside_cone, abs=1e-3)
 
 
-def test_without_an_impact_the_landing_foot_moves_on_as_it_came(table_1_gait, table_1_step):
-    """s'' = 0 keeps s': slip .139 m/s and descent .264 m/s, and the ground is left behind by descent times duration."""
-    found = without_impact(table_1_gait[0], table_1_step)
-    assert abs(found.slip_at_landing) == pytest.approx(0.139, abs=5e-4)
-    assert found.descent_at_landing == pytest.approx(0.264, abs=5e-4)
+@pytest.mark.parametrize(("changes", "slip", "descent"), [
+    ({}, 0.139, 0.264), ({"hip_mass": 0.1, "foot_radius": 0.15}, 0.397, 0.220)], ids=["Table 1", "no double stance"])
+def test_without_an_impact_the_landing_foot_moves_on_as_it_came(changes, slip, descent):
+    """s'' = 0 keeps slip downhill and descent [m/s], and the ground is left behind by descent times duration.
+
+    They are those of the leg's turning and shortening before heel strike, under a hip that moves.
+    """
+    walker, point = find_gait(changed(TABLE_1, **changes), SLOPE, 1e-10)
+    found = without_impact(walker, record(walker, section_state(point.z, walker.p), 1, 1e-12, DOUBLE_STANCE))
+    assert (found.slip_at_landing, found.descent_at_landing) == pytest.approx((slip, descent), abs=5e-4)
     assert found.slip_at_end == pytest.approx(found.slip_at_landing, rel=1e-9)
     assert found.descent_at_end == pytest.approx(found.descent_at_landing, rel=1e-9)
     assert found.depth_at_end == pytest.approx(found.descent_at_landing * found.duration, rel=1e-6)
-    assert found.duration == pytest.approx(table_1_step[0].duration * table_1_gait[0].time)
+    assert found.duration == pytest.approx(point.steps[0].double_stance * walker.time)
 
 
 def test_pull_on_a_foot_is_infinite_friction():
