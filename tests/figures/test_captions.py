@@ -16,6 +16,7 @@ from stages.biped.quantity import written_out
 from stages.biped.walk import Limp
 from stages.calibrated_twin.result import Result as CalibratedTwin
 from stages.calibration.result import Result as Calibration
+from stages.campaign.result import Result as Campaign, SetSpike
 from stages.comparison.claims.judge import STATEMENTS
 from stages.comparison.stride import NoEvidence
 from stages.comparison.tables import as_yaml
@@ -531,6 +532,19 @@ def of_a_calibrated_twin():
     return CalibratedTwin(made.robots, made.pairs, made.checks, (), None)
 
 
+def of_a_calibration():
+    misses = SimpleNamespace(shares=np.array([[0.01, -0.02], [0.03, -0.02]]))
+    made = SimpleNamespace(runs=1, fits=(), held_out=(), told=(), names=("hip", "foot"), misses=misses)
+    return SimpleNamespace(tables=lambda: Calibration.tables(made))
+
+
+def of_a_campaign():
+    sensor = SimpleNamespace(peak=200.0, peak_filtered=60.0, peak_sampled=40.0)
+    made = SimpleNamespace(runs=(SimpleNamespace(hip=sensor, foot=sensor),),
+                           spikes=(SetSpike(0.5, 2e5, 40.0, 160.0, 1.5e-3),))  # fmt: skip
+    return SimpleNamespace(tables=lambda: Campaign.tables(made))
+
+
 @pytest.mark.parametrize(("result", "title", "row", "cells"), [
     (make_study, "One parameter at a time", "starting set", ("", 2.0, 10.0, 0.1, 40.0, 600, "completed")),
     (make_study, "Distance from the rigid limit", "limit - rolling feet",
@@ -547,6 +561,9 @@ def of_a_calibrated_twin():
     (of_a_calibrated_twin, "What the outsole does", "run 01", (
         "2.10", "0.20", "2.00", "9.0", "-0.80", "0.10", "-0.85")),
     (of_a_calibrated_twin, "Runs held out", "run 02", ("corrected by the twin", "2.0", "0.100", "0.0200")),
+    (of_a_calibration, "Errors of such fits", "hip", ("+2.00", "1.41")),
+    (of_a_campaign, "Spike at heel strike", "foot", ("200.0", "60.0", "40.0")),
+    (of_a_campaign, "The twin's spike", "0.5", ("2e+05", "40", "160", "1.50")),
 ])
 def test_cells_of_tables_are_in_the_units_of_their_columns(result, title, row, cells):
     """Of results of round sizes, worked out by hand: mm of m, degrees of rad, per cent of shares."""
