@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -30,7 +31,7 @@ from stages.model_error.measures import IMPULSIVE, NAMES, UNITS, Allowed
 from stages.model_error.miss import Learnt, Miss
 from stages.model_error.parameters import Parameters
 from stages.model_error.result import EVEN, MODELS, NUMBERS, PENALTY, SHARED, TWIN, WIDTH, Result, Stability
-from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung, design_of
+from stages.model_error.rungs import CONSTRAINT, RUNGS, Found, NoRung, TooLoose, design_of
 
 if TYPE_CHECKING:
     from stages.analytic.derivatives.gait import GaitTangents
@@ -109,6 +110,14 @@ class Ladder:
             raise found
         return found
 
+    def easiest(self, rung: int) -> Found:
+        """What a rung finds at the loosest tolerance that does. Raises NoRung."""
+        *looser, last = RUNGS[rung].tolerances
+        for tolerance in looser:
+            with suppress(TooLoose):
+                return self.find(rung, tolerance)
+        return self.find(rung, last)
+
     def corrected(self, rung: int, measure: int, tolerance: float) -> tuple[float, float, float]:
         """A measure with the rung's bias, its solver's error and its model's, as shares where errors are. Raises NoRung
         where the gait may not be stable, of which no rung below the penalty walker has learnt its miss. Inside of what
@@ -159,6 +168,9 @@ class Ladder:
             for tolerance in one.tolerances:
                 try:
                     found = self.corrected(rung, measure, tolerance)
+                except TooLoose as reason:
+                    passed.append(str(reason))
+                    continue
                 except NoRung as reason:
                     passed.append(str(reason))
                     break
@@ -187,19 +199,20 @@ class Ladder:
         """The probability that the best rung's largest multiplier is below one. Raises NoRung."""
         reason = NoRung("no model's error is known")
         for rung, one in enumerate(RUNGS):
-            miss = self.miss(rung, MULTIPLIER)
-            if not math.isfinite(miss.error):
-                continue
-            try:
-                for tolerance in one.tolerances:
-                    value, solver, model = self.corrected(rung, MULTIPLIER, tolerance)
-                    alone = below_one(value, miss, solver)
-                    if solver <= model or min(alone, 1.0 - alone) < DECIDED:
-                        break  # the model's part is the larger, or it is decided: a closer one would not change that
-            except NoRung as why:
-                reason = why
-                continue
-            if rung < PENALTY and min(alone, 1.0 - alone) >= DECIDED:
+            miss, found, alone = self.miss(rung, MULTIPLIER), None, 0.5
+            for tolerance in one.tolerances if math.isfinite(miss.error) else ():
+                try:
+                    found = self.corrected(rung, MULTIPLIER, tolerance)
+                except NoRung as why:
+                    reason, found = why, None
+                    if isinstance(why, TooLoose):
+                        continue
+                    break
+                value, solver, model = found
+                alone = below_one(value, miss, solver)
+                if solver <= model or min(alone, 1.0 - alone) < DECIDED:
+                    break  # the model's part is the larger, or it is decided: a closer one would not change that
+            if found is None or (rung < TWIN and min(alone, 1.0 - alone) >= DECIDED):
                 continue
             inputs, changes = self.inputs("multiplier", rung), self.multipliers_on_slopes(rung)
             own = WIDTH * self.by_values if math.isfinite(self.by_values) else 0.0
@@ -271,16 +284,16 @@ class Ladder:
         from stages.analytic.derivatives.uncertainty import SLOPE
 
         rung, slope, found = min(rung, PENALTY), self.parameters.slope, list[float]()
-        width, tolerance = self.parameters.half_widths.get(SLOPE, 0.0), RUNGS[rung].tolerances[0]
+        width = self.parameters.half_widths.get(SLOPE, 0.0)
         if rung not in self.slopes:
             for part in np.linspace(-1.0, 1.0, 2 * SLOPES + 1)[1::2] if width else ():
                 there = replace(self.parameters, slope=replace(slope, slope_deg=slope.slope_deg + width * part))
                 ladder = Ladder(there, self.learnt, near=self.design.searched)
                 try:
-                    found.append(float(ladder.find(rung, tolerance).values[MULTIPLIER]))
+                    found.append(float(ladder.easiest(rung).values[MULTIPLIER]))
                 except NoRung:
                     found.append(math.inf)
-            own = self.find(rung, tolerance).values[MULTIPLIER] if found else 0.0
+            own = self.easiest(rung).values[MULTIPLIER] if found else 0.0
             self.slopes[rung] = np.array(found or [0.0]) - own
         return self.slopes[rung]
 

@@ -29,7 +29,15 @@ from stages.model_error.parameters import Parameters
 from stages.model_error.result import MODELS, PRICES, SHARED
 from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import Settings as PenaltySettings, simulate
-from stages.planar.limit_cycle import corrected, fixed_point as limit_cycle, floquet_multipliers, gait_near
+from stages.planar.limit_cycle import (
+    ENOUGH,
+    S,
+    Steps,
+    corrected,
+    fixed_point as limit_cycle,
+    floquet_multipliers,
+    gait_near,
+)
 from stages.planar.run import LimitCycle
 from stages.planar.sampling import peaks
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
@@ -53,6 +61,10 @@ DIFFERENCES_LEAVE = 1e-4
 
 class NoRung(ValueError):
     """A rung finds no gait of a design, or does not know it; the message says which and why."""
+
+
+class TooLoose(NoRung):
+    """A gait that closes at a tolerance by chance; a tighter one may find it."""
 
 
 @dataclass(frozen=True)
@@ -182,6 +194,15 @@ def constrained(walker: Walker, point: FixedPoint, tolerance: float) -> Found:
     return Found(values, left_open(values, found))
 
 
+def closer(walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray) -> S:
+    """The step from where a correction of a gait leads, at section numbers (10,). Raises TooLoose where that does not
+    close, as loose steps may by chance beside the gait of a map that is not smooth."""
+    found = corrected(walker, numbers, derivative)
+    if found.residual > ENOUGH[-1] * walker.tolerance:
+        raise TooLoose(f"steps to a tolerance of {walker.tolerance:.1g} close by chance beside it")
+    return found.step
+
+
 def by_penalty(design: Design, tolerance: float) -> Found:
     """The penalty walker of the twin's machine; its second search starts at the first's gait."""
     stepper, cycle = design.penalty(tolerance)
@@ -189,7 +210,7 @@ def by_penalty(design: Design, tolerance: float) -> Found:
     other = PenaltyStepper(design.projected, design.slope, design.contact, stepper.start, looser)
 
     def measured(walker: PenaltyStepper) -> np.ndarray:
-        step = corrected(walker, cycle.section_state, cycle.monodromy_matrix)
+        step = closer(walker, cycle.section_state, cycle.monodromy_matrix)
         multipliers = floquet_multipliers(walker.derivative(step.numbers, step))
         count, start = walker.steps_a_cycle, section_state(step.numbers, walker.start)
         run = simulate(design.projected, design.slope, design.contact, start, walker.settings, steps=count,
@@ -218,7 +239,7 @@ def by_twin(design: Design, tolerance: float) -> Found:
 
     walker = search(tolerance)
     found = limit_cycle(walker, cycle.section_state, exact)
-    strides = [corrected(each, found.numbers, found.derivative) for each in (walker, search(LOOSER * tolerance))]
+    strides = [closer(each, found.numbers, found.derivative) for each in (walker, search(LOOSER * tolerance))]
     largest = float(abs(walker.multipliers(found.numbers, exact, 1)[0]))
     penalty = float(np.abs(np.linalg.eigvals(exact)).max()) ** 0.5
     values, other = (
@@ -248,6 +269,8 @@ class Rung:
         """The measures of its gait. Raises NoRung."""
         try:
             return self.walked(design, tolerance)
+        except TooLoose as error:
+            raise TooLoose(f"no gait of the {self.name} was found: {error}") from None
         except (NoGait, StepFailed, NoLimitCycle, ValueError) as error:
             raise NoRung(f"no gait of the {self.name} was found: {error}") from None
 

@@ -205,14 +205,18 @@ def fixed_point(
     return FixedPointOf(*best, least, np.eye(10) if derivative is None else derivative)
 
 
-def corrected(walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray) -> S:
-    """The step from where one correction of a fixed point by Newton's method leads. Raises NoLimitCycle.
+def corrected(
+    walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray, first: S | None = None
+) -> FixedPointOf[S]:
+    """Where one correction of a fixed point by Newton's method leads; `first` is the step from it, if known.
 
     A search stops at the tolerance of its steps, and what is left of it is larger than their errors; a gait of a model
-    as close as round-off needs no search.
+    as close as round-off needs no search. Raises NoLimitCycle.
     """
-    moved = walker.step(numbers).numbers - numbers
-    return walker.step(numbers + np.linalg.solve(np.eye(len(numbers)) - derivative, moved))
+    moved = (first or walker.step(numbers)).numbers - numbers
+    there = numbers + _newton_change(derivative, moved, walker.scales)
+    step = walker.step(there)
+    return FixedPointOf(there, step, _size(walker, step.numbers - there), derivative)
 
 
 def nearer(walker: Steps[S], found: FixedPointOf[S], derivative: np.ndarray) -> FixedPointOf[S]:
@@ -220,14 +224,10 @@ def nearer(walker: Steps[S], found: FixedPointOf[S], derivative: np.ndarray) -> 
 
     So its numbers are off by the steps' own errors, which looser steps tell, and not by where the search stopped.
     """
-    if found.residual == 0.0:
-        return found
     with contextlib.suppress(NoLimitCycle):  # what was found stays, if nothing is near it
-        moved = found.step.numbers - found.numbers
-        numbers = found.numbers + _newton_change(derivative, moved, walker.scales)
-        step = walker.step(numbers)
-        residual = _size(walker, step.numbers - numbers)
-        return FixedPointOf(numbers, step, residual, derivative) if residual < found.residual else found
+        if found.residual > 0.0:
+            other = corrected(walker, found.numbers, derivative, found.step)
+            return other if other.residual < found.residual else found
     return found
 
 

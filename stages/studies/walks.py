@@ -145,14 +145,14 @@ def between_cycles(what: str, machine: Machine, state: PlanarState, numbers: np.
     stepper = PenaltyStepper(*parts, Settings(COMPILED))
     near = fixed_point(stepper, numbers).numbers
     derivative = stepper.derivative(near)
-    ours = corrected(stepper, near, derivative)
-    looser = corrected(PenaltyStepper(*parts, Settings(LOOSER * COMPILED)), ours.numbers, derivative)
+    ours = corrected(stepper, near, derivative).step
+    looser = corrected(PenaltyStepper(*parts, Settings(LOOSER * COMPILED)), ours.numbers, derivative).step
     true = lengths_of(ours, ours)
     own = np.abs(lengths_of(looser, ours) - true).max()
 
     def exudyn(tolerance: float) -> np.ndarray:
         settings = machine.exudyn_settings(tolerance)
-        return lengths_of(corrected(SectionWalker(*parts, settings, 1e-4), ours.numbers, derivative), ours)
+        return lengths_of(corrected(SectionWalker(*parts, settings, 1e-4), ours.numbers, derivative).step, ours)
 
     tolerance, before = machine.tolerance, exudyn(LOOSER * machine.tolerance)
     while True:

@@ -23,7 +23,7 @@ from stages.model_error.questions import map
 from stages.model_error.questions.ask import Options, ask, stability_in_words
 from stages.model_error.result import MODELS, PENALTY, TWIN, WIDTH, Result, Stability
 from stages.model_error.run import further, further_draws, walked
-from stages.model_error.rungs import RUNGS, Found, NoRung, design_of
+from stages.model_error.rungs import RUNGS, Found, NoRung, TooLoose, design_of
 from tests.asking import Asking
 
 
@@ -306,6 +306,26 @@ def test_where_the_solver_leaves_more_open_than_the_model_stability_takes_a_clos
     walked = []
     assert Ladder(exact, Learnt(small)).stable().probability < 1e-6
     assert set(walked) == {1e-6, 1e-7}
+
+
+def test_a_gait_that_closes_by_chance_is_walked_closer_and_the_twin_decides(parameters, small, monkeypatch):
+    """Of rubbing legs .854 at 1e-6 was taken for .978, and the penalty walker answered for the best rung."""
+
+    def find(ladder, rung, tolerance):
+        if tolerance > 1e-7:
+            raise TooLoose("beside it")
+        return Found(np.array([0.5, 2.0, 0.2, 0.4, 9.0, 0.998 if rung == TWIN else 0.999]), np.zeros(6))
+
+    def miss(ladder, rung, measure):
+        return Miss(0.0, (math.inf, math.inf, 1e-2, 0.0)[rung])
+
+    monkeypatch.setattr(Ladder, "find", find)
+    monkeypatch.setattr(Ladder, "miss", miss)
+    monkeypatch.setattr(Ladder, "by_values", 0.0)
+    found, period = (each(Ladder(parameters, Learnt(small))) for each in (
+        Ladder.stable, lambda ladder: ladder.within("period", 0.02, share=True)))
+    assert (found.rung, found.multiplier, found.probability) == (MODELS[TWIN], 0.998, 1.0)
+    assert period.rung == MODELS[PENALTY] and period.tolerance == 1e-7 and "beside it" in period.passed_over
 
 
 def test_the_answer_has_no_clock_in_it(parameters, small):

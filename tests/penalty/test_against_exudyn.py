@@ -76,7 +76,7 @@ def test_two_errors_that_are_alike_by_chance_do_not_pass_for_a_difference(monkey
 
     def corrected(walker, near, derivative):
         off = 5e-9 * isinstance(walker, OfExudyn) * (truly or walker.tolerance > 2e-9)
-        return SimpleNamespace(length=0.1 + off, duration=1.0, numbers=np.zeros(10))
+        return SimpleNamespace(step=SimpleNamespace(length=0.1 + off, duration=1.0, numbers=np.zeros(10)))
 
     for name, put in (("PenaltyStepper", Taker), ("SectionWalker", OfExudyn), ("corrected", corrected),
                       ("fixed_point", lambda walker, numbers: SimpleNamespace(numbers=numbers))):
