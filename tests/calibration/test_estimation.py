@@ -293,6 +293,21 @@ def test_where_a_guess_leads_nowhere_one_parameter_is_changed_until_steps_last_a
     assert tried[0] == short.value("biped.leg_length") < tried[1]
 
 
+@pytest.mark.parametrize(("chi2", "attempts"), [((1.0,), 1), ((9.0, 1.0), 2), ((9.0, 9.0), 2), ((9.0, 8.0, 1.0), 3)])
+def test_a_run_is_fitted_again_until_that_is_good_or_the_same(campaign, monkeypatch, chi2, attempts):
+    design, model = fitted()
+    made = []
+
+    def attempt(*_):
+        made.append(chi2[min(len(made), len(chi2) - 1)])
+        equations = SimpleNamespace(chi2=100 * made[-1], count=100, cost=50 * made[-1])
+        return run_fit.RunFit(np.zeros(1), np.zeros(1), np.zeros(1), equations, 7, True, "")
+
+    monkeypatch.setattr(run_fit, "_fit", attempt)
+    fit = run_fit.fit_run(design, campaign.runs[0], model, ())
+    assert fit.evaluations == 7 * attempts and fit.equations.chi2 == 100 * min(made)
+
+
 # --- Least squares rest where what is left to gain is a small part of what the residuals say that they do not know.
 
 
