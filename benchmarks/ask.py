@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from scipy.stats import binom
 
 import bipedstudy as bs
-from stages.model_error.choice import MULTIPLIER, Ladder
+from stages.model_error.choice import DERIVED, MULTIPLIER, Ladder
 from stages.model_error.measures import NAMES
 from stages.model_error.miss import Learnt
 from stages.model_error.result import PENALTY, SHARED, TWIN
@@ -137,12 +137,12 @@ def main(count: int) -> None:
         rows.append((measure, error, found, miss, miss <= error + noise, cheapest == found.rung,
                      true.values[-1] < 1))  # fmt: skip
         cost, twin_cost = cost + took, twin_cost + reference
-        if measure != "multiplier" and error > 5e-3:
+        if measure in DERIVED and error > 5e-3:
             easy = [easy[0] + took, easy[1] + reference]
     answered = [row for row in rows if row[2].met]
     print(f"{len(rows)} questions, {len(answered)} answered, {sum(row[4] for row in answered)} of these within")
     print(f"the cheapest rung in {np.mean([row[5] for row in rows]):.2f}; processor time {cost:.1f} s against the "
-          f"twin's {twin_cost:.1f} s ({cost / twin_cost:.3f}); measures above .5 %: {easy[0] / easy[1]:.3f}")
+          f"twin's {twin_cost:.1f} s ({cost / twin_cost:.3f}); times and lengths above .5 %: {easy[0] / easy[1]:.3f}")
     print(Counter((row[2].rung or "refused", f"1e{np.floor(np.log10(row[1])):.0f}") for row in rows))
     for row in rows:
         if not row[4]:
