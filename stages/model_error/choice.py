@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 MULTIPLIER = NAMES.index("multiplier")
 #: Names of the measures that the constraint model's derivatives have.
 DERIVED = {"period": "period_s", "step_frequency": "period_s", "step_length": "step_length_m", "speed": "speed_m_s"}
-#: A probability of so little more stays as it is: a dearer rung would not change what is decided.
+#: So small a probability of the other decides.
 DECIDED = 1e-3
 CLOSER = 10.0
 #: A multiplier is taken on so many slopes of those that may be, the design's in their middle.
@@ -165,18 +165,22 @@ class Ladder:
             if not math.isfinite(floor) or (shares and floor >= error):
                 passed.append(self.too_large(rung, measure, floor))
                 continue
-            for tolerance in one.tolerances:
-                try:
-                    found = self.corrected(rung, measure, tolerance)
-                except TooLoose as reason:
-                    passed.append(str(reason))
-                    continue
-                except NoRung as reason:
-                    passed.append(str(reason))
-                    break
-                yield rung, tolerance, *found
-                if shares and found[2] >= error:
+            for tolerance, value, solver, model in self.walks(rung, measure, passed):
+                yield rung, tolerance, value, solver, model
+                if shares and model >= error:
                     break  # the model's part is too large: no tolerance mends that
+
+    def walks(self, rung: int, measure: int, passed: list[str]) -> Iterator[tuple[float, float, float, float]]:
+        """Tolerances of a rung, the loosest first, with what is `corrected` there; why others are `passed`."""
+        for tolerance in RUNGS[rung].tolerances:
+            try:
+                found = self.corrected(rung, measure, tolerance)
+            except NoRung as reason:
+                passed.append(str(reason))
+                if not isinstance(reason, TooLoose):
+                    break
+            else:
+                yield tolerance, *found
 
     def too_large(self, rung: int, measure: int, error: float, how: str = "") -> str:
         """Why a rung does not do."""
@@ -197,29 +201,35 @@ class Ladder:
 
     def stable(self) -> Stability:
         """The probability that the best rung's largest multiplier is below one. Raises NoRung."""
-        reason = NoRung("no model's error is known")
+        passed, best = ["no model's error is known"], None
         for rung, one in enumerate(RUNGS):
-            miss, found, alone = self.miss(rung, MULTIPLIER), None, 0.5
-            for tolerance in one.tolerances if math.isfinite(miss.error) else ():
-                try:
-                    found = self.corrected(rung, MULTIPLIER, tolerance)
-                except NoRung as why:
-                    reason, found = why, None
-                    if isinstance(why, TooLoose):
-                        continue
-                    break
-                value, solver, model = found
-                alone = below_one(value, miss, solver)
-                if solver <= model or min(alone, 1.0 - alone) < DECIDED:
-                    break  # the model's part is the larger, or it is decided: a closer one would not change that
-            if found is None or (rung < TWIN and min(alone, 1.0 - alone) >= DECIDED):
+            known = self.multiplier(rung, passed)
+            if known is None:
+                continue
+            (value, solver, model), miss = known, self.miss(rung, MULTIPLIER)
+            alone = decided(below_one(value, miss, solver))
+            if rung < PENALTY and not alone:
                 continue
             inputs, changes = self.inputs("multiplier", rung), self.multipliers_on_slopes(rung)
             own = WIDTH * self.by_values if math.isfinite(self.by_values) else 0.0
             whole = below_one(value + changes, miss, math.hypot(solver, own))
-            if rung >= PENALTY or min(whole, 1.0 - whole) < DECIDED:
-                return Stability(whole, value, solver, model, inputs, one.name)
-        raise reason
+            found = Stability(whole, value, solver, model, inputs, one.name)
+            if rung == TWIN or decided(whole) or (rung == PENALTY and alone):
+                return found
+            best = found if rung == PENALTY else None  # which stays, where the twin has none
+        if best is None:
+            raise NoRung(passed[-1])
+        return best
+
+    def multiplier(self, rung: int, passed: list[str]) -> tuple[float, float, float] | None:
+        """A rung's largest multiplier, solver's and model's error, as close as that may decide more; why it is None is
+        `passed`."""
+        found, miss = None, self.miss(rung, MULTIPLIER)
+        for _, value, solver, model in self.walks(rung, MULTIPLIER, passed) if math.isfinite(miss.error) else ():
+            found = value, solver, model
+            if solver <= model or decided(below_one(value, miss, solver)):
+                break
+        return found
 
     def inputs(self, name: str, rung: int) -> float:
         """What the digits of the parameters leave of a measure, as a share of it or by itself; NaN if not known.
@@ -333,6 +343,11 @@ class Ladder:
             return gait_derivatives(self.design_point, self.design.as_it_stands[1], names, CONSTRAINT)
         except (NoGait, StepFailed, np.linalg.LinAlgError):
             return None
+
+
+def decided(probability: float) -> bool:
+    """Whether so little is left open that a dearer rung would not change what is decided."""
+    return min(probability, 1.0 - probability) < DECIDED
 
 
 def below_one(values: Vector | float, miss: Miss, other: float) -> float:
