@@ -214,7 +214,8 @@ class Ladder:
             own = WIDTH * self.by_values if math.isfinite(self.by_values) else 0.0
             whole = below_one(value + changes, miss, math.hypot(solver, own))
             found = Stability(whole, value, solver, model, inputs, one.name)
-            if rung == TWIN or decided(whole) or (rung == PENALTY and alone):
+            near = rung == PENALTY and (alone or model < CLOSER * RUNGS[TWIN].differences)  # the twin leaves as much
+            if rung == TWIN or decided(whole) or near:
                 return found
             best = found if rung == PENALTY else None  # which stays, where the twin has none
         if best is None:
