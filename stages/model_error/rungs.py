@@ -194,7 +194,7 @@ def constrained(walker: Walker, point: FixedPoint, tolerance: float) -> Found:
     return Found(values, left_open(values, found))
 
 
-def closer(walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray) -> S:
+def closing_step(walker: Steps[S], numbers: np.ndarray, derivative: np.ndarray) -> S:
     """The step from where a correction of a gait leads, at section numbers (10,). Raises TooLoose where that does not
     close, as loose steps may by chance beside the gait of a map that is not smooth."""
     found = corrected(walker, numbers, derivative)
@@ -210,7 +210,7 @@ def by_penalty(design: Design, tolerance: float) -> Found:
     other = PenaltyStepper(design.projected, design.slope, design.contact, stepper.start, looser)
 
     def measured(walker: PenaltyStepper) -> np.ndarray:
-        step = closer(walker, cycle.section_state, cycle.monodromy_matrix)
+        step = closing_step(walker, cycle.section_state, cycle.monodromy_matrix)
         multipliers = floquet_multipliers(walker.derivative(step.numbers, step))
         count, start = walker.steps_a_cycle, section_state(step.numbers, walker.start)
         run = simulate(design.projected, design.slope, design.contact, start, walker.settings, steps=count,
@@ -239,7 +239,7 @@ def by_twin(design: Design, tolerance: float) -> Found:
 
     walker = search(tolerance)
     found = limit_cycle(walker, cycle.section_state, exact)
-    strides = [closer(each, found.numbers, found.derivative) for each in (walker, search(LOOSER * tolerance))]
+    strides = [closing_step(each, found.numbers, found.derivative) for each in (walker, search(LOOSER * tolerance))]
     largest = float(abs(walker.multipliers(found.numbers, exact, 1)[0]))
     penalty = float(np.abs(np.linalg.eigvals(exact)).max()) ** 0.5
     values, other = (
