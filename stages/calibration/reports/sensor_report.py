@@ -158,12 +158,16 @@ def _kinds(
     rested = [(run.name, fit.design, np.diag(covariance_of(
         information_of(known, model.shared) + fit.equations.eliminated(d)[0], sizes)))
         for run, fit in zip(runs, fits, strict=True) if isinstance(fit, RunFit) and fit.converged]  # fmt: skip
-    if len(rested) < FEWEST_OF_TWO or (found := two_kinds(*map(np.array, list(zip(*rested, strict=True))[1:]))) is None:
+    if len(rested) < FEWEST_OF_TWO:
         return []
-    name, (few, others) = model.shared[found[0]], sorted((found[1], ~found[1]), key=np.sum)
-    value, usual = (np.mean([row[1][found[0]] for row, mine in zip(rested, of, strict=True) if mine])
-                    for of in (few, others))  # fmt: skip
-    these, those = (listed([row[0] for row, mine in zip(rested, of, strict=True) if mine]) for of in (few, others))
+    names, values, variances = map(np.array, zip(*rested, strict=True))
+    found = two_kinds(values, variances)
+    if found is None:
+        return []
+    place, kind = found
+    few, others = sorted((kind, ~kind), key=np.sum)
+    name, value, usual = model.shared[place], *(values[of, place].mean() for of in (few, others))
+    these, those = (listed(names[of].tolist()) for of in (few, others))
     return [f"the runs come apart as of two robots, or sensors were moved: {these} have {short(name)} {value:.4g} "
             f"{design.unit(name)} each alone, {those} have {usual:.4g}"]
 
