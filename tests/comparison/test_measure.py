@@ -16,7 +16,10 @@ from stages.comparison.result import FAILS, HOLDS, UNDECIDED, UNKNOWN, BipedSumm
 from stages.comparison.tables import side_by_side
 from stages.contact_study.result import FrictionVariation
 from stages.error_budget.result import CREEP, EFFECTS, SLIP, Split
+from stages.rough_ground.result import CONSTRAINT, PENALTY
+from stages.studies.result import COMPLETED
 from stages.tradeoff.result import Errors, Row
+from stages.twin_ladder.result import Result as Ladder, RungGait
 from tests.comparison.made_up import make_budget, make_step, make_study, make_walk
 from tests.comparison.test_claims import CASES, PARAMETERS, of
 
@@ -236,9 +239,9 @@ def test_the_least_change_of_the_stiffness_that_helps_is_found_and_the_hip_is_co
 def test_the_twins_own_gait_is_the_ladders_where_it_has_one():
     settled = SimpleNamespace(step_period=[0.5], period_s=0.49, steps_to_settle=1, frequency_text=lambda: "2 Hz")
     runs = [SimpleNamespace(failed_attempts=number) for number in (0, 2, 1)]
-    own = SimpleNamespace(period_s=0.48, plane_multipliers=np.array([[0.6, 0.8]]),
+    own = SimpleNamespace(period_s=0.48, plane_multipliers=np.array([[0.42, 0.56]]),
                           side_multipliers=np.array([[0.3, 0.4]]))  # fmt: skip
-    for rung, of_gait, pushed in ((None, (0.49, math.nan), (math.nan, math.nan)), (own, (0.48, 1.0), (1.0, 0.5))):
+    for rung, of_gait, pushed in ((None, (0.49, math.nan), (math.nan, math.nan)), (own, (0.48, 0.7), (0.7, 0.5))):
         results = SimpleNamespace(
             twin=SimpleNamespace(settling=settled), twin_ladder=SimpleNamespace(twin=rung),
             campaign=SimpleNamespace(runs=runs), twin_pushes=SimpleNamespace(limits=lambda: [("yaw", "rad", 0.1, 0.2)]))
@@ -246,6 +249,38 @@ def test_the_twins_own_gait_is_the_ladders_where_it_has_one():
         assert found[:2] == (1, 0.5) and found[4] == "2 Hz" and found[2:4] == pytest.approx(of_gait, nan_ok=True)
         found = twin.push_converges(SimpleNamespace(results=results))
         assert found[:3] == (3, 3, (("yaw", "rad", 0.1, 0.2),)) and found[3:] == pytest.approx(pushed, nan_ok=True)
+
+
+def test_the_twin_is_compared_by_the_details_up_to_it_and_by_forward_up_and_rate():
+    def rung(name, period, is_twin=False):
+        return RungGait(name, COMPLETED, period, 0.16, 0.0, "", is_twin, *[np.zeros((2, 2))] * 2, 0.0, 1.0, 1)
+
+    rungs = (rung("planar", 0.481), rung("inertia", 0.484), rung("leg", 0.482, True), rung("outsole", 0.49))
+    ladder = Ladder(0.48, 0.16, rungs, 0.48, 0.16)
+    for twins, upto in ((rungs, 2), (tuple(dataclasses.replace(one, is_twin=False) for one in rungs), 3)):
+        for inertia in ("parts", "planar"):
+            found = twin.twin_like_simple(SimpleNamespace(
+                results=SimpleNamespace(twin_ladder=dataclasses.replace(ladder, rungs=twins)),
+                parameters=SimpleNamespace(twin=SimpleNamespace(inertia=inertia)),
+                twin=SimpleNamespace(normalised_rms=np.arange(1.0, 7.0))))  # fmt: skip
+            assert found[:3] == (1.0, 2.0, 3.0) and found[4:] == (0.48, inertia == "parts")
+            assert [name for name, _ in found[3]] == ["inertia", "leg", "outsole"][:upto]
+            assert [change for _, change in found[3]] == pytest.approx([3e-3, -2e-3, 8e-3][:upto])
+
+
+def test_the_ramp_is_passed_on_the_highest_blocks_that_both_models_walked():
+    def row(model, height, chance):
+        return SimpleNamespace(model=model, block_height_rms=height, ramp_steps=10, ramp_chance=chance,
+                               ramp_low=chance - 0.02, ramp_high=chance + 0.01)  # fmt: skip
+
+    rows = [row(model, height, chance - less) for model, less in ((CONSTRAINT, 0.0), (PENALTY, 0.1))
+            for height, chance in ((2e-4, 0.97), (4e-4, 0.93), (6e-4, 0.49), (8e-4, 0.2))]  # fmt: skip
+    for passing, height, chance in ((0.9, 4e-4, 0.93), (0.95, 2e-4, 0.97), (0.99, 2e-4, 0.97)):
+        found = SimpleNamespace(of=lambda model: [one for one in rows if one.model == model])
+        evidence = SimpleNamespace(results=SimpleNamespace(rough_ground=found), parameters=SimpleNamespace(
+            settings=SimpleNamespace(passing_chance=passing)))  # fmt: skip
+        assert twin.ramp_passed(evidence) == pytest.approx(
+            (11, height, chance, chance - 0.02, chance + 0.01, chance - 0.12, chance - 0.09, 6e-4, 8e-4))
 
 
 def test_eleven_sets_need_ten_steps_and_a_block():
@@ -304,6 +339,11 @@ def test_pushes_correlate_with_frequencies_that_follow_them():
     found = calibration.pushes_and_frequency(truths, follows)
     assert found[0] == pytest.approx(1.0) and found[2] == pytest.approx(1.0)
     assert found[1] == pytest.approx(0.361, abs=5e-4), "the 5 % level of 30 pairs in any table"
+    other = random.normal(0, 0.04, 30)
+    other -= (terms := np.column_stack([np.ones(30), pushes])) @ np.linalg.pinv(terms) @ other  # is of no push
+    half = {run.name: 2.0 + run.stance_push + off for run, off in zip(truths, other, strict=True)}
+    assert calibration.pushes_and_frequency(truths, half)[2] == pytest.approx(
+        np.var(pushes[:, 0]) / (np.var(pushes[:, 0]) + np.var(other)))
     alone = calibration.pushes_and_frequency(truths, {run.name: float(random.normal()) for run in truths})
     assert abs(alone[0]) < 0.5 and alone[2] < 0.3
     assert all(math.isnan(value) for value in calibration.pushes_and_frequency(truths, {**follows, "a lab's": 2.0}))
@@ -374,6 +414,11 @@ def test_numbers_carry_what_they_differ_by_and_none_where_closer_solvers_have_no
 def test_a_claim_stands_where_closer_solvers_do_not_get_there():
     assert judge.measured_of(STABLE.about, None) == ()
     assert judge.measured_of(STABLE.about, (object(), object())) == (), "an error that nobody foresaw"
+    other = SimpleNamespace(cycle=SimpleNamespace(largest_multiplier=0.642))
+    both = tuple(SimpleNamespace(results=SimpleNamespace(
+        analytic=SimpleNamespace(gait=SimpleNamespace(largest_multiplier=value)), multibody=other))
+        for value in (0.64, 0.64 + 1e-9))  # fmt: skip
+    assert judge.measured_of(STABLE.about, both) == (STABLE, of(STABLE, constraint=0.64 + 1e-9))
 
 
 def test_a_number_inside_of_a_tuple_is_named_and_changed():
