@@ -1,5 +1,6 @@
 """The gait over the slope and from other starts, against walks that know nothing of continuation."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -37,6 +38,7 @@ from stages.stability.blocks.rare import (
 from stages.stability.blocks.walks import KEPT, Rough, Walk, heights_of, some_walks, walk_on
 from stages.stability.parameters import Settings
 from stages.stability.questions import rough as question
+from stages.stability.result import Passage
 from stages.stability.run import SLOPE as OVER, over_slope, section_of, starts_around
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait
 from tests.asking import Asking
@@ -302,6 +304,22 @@ def test_weighed_walks_fall_as_often_as_counted_ones(design, rms):
     assert found.steps_low < count.steps_high and count.steps_low < found.steps_high
 
 
+def test_weights_of_a_fall_whose_chance_is_known_add_up_to_it():
+    """A walker that falls off each block higher than three times the rms, to 4 %; and every step counts."""
+    made, chance = [], math.erfc(3.0 / math.sqrt(2.0)) / 2.0
+
+    def step(at, height):
+        made.append(height)
+        return at, FORWARD if height > 3.0 else REACHES
+
+    patterns = Patterns(np.array([0.8, 0.2]), np.array([[0.0, 0.0, 0.0, 0.0, 3.2], [1.0, 0.0, 0.0, 0.0, 0.0]]))
+    found = weighed(SimpleNamespace(start="here", step=step), patterns, generator_of(5), 20_000)
+    assert found.steps == len(made)
+    assert sum(weight for _, weight, _ in found.falls) / found.walks == pytest.approx(chance, rel=0.04)
+    told = from_weighed([found], Counted(10))
+    assert told.steps_low < 1 / chance < told.steps_high < 1.08 * told.steps_low
+
+
 def test_walks_cut_short_before_a_ramps_end_do_not_count_on_it():
     """Of these the falls alone were counted: of 1,000 steps .21 where .257 is right."""
     generator, counted, share = np.random.default_rng(0), Counted(1000), 1 / 735
@@ -355,6 +373,11 @@ def test_ways_to_fall_have_their_share_and_mean_heights_by_weight():
     assert (often["share"], seldom["share"]) == (0.8, 0.2)
     assert often["last_blocks_rms"] == pytest.approx((one + 3.0 * other) / 4.0)
     assert seldom["last_blocks_rms"] == pytest.approx(other)
+    told = Passage(741.0, 700.0, 800.0, "counted", 5, 3700, 10, 0.98, 0.97, 0.99)
+    _, steps, chance, first, second, spread = question.lines(1e-3, told, [often, seldom], 2e-3)
+    assert steps.endswith(": 741, 95 % interval 700 to 800")
+    assert chance.endswith(" within 10 steps: 0.02, 95 % interval 0.01 to 0.03") and " by 2 ms " in spread
+    assert first.startswith(f"   80.0 % {ENDINGS[BACK]}; last blocks +0.50 +") and second.startswith("   20.0 %")
 
 
 def test_weights_of_drawn_heights_are_those_of_normal_ones():
