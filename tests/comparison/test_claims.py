@@ -188,6 +188,7 @@ NAMED = [
     (20, {}, "none is above 0.05 | inertia +26.0 ms, leg -18.0 ms, together +8.0 ms"),
     (20, {"assumed": True, "rate": 0.2}, "0.20 is above 0.05 | gives no parts | act against each other"),
     *((20, {"details": (("inertia", 0.026), ("leg", leg))}, "none is above") for leg in (-0.0047, 0.018)),
+    (20, {"details": (("inertia", 0.026), ("leg", -6e-3))}, "none is above | together +20.0 ms"),
     (21, {"twice": 0.0165}, "too small"),
     (21, {}, "grows with the square | nor does one"), (21, {"once": 0.01}, "grows with the square | is not needed"),
     *((21, {"twice": 1e-3, "once": once}, "too small to matter") for once in (5e-3, 0.02)),

@@ -149,7 +149,7 @@ def test_step_frequency_takes_its_uncertainty_from_the_model():
         slope_least=2.05, slope_most=2.08)
     found = gait.step_frequency(given(SimpleNamespace(name="period_s"), own))
     assert found == (2.07, 7e-3, "biped.foot_com", 3e-3, (2.05, 2.08))
-    assert gait.step_frequency(given())[1] == 0.0, "all values are exact"
+    assert gait.step_frequency(given()) == (2.07, 0.0, "", 0.0, (2.07, 2.07)), "all values are exact"
 
 
 def test_sensors_are_asked_for_specific_forces_over_g_and_degrees_a_second():
