@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from pipeline.errors import StudyError
+from stages.studies.result import COMPLETED
+from stages.twin_pushes import run as stage
+from stages.twin_pushes.result import PushedWalk, Result
 from stages.twin_pushes.run import Inputs, again, run
 from tests.planar_start import ROUGH
 from tests.study import parameters_of
@@ -52,7 +55,7 @@ def test_a_soft_push_is_walked_off_and_a_hard_one_is_not(result):
 
 @pytest.mark.parametrize(("friction", "falls"), [(0.05, True), (1.1, False)])
 def test_who_falls_without_a_push_too_is_not_pushed_over(given, friction, falls):
-    """On ice no push is needed; where one of several pushes is survived, none is tried without."""
+    """On ice no push is needed."""
     parameters, inputs = given
     contact = dataclasses.replace(parameters.contact, static_friction=friction, dynamic_friction=0.9 * friction)
     hard = dataclasses.replace(parameters.settings, sideways_speeds=(1.0,), roll_rates=(20.0,), yaw_rates=(30.0,),
@@ -79,11 +82,38 @@ def test_histories_belong_together(result):
         assert np.isfinite(walk.lateral).all() and walk.time[0] == 0.0
 
 
-def test_the_table_names_every_push(result):
-    ((_, columns, rows),) = result.tables()
-    assert len(rows) == 5 and all(len(row) == len(columns) for row in rows)
-    assert rows[1][1] == "1 m/s" and rows[1][3] == result.walks[1].reason
-    assert "0.05 m/s survived, 1 not" in result.summary()
+def made(size, outcome=COMPLETED, reason="", steps=4):
+    """A walk that nobody walked, 3 mm to one side and with 0.02 rad of roll to the other."""
+    return PushedWalk("speed to the side", "m/s", size, outcome, reason, steps, np.arange(3.0),
+                      np.array([0.0, -0.02, 0.01]), np.zeros(3), np.array([1e-3, 5e-3, -2e-3]), 1e-4, -0.01)
+
+
+def test_the_table_and_the_line_have_every_push_and_no_size_beyond_a_fall_counts_as_walked_off():
+    found = Result((made(0.05), made(0.1, "fall", "fell in step 2", 1), made(0.2, steps=3)))
+    ((_, _, rows),) = found.tables()
+    assert rows[:2] == [
+        ["speed to the side", "0.05 m/s", "4", "completed", "1.15", "5.7e-03", "-0.573", "-3.0"],
+        ["speed to the side", "0.1 m/s", "1", "fell in step 2", "1.15", "", "", "-3.0"]]
+    words = "pushes{}: speed to the side {} m/s {}survived{}".format
+    assert found.summary() == "3 " + words(", walked off for 4 steps", 0.05, "", ", 0.1 not")
+    alone = ", but the twin falls without a push too"
+    assert Result((made(0.1, "fall"),), falls_alone=True).summary() == "1 " + words("", 0.1, "not ", alone)
+
+
+def test_what_is_left_of_roll_is_the_largest_of_the_last_two_steps(monkeypatch):
+    strikes = SimpleNamespace(heel_strike_time=np.array([0.1, 0.5, 0.9, 1.3, 1.7]))
+    monkeypatch.setattr(stage, "find_events", lambda record: strikes)
+    monkeypatch.setattr(stage, "largest_roll", lambda record, since: since)
+    record = SimpleNamespace(time=np.array([0.0, 1.7]), at=lambda times: [np.zeros((len(times), 12))], completed=True,
+                             position=np.zeros((2, 12)), outcome=COMPLETED, reason="", heel_strikes=5)  # fmt: skip
+    assert stage.pushed_walk(record, "", "", 0.0, 100.0).roll_left == 0.9
+
+
+def test_one_push_that_is_walked_off_tells_that_the_twin_walks(given, monkeypatch):
+    most = max(given[0].settings.sideways_speeds)
+    monkeypatch.setattr(stage, "walks_after", lambda pushes, *_: [
+        made(size, COMPLETED if size == most else "fall") for _, size in pushes])
+    assert not run(*given).falls_alone
 
 
 def test_sizes_that_are_null_are_table_1s_and_another_robots_in_its_own_scales(parameters):
