@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.parameters.loading import load
+from stages.analytic.errors import NoGait
 from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.parameters import Parameters as Analytic
 from stages.analytic.result import OTHERWISE, REACHES
@@ -16,8 +17,10 @@ from stages.rough_ground import run as stage
 from stages.rough_ground.parameters import Parameters
 from stages.rough_ground.result import CONSTRAINT, PENALTY, TWIN, OnHeight, Result
 from stages.rough_ground.run import CHANGED, LONGEST, Inputs, counting, run
+from stages.stability.blocks.passage import Counted
 from stages.stability.blocks.walks import Walk
 from tests.planar_start import SLOPE, TABLE_1
+from tests.study import parameters_of
 
 
 def test_walks_are_counted_to_the_last_step_and_over_the_ramp():
@@ -63,6 +66,46 @@ def test_a_gait_is_searched_from_that_of_a_design_that_is_near(monkeypatch):
     rows = list(stage.norms(design, own, SimpleNamespace(designs=5, share_to=1.25)))
     assert [row.share for row in rows] == pytest.approx([*1.25 ** np.linspace(-1.0, 1.0, 5)] * len(CHANGED))
     assert 0.0 < max(strides) <= LONGEST
+
+
+def test_every_model_walks_its_heights_over_one_step_fewer_than_the_ramp_has_sets(monkeypatch):
+    """The twin the two largest alone. A block is no longer than the feet come apart."""
+    parameters, walked = parameters_of("rough_ground", "rough_ground.heights=3"), []
+
+    def counted(walk, blocks, ramp, steps, ramps):
+        walked.append((walk, blocks.block_height_rms, blocks.block_length, ramp, steps, ramps))
+        return Counted(ramp)
+
+    models = {CONSTRAINT: ("c", 100, 10), PENALTY: ("p", 30, 2), TWIN: ("t", 4, 0)}
+    for name, made in (("counting", counted), ("walkers", lambda *_: models), ("norms", lambda *_: ()),
+                       ("front", lambda *_: ()), ("norm_of", lambda *_: (72.6, None)), ("section_of", lambda *_: None)):
+        monkeypatch.setattr(stage, name, made)
+    gait = SimpleNamespace(stable=True, fixed_point=None)
+    inputs = Inputs(SimpleNamespace(gait=gait, limp=SimpleNamespace(feet_apart_m=np.array([0.16, 0.05]))))
+    found, settings = run(parameters, inputs), parameters.settings
+    least, most = (share * parameters.biped.leg_length for share in (settings.height_from, settings.height_to))
+    of_each = [(model, height) for height, own in ((least, 2), ((least * most) ** 0.5, 3), (most, 3))
+               for model in (CONSTRAINT, PENALTY, TWIN)[:own]]  # fmt: skip
+    assert [row.model for row in found.passages] == [model for model, _ in of_each]
+    assert [row.block_height_rms for row in found.passages] == pytest.approx([height for _, height in of_each])
+    assert walked == [(models[row.model][0], row.block_height_rms, 0.05, 10, *models[row.model][1:])
+                      for row in found.passages]  # fmt: skip
+    gait.stable = False
+    with pytest.raises(NoGait, match="the gait is unstable"):
+        run(parameters, inputs)
+
+
+def test_a_search_is_within_a_factor_of_the_masses_and_says_on_which_bounds_it_lies():
+    design, shares = DesignPoint(TABLE_1, SLOPE), (1 / 1.25, 1.25)
+    masses = {name: pytest.approx([share * design.value(name) for share in shares])
+              for name in ("biped.hip_mass", "biped.foot_mass")}  # fmt: skip
+    radius = {"biped.foot_radius": (TABLE_1.foot_radius, 0.9 * TABLE_1.leg_length)}
+    assert stage.bounds_of(design, 1.25) == masses | radius
+    round_feet = DesignPoint(replace(TABLE_1, foot_radius=0.95 * TABLE_1.leg_length), SLOPE)
+    assert stage.bounds_of(round_feet, 1.25) == masses
+    for speed, said in ((0.30001, "speed, biped.hip_mass largest"), (0.3001, "biped.hip_mass largest")):
+        best = SimpleNamespace(gait=SimpleNamespace(speed_m_s=speed))
+        assert stage.stops(SimpleNamespace(best=best, bounds={"biped.hip_mass": "largest"}), (0.3, 0.5)) == said
 
 
 @pytest.mark.slow
