@@ -270,10 +270,10 @@ def test_a_sensor_that_falls_silent_is_said_to_be_and_a_stream_without_a_hip_end
 def test_rows_need_their_columns_and_a_clock_that_goes_on():
     with pytest.raises(WrongOption, match="lacks place, device_stamp, ay"):
         list(rows_of(["ax,az,gx,gy,gz"], print, PERIODS))
-    rows = [",".join(COLUMNS), *(f"0,hip,0,9,0,0,0,{time}" for time in [*range(30), *range(25)])]
-    beside = [line for number, row in enumerate(rows[1:]) for line in (row, f"0,foot,0,9,0,0,0,{number}")]
+    rows = [",".join(COLUMNS), *(f"0,hip,0,9,0,0,0,{time / 100}" for time in [*range(30), *range(25)])]
+    beside = [line for number, row in enumerate(rows[1:]) for line in (row, f"0,foot,0,9,0,0,0,{number / 100}")]
     for each in (rows, [rows[0], *beside]):  # of one sensor alone, too, which then said nothing any more
-        with pytest.raises(StepFailed, match="the clock of the hip was set back by 29 s"):  # 10 s, it said
+        with pytest.raises(StepFailed, match=r"the clock of the hip was set back by 0\.29 s"):  # a third of it
             list(rows_of(each, lambda text: None, PERIODS))
     (row,) = rows_of([rows[0], "0,HIP,0,9,,0,0,1"], print, PERIODS)
     assert row.side == "hip" and np.isnan(row.reading[2])
@@ -294,6 +294,22 @@ def test_rows_need_their_columns_and_a_clock_that_goes_on():
     ):
         with pytest.raises(WrongOption, match=f"^--with: {why}"):
             Stream(follower(), wrong, PARAMETERS)
+
+
+@pytest.mark.parametrize("place", [0, 20, 42])
+def test_one_stamp_far_ahead_is_passed_over_and_a_clock_that_was_set_is_gone_on_with(place):
+    """All later rows were before that stamp, which ended the stream; also where the columns have a quoted comma."""
+    times = [number / 100 for number in range(60)]
+    lines = [f'0,{side},0,9,0,0,0,{stamp},"a, b"' for stamp in times for side in ("hip", "foot")]
+    wrong = [*lines]
+    wrong[2 * place] = wrong[2 * place].replace(f",{times[place]},", ",99999.5,")
+    said: list[str] = []
+    found = list(rows_of([",".join((*COLUMNS, "remark")), *wrong], said.append, PERIODS))
+    kept = {side: [row.time for row in found if row.side == side] for side in PERIODS}
+    assert kept == {"hip": times[:place] + times[place + 1 :], "foot": times}
+    assert any(f"line {2 * place + 4}: the row of the hip before it is stamped" in note for note in said)
+    later = [*lines[: 2 * place], *(line.replace(",0.", ",70.") for line in lines[2 * place :])]
+    assert len(list(rows_of([",".join((*COLUMNS, "remark")), *later], said.append, PERIODS))) == 120
 
 
 def test_what_is_said_of_an_option_names_it_as_it_is_typed(tmp_path):

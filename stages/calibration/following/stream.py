@@ -7,6 +7,7 @@ first answer; given it, a stream that was broken off is taken up again without a
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -42,7 +43,8 @@ STAMP = "device_stamp"
 READINGS = SAMPLE_VALUES[-6:]
 #: The beginning of a stream is looked at each so many seconds, and given up after so many.
 EACH_S, LONGEST_S = 1.0, 120.0
-#: So many rows of a sensor in a row that are before its last one are a clock that was set back.
+#: So many rows of a sensor in a row that are before its last one are a clock that was set back. A row that is as far
+#: ahead waits for the next one: its stamp is wrong where that one is before it.
 SET_BACK = 20
 #: A row so many sampling periods after the last one shows that rows are lost, so many of one sensor alone that the
 #: other is silent, and so many lines without a row that no more will come.
@@ -91,22 +93,21 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
     missing = [name for name in ("place", STAMP, *READINGS) if name not in names]
     refuse((bool(missing), f"-: the first line names the columns and lacks {', '.join(missing)}"))
     last, behind = dict.fromkeys(periods, -math.inf), {side: list[float]() for side in periods}
-    before, alone, unread = "", 0, 0
+    before, alone, doubted = "", 0, dict[str, Sample]()
 
     def once(what: str, line: int) -> None:
         if what not in said:
             said.add(what)
             note(f"note: line {line}: {what}; this is said once")
 
-    for line, text in enumerate(given, 2):
-        row = _row(text, names, periods)
-        if row is None:
-            once(f"not a row of {' or '.join(last)} with numbers, and passed over", line)
-            unread += 1
-            if unread == SILENT:
-                raise StepFailed(f"the last {SILENT} lines are no rows of {' or '.join(last)} with numbers")
-            continue
-        side, unread, since = row.side, 0, row.time - last[row.side]
+    for line, row in _read(given, names, periods, once):
+        side, jumped = row.side, doubted.pop(row.side, None)
+        if jumped is not None and row.time < jumped.time:
+            once(f"the row of the {side} before it is stamped {jumped.time - row.time:.3g} s later, and passed over", line)
+        elif jumped is not None:
+            last[side] = jumped.time
+            yield jumped
+        since = row.time - last[side]
         behind[side] = [*behind[side], since] if since < 0.0 else []
         if len(behind[side]) >= SET_BACK:
             raise StepFailed(f"the clock of the {side} was set back by {-min(behind[side]):.3g} s")
@@ -116,11 +117,32 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
         if LOST * periods[side] < since < math.inf:
             many = 10 ** int(math.log10(since / periods[side]))
             once(f"{many} or more rows of the {side} before it are lost, or its clock was set", line)
+        if since > SET_BACK * periods[side]:
+            doubted[side] = row
+            continue
         last[side] = row.time
         before, alone = side, alone + 1 if side == before else 1
         if alone == SILENT:
             once(f"the last {SILENT} rows are all of the {side}: the other sensor is silent", line)
         yield row
+    yield from doubted.values()
+
+
+def _read(
+    given: Iterable[str], names: Sequence[str], sides: Collection[str], once: Callable[[str, int], None]
+) -> Iterator[tuple[int, Sample]]:
+    """The rows in lines of CSV, each with its line's number; what is none is passed over. Raises StepFailed where no
+    more come."""
+    unread, what = 0, f"of {' or '.join(sides)} with numbers"
+    for line, text in enumerate(given, 2):
+        row = _row(text, names, sides)
+        unread = 0 if row else unread + 1
+        if row:
+            yield line, row
+        else:
+            once(f"not a row {what}, and passed over", line)
+        if unread == SILENT:
+            raise StepFailed(f"the last {SILENT} lines are no rows {what}")
 
 
 def _row(text: str, names: Sequence[str], sides: Collection[str]) -> Sample | None:
@@ -136,8 +158,8 @@ def _row(text: str, names: Sequence[str], sides: Collection[str]) -> Sample | No
 
 
 def _cells(text: str) -> list[str]:
-    """The cells of a line of CSV, without quotes around them."""
-    return [cell.strip().strip('"') for cell in text.split(",")]
+    """The cells of a line of CSV, without quotes around them; a zero byte, which older readers refuse, is a word."""
+    return [cell.strip() for cell in next(csv.reader([text.replace("\0", "?")], skipinitialspace=True), [])]
 
 
 def _number(cell: str) -> float | None:
