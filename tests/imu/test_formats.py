@@ -1,6 +1,7 @@
 """The same readings in the forms that loggers write: every one gives the same recording, or one clear sentence."""
 
 import math
+import re
 from collections.abc import Callable
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
@@ -99,6 +100,7 @@ WRITTEN: dict[str, tuple[str | bytes, dict[str, Any]]] = {
     "a row of units": (PLAIN.replace("\n", "\ns,m/s2,m/s2,m/s2,rad/s,rad/s,rad/s\n", 1), {}),
     "decimal comma": (COMMA, {"delimiter": "semicolon", "decimal": "comma"}),
     "decimal comma, told by the numbers": (COMMA, {"delimiter": "semicolon"}),
+    "quoted decimal comma between commas": (re.sub("[^;\n]+", r'"\g<0>"', COMMA).replace(";", ","), {}),
     "quoted exponents": (EXPONENTS, {"delimiter": "semicolon"}),
     "no header": (as_text(seconds, "\t", header=False), {"columns": NUMBERED, "delimiter": "tab", "header": False}),
     "columns in line": (ALIGNED, {"delimiter": "space"}),

@@ -39,9 +39,10 @@ class Steps:
     pulls: np.ndarray
     solved: dict[int, tuple[Vector, np.ndarray, np.ndarray]]
 
-    def moved(self, move: Vector) -> dict[int, Vector]:
-        """The starts that go with a move of the numbers."""
-        return {number: self.starts[number] + np.linalg.lstsq(triangle, right - cross @ move, rcond=1e-12)[0]
+    def moved(self, move: Vector, share: float) -> dict[int, Vector]:
+        """The starts that go with a move of the numbers, by a share of what each is off itself: where the hip comes to
+        rest, residuals bend, and all of it may lead away."""
+        return {number: self.starts[number] + np.linalg.lstsq(triangle, share * right - cross @ move, rcond=1e-12)[0]
                 for number, (right, cross, triangle) in self.solved.items()}  # fmt: skip
 
 
@@ -106,8 +107,8 @@ def fit_robot(
     """
     own = {step.number: (starts or {}).get(step.number, guess(step)) for step in steps}
 
-    def evaluate(x: Vector, before: Point[Steps] | None, _: float) -> Point[Steps] | None:
-        begin = own if before is None else before.state.moved(x - before.x)
+    def evaluate(x: Vector, before: Point[Steps] | None, share: float) -> Point[Steps] | None:
+        begin = own if before is None else before.state.moved(x - before.x, share)
         return _equations(robot.with_values(dict(zip(names, x, strict=True))), steps, begin, names, known, noise)
 
     try:
@@ -129,7 +130,7 @@ def _equations(
     known: Sequence[Known], noise: float,
 ) -> Point[Steps] | None:
     """The equations for the numbers, starts eliminated; None where a walk runs away."""
-    m, eliminated = len(names), 0.0
+    m = len(names)
     matrix, right, cost = known_equations(known, [robot.value(one.name) for one in known], names)
     pulls, residuals = [], {}
     solved: dict[int, tuple[Vector, np.ndarray, np.ndarray]] = {}
@@ -148,9 +149,8 @@ def _equations(
         matrix += reduced.T @ reduced
         right += pulls[-1]
         cost += 0.5 * float(r @ r) + 1e6 * (len(step.stance) - n)
-        eliminated += 0.5 * float(((q.T @ r) ** 2).sum())
     return Point(np.array([robot.value(name) for name in names]), cost, matrix, right,
-                 Steps(starts, residuals, np.array(pulls).reshape(len(steps), m), solved), cost, eliminated)
+                 Steps(starts, residuals, np.array(pulls).reshape(len(steps), m), solved), cost)
 
 
 @dataclass(frozen=True)

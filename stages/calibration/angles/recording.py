@@ -144,13 +144,15 @@ def bridged(values: Vector) -> tuple[Vector, int]:
     """Samples (n,) of one step with outliers replaced by what their neighbours say, and how many there were.
 
     Each is compared with the median of what pairs of neighbours say (Hampel's identifier on what is left of a curve);
-    of those that are close together the farthest off goes first.
+    of those that are close together the farthest off goes first. No outlier is within two counts of an encoder.
     """
+    steps = np.abs(np.diff(values))
+    count = 2.0 * steps[steps > 0.0].min(initial=math.inf)
     rows, odd, found = np.arange(len(values)), np.zeros(len(values), dtype=bool), values
     while True:
         off = np.where(odd, 0.0, np.abs(found - _by_neighbours(found)))
         worst = np.lib.stride_tricks.sliding_window_view(np.pad(off, REACH), 2 * REACH + 1).max(axis=1)
-        more = (off > OUTLYING * SIGMAS * np.median(off)) & (off == worst)
+        more = (off > max(OUTLYING * SIGMAS * np.median(off), count)) & (off == worst)
         if not more.any() or 2 * (odd | more).sum() > len(values):
             return found, int(odd.sum())
         odd |= more
@@ -177,6 +179,9 @@ def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
         raise WrongOption(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     refuse((len(rows) < 8, f"{path}: has {len(rows)} rows, at least 8 are needed"))
     table = dict(zip(columns, np.array(rows).T, strict=True))
+    for what, shown in ((what, table[what]) for what in LARGEST):
+        if shown.min() >= 0.0 and shown.max() <= 2.0 * math.pi:  # an encoder that counts on to a turn, and from 0 again
+            table[what] = np.where(shown > math.pi, shown - 2.0 * math.pi, shown)
     usual = {what: float(np.quantile(np.abs(table[what]), 0.9)) for what in LARGEST}
     refuse(*((usual[what] > largest, f"{path}: column {columns[what]} reaches {usual[what]:.3g}: angles are in rad, "
               f"and this one stays below {largest:.3g} rad in a walk; it looks like degrees, so multiply it by "
@@ -189,8 +194,8 @@ def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
 def _numbers(file: TextIO, path: Path, columns: Mapping[str, str]) -> Iterator[list[float]]:
     """The rows of a CSV file, in the order of `columns`. Raises WrongOption with line and column.
 
-    The sign between columns is the one that stands most often among their names; where it is no comma, numbers may have
-    decimal commas.
+    The sign between columns is the one that stands most often among their names. Numbers may have decimal commas,
+    quoted where that sign is one.
     """
     first = file.readline()
     delimiter = max(",;\t", key=first.count)
@@ -203,7 +208,7 @@ def _numbers(file: TextIO, path: Path, columns: Mapping[str, str]) -> Iterator[l
         found = []
         for name, place in zip(columns.values(), places, strict=True):
             cell = row[place] if place < len(row) else "nothing"
-            value = number(cell if delimiter == "," else cell.replace(",", "."))
+            value = number(cell.replace(",", "."))
             refuse((not math.isfinite(value), f"{path}:{rows.line_num}: {name}: {cell!r} is no number"))
             found.append(value)
         yield found

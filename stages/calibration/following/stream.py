@@ -103,7 +103,8 @@ def rows_of(lines: Iterable[str], note: Callable[[str], None], periods: Mapping[
     for line, row in _read(given, names, periods, once):
         side, jumped = row.side, doubted.pop(row.side, None)
         if jumped is not None and row.time < jumped.time:
-            once(f"the row of the {side} before it is stamped {jumped.time - row.time:.3g} s later, and passed over", line)
+            ahead = f"{jumped.time - row.time:.3g} s"
+            once(f"the row of the {side} before it is stamped {ahead} later, and passed over", line)
         elif jumped is not None:
             last[side] = jumped.time
             yield jumped

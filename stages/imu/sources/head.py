@@ -168,7 +168,7 @@ def _of_text(path: Path) -> Head:
     refuse((not order, f"{printable(path.name)} is no table of at least four columns"))
     delimiter = order[0]
     rows = [[cell.strip() for cell in row] for row in Layout(DELIMITERS[delimiter]).parted(lines)]
-    decimal = has_decimal_commas(rows[-HEAD_ROWS:], DELIMITERS[delimiter])
+    decimal = has_decimal_commas(rows[-HEAD_ROWS:])
     return _head(path, delimiter, rows, decimal, "\n".join(lines))
 
 

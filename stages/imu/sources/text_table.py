@@ -108,7 +108,7 @@ def _begun(
     columns = [_Column(one, place_of(file, one, names), one in stamps) for one in wanted]
     values = rows[layout.header : layout.header + HEAD_ROWS]
     if layout.decimal_comma is None:
-        layout = replace(layout, decimal_comma=has_decimal_commas(values, layout.delimiter))
+        layout = replace(layout, decimal_comma=has_decimal_commas(values))
     places = [one.place for one in columns if not one.may_be_written] if layout.header else []
     said = [row[place].strip() for row in values[:1] for place in places if place < len(row) and row[place].strip()]
     begin = layout.header + (bool(said) and not np.isfinite(_numbers(said, layout)).any())
@@ -171,9 +171,9 @@ def _add_cells(rows: Sequence[Sequence[str]], layout: Layout, columns: Sequence[
         one.add([row[one.place].strip() if one.place < len(row) else "" for row in there], layout)
 
 
-def has_decimal_commas(rows: Iterable[Sequence[str]], delimiter: str) -> bool:
-    """Whether any cell of a table that is parted by another sign is a number with a decimal comma."""
-    return delimiter != "," and any(_DECIMAL_COMMA.match(cell.strip()) for row in rows for cell in row)
+def has_decimal_commas(rows: Iterable[Sequence[str]]) -> bool:
+    """Whether any cell is a number with a decimal comma; where commas part the cells too, such a one is quoted."""
+    return any(_DECIMAL_COMMA.match(cell.strip()) for row in rows for cell in row)
 
 
 def names_of(cells: Sequence[Any], layout: Layout) -> list[str]:
@@ -184,7 +184,8 @@ def names_of(cells: Sequence[Any], layout: Layout) -> list[str]:
 
 
 def _fast(block: Sequence[str], layout: Layout, places: Sequence[int]) -> np.ndarray | None:
-    """The block's columns (n, k) where all are plain numbers; None where any is not."""
+    """The block's columns (n, k) where all are plain numbers; None where any is not, or commas part cells and decimals.
+    """
     lines = [line.replace(",", ".") for line in block] if layout.decimal_comma else block
     try:
         return np.loadtxt(lines, delimiter=layout.delimiter, usecols=places, comments=None, quotechar='"', ndmin=2)
