@@ -171,6 +171,7 @@ def test_a_table_as_spreadsheets_and_loggers_write_it(tmp_path, sign, decimal, e
     (r"(?m)^(0.10,[-.0-9]*),[-.0-9]*", r"\1,x", "steps.csv:12: hip_angle_rad: 'x' is no number"),
     (r"(?m)^0.10,[-.0-9]*", "0.10,nan", "steps.csv:12: stance_angle_rad: 'nan' is no number"),
     (",0.5,0", ",0.5,2", "column outer_pair_stands must be 1 while leg 0 stands, else 0"),
+    (r"(?m)^(1\.[2-7]\d,[-.0-9]*),[-.0-9]*", r"\1,0.5", "the angle between the legs is the same all .* from 1.27 s on"),
     (r"(?m)^(\d)\.", r"\1", r"rows are 1 s apart, must be at most 0.25 s; .* looks like milliseconds"),
     ("motor_signal", "x" * 200_000, "cannot be read: field larger than field limit"),
 ])

@@ -107,6 +107,18 @@ def test_runs_that_a_robot_goes_on_with_are_named_where_they_are_anothers():
     assert len(lines) == 1 and "not the same robot: what has changed is stiffness of both legs" in lines[0]
 
 
+def test_the_part_that_has_changed_costs_least_by_what_the_others_would_contradict():
+    """Another part, once it is free, explains as much where the others may leave the values they had."""
+    found = comparison()
+    run = found._read(run_of(3, stiffness=1.02))
+    fit = found._near(run)
+    there = found.model.robot(found.robot.design, fit.design, fit.own)
+    costs = {part.name: found._changed(part, run, there, fit.unknowns)[0] for part in found.parts
+             if part.name in {f"{key} of both legs" for key in ("stiffness", "damping", "foot_mass")}}  # fmt: skip
+    first, second, _ = sorted(costs.values())
+    assert costs["stiffness of both legs"] == first < second - 50.0
+
+
 @pytest.mark.parametrize("share", [0.9, 1.1])
 def test_a_hip_that_rubs_less_or_more_than_it_did_is_named(share):
     """Only a hip that did not rub cannot rub less."""

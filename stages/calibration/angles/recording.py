@@ -110,9 +110,13 @@ def read_steps(
         leg, turn = (0, 1.0) if stands[first] else (1, -1.0)
         stance, between, signal = (np.interp(grid, at, table[what][first:last])
                                    for what in ("stance", "between", "signal"))
+        begins = float(table["time"][first] + left_out * interval)
+        refuse(*((float(np.ptp(angle)) == 0.0, f"{path}: {what} is the same all through the step from {begins:.4g} s on: "
+                  "did its encoder stop?") for what, angle in (("the stance angle", stance),
+                                                               ("the angle between the legs", between))))  # fmt: skip
         (stance, first_odd), (between, odd) = bridged(stance), bridged(between)
         steps.append(DrivenStep(len(steps), leg, interval, -stance, -turn * between, -turn * signal, first_odd + odd,
-                                float(table["time"][first] + left_out * interval)))
+                                begins))
     refuse((not steps, f"{path}: no step is longer than the {2 * left_out} samples that are left out"))
     return tuple(steps)
 
