@@ -60,9 +60,9 @@ def is_answer(error: BaseException, package: str) -> bool:
     return isinstance(error, Declined) or type(error).__module__.split(".")[0] == package
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def nearest(name: object, known: Iterable[str]) -> str:
     """The clause `; did you mean "x"?` for the known name closest to `name`, or nothing if none is close."""
     import difflib
 
-    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    close = difflib.get_close_matches(str(name), list(known), n=1, cutoff=0.6)
     return f'; did you mean "{close[0]}"?' if close else ""

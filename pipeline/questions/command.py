@@ -228,6 +228,7 @@ class Option:
 
     def taken(self, given: Any) -> Any:
         """The value of what Python gives: a text as it is typed, a number, a mapping, or words. Raises as `value`."""
+        given = _plainly(given)
         if get_origin(self.kind) is Mapping and isinstance(given, Mapping):
             return Described(Node.of(dict(given)), self.name)
         if self.kind is Path and given is not None:
@@ -235,7 +236,10 @@ class Option:
         if self.field.metadata["read"] and isinstance(given, tuple | list):
             return self.value(":".join(map(str, given)))
         if self.repeated:
-            return self._checked([given] if isinstance(given, str) else [str(each) for each in given])
+            words = given if isinstance(given, list | tuple | set) else [given]
+            return self._checked([str(each) for each in words])
+        if not (given is None or isinstance(given, str | int | float)):
+            raise StudyError(f"{self.flag}: {given!r} is nothing that it takes")
         return self._checked(given) if isinstance(given, int | float) and self.kind is not bool else self.value(given)
 
     def _checked(self, plain: Any) -> Any:
@@ -244,6 +248,13 @@ class Option:
             return checked(Node.of(plain), self.field, self.kind)
         except Refused as refused:
             raise StudyError(f"{self.flag} {refused.reason}") from None
+
+
+def _plainly(given: Any) -> Any:
+    """What Python gives, of a path its text and of NumPy's numbers and arrays the values."""
+    if isinstance(given, Path):
+        return str(given)
+    return given.tolist() if hasattr(given, "tolist") else given
 
 
 def _text(default: Any) -> str:

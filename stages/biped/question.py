@@ -44,7 +44,9 @@ def place_of(given: Any) -> Place:
 def only(
     given: Given, allowed: Collection[str], place: Place, *keys: str, wrong: str = "there is no such entry; known are"
 ) -> Given:
-    """What is `given` at some keys. Raises WrongOption where it has entries that are not `allowed`."""
+    """What is `given` at some keys. Raises WrongOption where it is no mapping, or has entries that are not `allowed`.
+    """
+    refuse((not isinstance(given, Mapping), f"{place(*keys)}: expected lines of the form key: value"))
     for key in given:
         if key not in allowed:
             near = get_close_matches(str(key), allowed, 1)

@@ -138,6 +138,9 @@ def about(text):
     ("design:\n  legs: rigid\n  foot_com: {value: 2, unit: m}", "robot.yaml:3: design.foot_com: 2.0, must be <"),
     ("known:\n  torque_constant: {value: 0.1, unit: N m, uncertainty: -1}", "robot.yaml:2: known.torque_constant.unc"),
     ("free:\n  - hip_mass\n  - knee", "robot.yaml:3: free.1: knee is no number of the robot"),
+    ("design: 3", "robot.yaml:1: design: expected lines of the form key: value"),
+    ("free: 3", "robot.yaml:1: free: expected a list of numbers of the robot"),
+    ("known: 3", "robot.yaml:1: known: expected names with {value, uncertainty, unit, source}"),
     ("recording: {begun_s: soon}", "robot.yaml:1: recording.begun_s: 'soon', must be a number from 0.02"),
     ("held_out: some", 'robot.yaml:1: held_out: some, must be "every other pair"'),
 ])

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -74,6 +75,17 @@ def test_parameters_by_name_are_those_of_a_setting():
     (lambda: bs.ask(), "ask needs what"),
     (lambda: bs.sensitivity("x", "y"), "arguments without a name"),
     (lambda: bs.map("nowhere.yaml"), "nowhere.yaml"),
+    (lambda: bs.gait(hip_mass={0.4}), "no value of a parameter"),
+    (lambda: bs.gait(study="nowhere"), "no study in nowhere or above"),
+    (lambda: bs.load(3), 'no stage "3"'),
+    (lambda: bs.ask("speed", within=-0.01), "not a positive error"),
+    (lambda: bs.design(vary={"biped.foot_radius": (0.07, 0.09)}), "{'biped.foot_radius': .*: not a number of the"),
+    (lambda: bs.calibrate("a.csv", about=[1]), r"\[1\] is nothing that it takes"),
+    (lambda: bs.calibrate(Path("nowhere.sqlite")), "'nowhere.sqlite' cannot be read"),
+    (lambda: bs.basin(points=np.int64(1)), "--points = 1 is not allowed"),
+    (lambda: bs.array(None, "time"), "None is no result"),
+    (lambda: bs.array(bs.gait().gait, ["time"]), "no array \"\\['time'\\]\""),
+    (lambda: bs.plot(bs.gait().gait, "period_s"), "period_s .* is no signal over time"),
 ])  # fmt: skip
 def test_what_is_not_allowed_is_one_sentence(ask, said):
     with pytest.raises(StudyError, match=said):

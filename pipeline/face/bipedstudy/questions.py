@@ -9,7 +9,7 @@ from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bipedstudy.results import resolved
+from bipedstudy.results import located, resolved
 from pipeline import layout
 from pipeline.commands.options import finite
 from pipeline.errors import StudyError
@@ -63,7 +63,7 @@ def named(name: str) -> Callable[..., Reply]:
     stage, question = found[name]
 
     def asked(*given: Any, study: str | Path | None = None, jobs: int | None = None, **keywords: Any) -> Reply:
-        return _ask(locate(start=Path(study) if study is not None else None), stage, question, given, jobs, keywords)
+        return _ask(located(study), stage, question, given, jobs, keywords)
 
     asked.__name__, asked.__doc__ = name, f"{cleandoc(question.help)}\n\n{_arguments(question)}"
     return asked

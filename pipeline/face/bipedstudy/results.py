@@ -30,7 +30,7 @@ Setting = str | Mapping[str, Any]
 
 def stages(study: str | Path | None = None) -> tuple[str, ...]:
     """Names of the study's stages, in the order in which they run."""
-    return tuple(_located(study).graph.stages)
+    return tuple(located(study).graph.stages)
 
 
 def load(stage: str, study: str | Path | None = None) -> Any:
@@ -43,7 +43,7 @@ def load(stage: str, study: str | Path | None = None) -> Any:
     `study` is a folder in a study (default: the working folder). Raises `StudyError` for an unknown stage, a result
     that is not there yet, or a damaged file.
     """
-    found = _located(study)
+    found = located(study)
     if found.borrowed:
         raise StudyError(f"there is no study in {Path.cwd()} or above it to load from; name one: study=DIR")
     found.there(found.graph.stage(stage).artefact)
@@ -57,7 +57,7 @@ def parameters(stage: str, *settings: Setting, study: str | Path | None = None) 
 
     Raises `StudyError` with a sentence for each value that is not allowed.
     """
-    found = _located(study)
+    found = located(study)
     return dataclasses.replace(found, settings=resolved(found, stage, *settings)).parameters((stage,))[stage]
 
 
@@ -120,17 +120,25 @@ def resolved(study: Study, stage: str, *settings: Setting) -> tuple[str, ...]:
 
 
 def _texts(setting: Setting) -> list[str]:
-    """Settings as `--set` takes them; of NumPy's numbers and arrays the values."""
+    """Settings as `--set` takes them; of NumPy's numbers and arrays the values. Raises `StudyError`."""
     if isinstance(setting, str):
         return [setting]
     if not isinstance(setting, Mapping):
         raise StudyError(f'{setting!r} is no setting; it is a text, "biped.hip_mass=0.4", or {{"biped.hip_mass": 0.4}}')
-    return [f"{key}={value if isinstance(value, str) else json.dumps(value, default=methodcaller('tolist'))}"
-            for key, value in setting.items()]  # fmt: skip
+    try:
+        return [f"{key}={value if isinstance(value, str) else json.dumps(value, default=methodcaller('tolist'))}"
+                for key, value in setting.items()]  # fmt: skip
+    except (AttributeError, TypeError) as error:
+        raise StudyError(f"{dict(setting)!r} holds what is no value of a parameter ({error})") from None
 
 
-def _located(study: str | Path | None) -> Study:
-    return locate(start=Path(study) if study is not None else None)
+def located(study: str | Path | None) -> Study:
+    """The study around a folder; around the working folder, or else the installed one, if none is named. Raises
+    `StudyError`."""
+    found = locate(start=None if study is None else Path(study))
+    if study is not None and (found.borrowed or not Path(study).is_dir()):
+        raise StudyError(f"there is no study in {study} or above it")
+    return found
 
 
 @dataclasses.dataclass(frozen=True)
@@ -158,7 +166,11 @@ def arrays(result: Any) -> dict[str, Array]:
         >>> import bipedstudy as bs
         >>> bs.arrays(bs.gait().gait)["period_s"].unit
         's'
+
+    Raises `StudyError` for what is no result.
     """
+    if not dataclasses.is_dataclass(result) or isinstance(result, type):
+        raise StudyError(f"{result!r:.60} is no result: give what bs.gait, bs.walk or bs.load gave, or a part of it")
     own = {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
     about = {field.name: field.metadata for field in dataclasses.fields(result)}
     shapes = {name: np.shape(value) if isinstance(value, (np.ndarray, float, int)) else None
@@ -177,9 +189,9 @@ def array(result: Any, name: str) -> Array:
         'm'
     """
     known = arrays(result)
-    if name not in known:
+    if str(name) not in known:
         raise StudyError(f'there is no array "{name}" in this result{nearest(name, known)}')
-    return known[name]
+    return known[str(name)]
 
 
 def dataset(result: Any) -> Any:
@@ -207,7 +219,7 @@ def plot(walk: Any, *names: str) -> Figure:
         >>> len(bs.plot(bs.walk(steps=1), "hip_position", "leg_angle").axes)
         2
 
-    Raises `StudyError` for a name that the walk does not have.
+    Raises `StudyError` for a name that the walk does not have, or that is no signal over its time.
     """
     import matplotlib.pyplot as plt
 
@@ -215,6 +227,9 @@ def plot(walk: Any, *names: str) -> Figure:
     from stages.drawing import style
 
     shown = [array(walk, name) for name in names or ("hip_position", "leg_angle")]
+    for one in shown:
+        if one.dimensions[:1] != ("time",):
+            raise StudyError(f"{one!r} is no signal over time")
     with style.drawing():
         figure, axes = plt.subplots(
             len(shown), 1, sharex=True, squeeze=False, figsize=(style.TWO_COLUMNS, 1.0 + 1.4 * len(shown))

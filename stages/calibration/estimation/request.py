@@ -86,13 +86,14 @@ def request_of(about: Mapping[str, Any] | None) -> Request:
                     key) for key, entry in entries.items())
     free, fixed, also = (
         tuple(full_name(name, parameter_names(), place(key, row), f"{name} is no parameter of the design")
-              for row, name in enumerate(_listed(about, key, "parameters", place)))
+              for row, name in enumerate(listed(about, key, "parameters", place)))
         for key in ("free", "fixed", "also"))
-    held_out, fitted = (tuple(map(str, _listed(about, key, "names of runs", place))) for key in ("held_out", "fitted"))
+    held_out, fitted = (tuple(map(str, listed(about, key, "names of runs", place))) for key in ("held_out", "fitted"))
     return Request(known, free, fixed, held_out, fitted, str(design), also)
 
 
-def _listed(about: Mapping[str, Any], key: str, what: str, place: Place) -> Sequence[Any]:
+def listed(about: Mapping[str, Any], key: str, what: str, place: Place) -> Sequence[Any]:
+    """The entries of a list of names or numbers. Raises WrongOption."""
     given = about.get(key) or []
     is_list = isinstance(given, list) and all(isinstance(one, (str, int)) for one in given)
     refuse((not is_list, f"{place(key)}: expected a list of {what}"))
