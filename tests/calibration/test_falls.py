@@ -282,7 +282,7 @@ def test_rows_need_their_columns_and_a_clock_that_goes_on():
     list(rows_of([quoted, *('0,"hip",0,9,0,0,0,' + stamp for stamp in ("0", ".03", ".05", "9"))], said.append, PERIODS))
     assert [note.split(": ")[2].partition(" of")[0] for note in said] == ["1 or more rows", "100 or more rows"]
     with pytest.raises(StepFailed, match="the last 100 lines are no rows of hip or foot with numbers"):  # 0, to the end
-        list(rows_of([*rows[:9], *(["rotated"] * 150)], lambda text: None, PERIODS))
+        list(rows_of([*rows[:9], *(["rotated", "a\rb", "\0", 200_000 * "a"] * 40)], lambda text: None, PERIODS))
     for wrong, why in (
         ({"devices": [{"place": "hip", "forward_axis": "w"}]}, "devices.0: forward_axis is"),
         ({"devices": [{"place": "hip", "rate": 50}]}, "devices.0.rate: unknown key 'rate'; known are .*rate_hz"),

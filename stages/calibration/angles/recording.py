@@ -113,7 +113,7 @@ def read_steps(
         begins = float(table["time"][first] + left_out * interval)
         shown = {"the stance angle": stance, "the angle between the legs": between}
         refuse(*((float(np.ptp(angle)) == 0.0, f"{path}: {what} is the same all through the step from {begins:.4g} s "
-                  "on: did its encoder stop?") for what, angle in shown.items()))  # fmt: skip
+                  "on: did its encoder stop, or the robot?") for what, angle in shown.items()))  # fmt: skip
         (stance, first_odd), (between, odd) = bridged(stance), bridged(between)
         steps.append(DrivenStep(len(steps), leg, interval, -stance, -turn * between, -turn * signal, first_odd + odd,
                                 begins))

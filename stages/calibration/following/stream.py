@@ -159,8 +159,11 @@ def _row(text: str, names: Sequence[str], sides: Collection[str]) -> Sample | No
 
 
 def _cells(text: str) -> list[str]:
-    """The cells of a line of CSV, without quotes around them; a zero byte, which older readers refuse, is a word."""
-    return [cell.strip() for cell in next(csv.reader([text.replace("\0", "?")], skipinitialspace=True), [])]
+    """The cells of a line of CSV, without quotes around them; none of a line that is no such."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([text], skipinitialspace=True), [])]
+    except csv.Error:
+        return []
 
 
 def _number(cell: str) -> float | None:
