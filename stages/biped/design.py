@@ -238,10 +238,6 @@ class Biped:
 DETAILS = frozenset(field.name for field in fields(Biped) if field.default is not MISSING)
 
 
-#: The models of a detailed design, as a refusal names them.
-KNOWING = "the planar models and stage twin"
-
-
 class BeyondModel(ValueError):
     """A design has a detail that a model does not know; the message says which, and which model knows it."""
 
@@ -258,11 +254,3 @@ def require_alike(biped: Biped, model: str) -> None:
         keys = [key for key in biped.details if key.startswith("other_") or key == "hip_rest_angle"]
         raise BeyondModel(f"{model} is of gaits that repeat after one step, and with {', '.join(keys)} they repeat "
                           "after two")
-
-
-def require_plain(biped: Biped, model: str, instead: str = "") -> None:
-    """A model of Table 1's biped goes no further with another one; `instead` ends the sentence. Raises BeyondModel."""
-    require_own_strikes(biped, model)
-    if biped.detailed:
-        keys = ", ".join(biped.details)
-        raise BeyondModel(f"{model} does not know {keys}; only {KNOWING} do{instead}")

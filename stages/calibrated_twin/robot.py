@@ -85,7 +85,7 @@ class TwinRobot:
             swing_angle=value["start_psi"], swing_length=biped.leg_lengths[1] + stretches[1],
             stance_rate=value["start_theta_rate"], stance_length_rate=rates[0],
             swing_rate=value["start_psi_rate"], swing_length_rate=rates[1])  # fmt: skip
-        machine = replace(with_numbers_of(self.machine, biped), drawn_lengths=biped.leg_lengths)
+        machine = with_numbers_of(self.machine, biped)
         pressed = (biped.total_mass * design.slope.gravity if rigid else
                    -first.stiffness * stretches[0] - first.damping * rates[0])  # fmt: skip
         start = rolling_start(machine, self.contact, begin, pressed)

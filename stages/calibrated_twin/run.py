@@ -38,9 +38,9 @@ from stages.calibration.recordings import (
     recorded,
     sources,
 )
-from stages.calibration.result import FittedRun, HeldOut, Result as Calibration
+from stages.calibration.result import LAB, FittedRun, HeldOut, Result as Calibration
 from stages.campaign.result import BARE, Result as Campaign
-from stages.twin.machine.machine import build
+from stages.twin.machine.projection import machine_of
 
 AS_FOUND = "as found"
 HIP, FRAME = "biped.hip_mass", "biped.frame_mass"
@@ -92,11 +92,11 @@ class _Work:
 
     def __init__(self, parameters: Parameters, inputs: Inputs, reasons: list[str]) -> None:
         self.parameters, self.inputs, self.reasons = parameters, inputs, reasons
-        drawn = drawn_design(parameters)
+        drawn = drawn_design(parameters, LAB if inputs.database else WITHOUT)
         self.model: Model = first_model(drawn, looked_for(drawn), parameters)
         self.near = self.model.layout.strike
         twin = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
-        self.robot = TwinRobot(build(parameters.biped, twin), parameters.contact, twin, parameters.settings,
+        self.robot = TwinRobot(machine_of(parameters.biped, twin), parameters.contact, twin, parameters.settings,
                                self.model.layout, parameters.runs.motion_rate_hz)
         wanted: tuple[FittedRun | HeldOut, ...] = (*inputs.calibration.fits, *inputs.calibration.held_out)
         self.runs: dict[str, Recorded] = {}

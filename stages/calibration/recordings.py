@@ -29,8 +29,8 @@ from stages.imu.sources.reading import run_of as as_read, runs
 from stages.imu.trial.body import FORWARD, LATERAL, UP, BodySensor
 from stages.imu.trial.sensor import SensorTrace
 from stages.imu.trial.trial import Trial
-from stages.twin.machine.machine import Build, build
-from stages.twin.machine.projection import project
+from stages.twin.machine.machine import Build
+from stages.twin.machine.projection import machine_of, project
 
 Given = TypeVar("Given", bound=Parameters)
 #: Whose runs the campaign has.
@@ -67,18 +67,20 @@ def guess(parameters: Parameters) -> DesignPoint:
     return DesignPoint(biped, parameters.slope)
 
 
-def drawn_design(parameters: Parameters, kind: str = "") -> DesignPoint:
-    """The design that the bill of parts makes, legs alike but for their length; a detailed biped as it is.
+def drawn_design(parameters: Parameters, kind: str = LAB) -> DesignPoint:
+    """The design that the bill of parts makes, legs alike in what the biped has alike but for their length; a lab's
+    detailed biped as it is.
 
     A robot of the `kind` with an outsole is drawn with it. Raises ValueError where the bill does not add up.
     """
     biped = parameters.biped
-    if not biped.detailed:
+    if not biped.detailed or kind != LAB:
         rubber = parameters.settings.outsole if kind == WITH_OUTSOLE else 0.0
-        whole = project(build(biped, parameters.twin, Build(outsole=rubber)))
+        whole = project(machine_of(biped, parameters.twin, Build(outsole=rubber)))
         first, other = (dataclasses.asdict(whole.leg(leg)) for leg in (0, 1))
-        alike = {name: 0.5 * (first[name] + other[name]) for name in first}
-        biped = Biped(legs=whole.legs, hip_mass=whole.hip_mass, hip_damping=whole.hip_damping, **alike)
+        alike = [name for name in first if getattr(biped.leg(0), name) == getattr(biped.leg(1), name)]
+        one: dict[str, Any] = dict.fromkeys(f"other_{name}" for name in alike)
+        biped = dataclasses.replace(whole, **one, **{name: 0.5 * (first[name] + other[name]) for name in alike})
     return guess(dataclasses.replace(parameters, biped=biped))
 
 
@@ -94,7 +96,8 @@ def table_value(design: Biped, name: str) -> float:
     if name == "biped.hip_mass":
         return design.hip_mass + design.leg(0).frame_mass + design.leg(1).frame_mass
     key = name.partition(".")[2]
-    return 0.5 * (float(getattr(design.leg(0), key)) + float(getattr(design.leg(1), key)))
+    first, other = (vars(design) | vars(design.leg(index)) for index in (0, 1))
+    return 0.5 * (float(first[key]) + float(other[key]))
 
 
 #: A run, with what is known of the robot beside it.

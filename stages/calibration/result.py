@@ -148,13 +148,14 @@ class Result:
 
     def summary(self) -> str:
         """What was found, in one line."""
-        shares = [100 * row.sd / abs(row.value) for row in self.told if row.value]
-        unseen = f"; {len(self.not_seen)} combination is not determined" if self.not_seen else ""
+        shares = [100 * row.sd / abs(row.value) for row in self.told if row.value and np.isfinite(row.sd)]
+        seen = f"parameters to {min(shares):.2g} to {max(shares):.2g} %, given the mass" if shares else "no parameter"
+        several = "s are" if len(self.not_seen) > 1 else " is"
+        unseen = f"; {len(self.not_seen)} combination{several} not determined" if self.not_seen else ""
         moving = sum(not fit.converged for fit in self.fits)
         blind = f"; {len(self.fits)} fitted" if self.fits else ""
         blind += f", {moving} of them not to rest" if moving else ""
-        best, worst = min(shares), max(shares)
-        return f"{self.runs} runs determine parameters to {best:.2g} to {worst:.2g} %, given the mass{unseen}{blind}"
+        return f"{self.runs} runs determine {seen}{unseen}{blind}"
 
     def tables(self) -> list[tuple[str, Sequence[str], Sequence[Sequence[str]]]]:
         """Standard deviations, fits and predictions, as (title, columns, rows of text)."""

@@ -43,6 +43,7 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters, Settings
 from stages.calibration.recordings import (
     FROM,
+    WITHOUT,
     Recorded,
     as_mounted,
     drawn_design,
@@ -51,7 +52,7 @@ from stages.calibration.recordings import (
     sources,
     table_value,
 )
-from stages.calibration.result import Determined, Failed, FittedRun, Followed, HeldOut, Misses, Result
+from stages.calibration.result import LAB, Determined, Failed, FittedRun, Followed, HeldOut, Misses, Result
 from stages.campaign.result import Result as Campaign, RunTruth
 
 
@@ -93,7 +94,7 @@ def run(
     parameters = as_mounted(parameters, inputs.database)
     settings = parameters.settings
     rows, not_seen = _rows(parameters)
-    design = drawn_design(parameters)
+    design = drawn_design(parameters, LAB if inputs.database else WITHOUT)
     model = first_model(design, looked_for(design), parameters)
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     found: list[FittedRun | HeldOut | Failed] = []

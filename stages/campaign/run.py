@@ -10,7 +10,6 @@ import numpy as np
 
 from stages.biped.accuracy.scales import scales_of
 from stages.biped.between_steps import refined_times, time_above
-from stages.biped.design import require_plain
 from stages.biped.processes import Progress, each_in_a_process, ignore
 from stages.biped.walk import StanceState
 from stages.campaign.parameters import Parameters
@@ -39,8 +38,7 @@ from stages.ground.contact_law import family_member
 from stages.imu.parameters import filter_delay
 from stages.imu.sources.schema import DatabaseWriter, Device, Experiment, Row
 from stages.planar.signals import IMU
-from stages.twin.machine.machine import build
-from stages.twin.machine.projection import project
+from stages.twin.machine.projection import machine_of, project
 from stages.twin.result import Result as Twin
 from stages.twin.walking.record import find_events, sample
 from stages.twin.walking.simulate import rolling_start, simulate_twin
@@ -79,7 +77,7 @@ def spike(share: float, state: StanceState, normal_force: float, parameters: Par
     law = family_member(parameters.contact, share)
     settings = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
     settings = replace(settings, signals=(IMU,))
-    machine = build(parameters.biped, settings)
+    machine = machine_of(parameters.biped, settings)
     start = rolling_start(machine, law, state, normal_force)
     record = simulate_twin(machine, parameters.slope, law, start, settings, steps=STRIKES)
     strikes = find_events(record).heel_strike_time
@@ -130,13 +128,10 @@ def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> 
     """Walk, sense, send, store. The twin gives the state in which its own walk begins.
 
     The result is the truth; its file is what a lab would have. Where a lab's own database is named there is neither:
-    the result says so, and its file has no rows. Raises NoWalk if the twin falls at every attempt, BeyondModel for a
-    design with details.
+    the result says so, and its file has no rows. Raises NoWalk if the twin falls at every attempt.
     """
     if parameters.measured.database is not None:
         return Result(NOT_NEEDED, (), (), (), databases((), 0, parameters))
-    require_plain(parameters.biped, "the campaign of synthetic runs",
-                  "; recordings of your own (imu.database) can be used in its place")
     if "twin" in inputs.missing:
         raise NoWalk(inputs.missing["twin"])
     try:
@@ -232,7 +227,7 @@ def sensed_run(
         readings = read(motion, errors, parameters.sensor, rng)
         sent.append(transmit(readings, clock_start, parameters.sensor.rate_hz, parameters.radio, rng))
         truths[place] = sensor_truth(place, motion, walked, errors, readings, sent[-1], parameters)
-    robot = project(build(parameters.biped, parameters.twin, variation.build))
+    robot = project(machine_of(parameters.biped, parameters.twin, variation.build))
     scale = generator(parameters.runs.seed, number, SCALE_STREAM + (BARE_STREAM if bare else 0))
     truth = RunTruth(
         name=experiment.name,

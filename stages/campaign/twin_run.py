@@ -18,7 +18,8 @@ from stages.campaign.parameters import Parameters, RunSettings
 from stages.campaign.result import LegTruth
 from stages.campaign.virtual_sensor import SensorMotion
 from stages.ground.slope import Slope
-from stages.twin.machine.machine import Build, build
+from stages.twin.machine.machine import Build
+from stages.twin.machine.projection import machine_of
 from stages.twin.parameters import IMU_IN_SPACE
 from stages.twin.result import Signals
 from stages.twin.walking.record import sample
@@ -227,7 +228,7 @@ def _signals(
     """The twin's walk on a fine grid, or None if it did not reach the end."""
     twin = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
     twin = replace(twin, signals=(IMU_IN_SPACE,))
-    machine = build(parameters.biped, twin, variation.build)
+    machine = machine_of(parameters.biped, twin, variation.build)
     start = rolling_start(machine, parameters.contact, variation.start(state), normal_force)
     record = simulate_twin(machine, slope, parameters.contact, start, twin, steps=parameters.runs.steps)
     if not record.completed:

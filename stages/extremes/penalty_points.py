@@ -21,7 +21,7 @@ from stages.multibody.walking.walk import simulate
 from stages.penalty.walk import Settings as CompiledSettings, simulate as compiled_walk
 from stages.planar.energy import energy_balance
 from stages.planar.run import Run, Trajectory, rolling_state
-from stages.twin.machine.machine import build
+from stages.twin.machine.projection import machine_of
 from stages.twin.walking.measures import energy_balance as spatial_energy_balance
 from stages.twin.walking.record import Record
 from stages.twin.walking.simulate import rolling_start, simulate_twin
@@ -89,7 +89,7 @@ def compared(
 def answer_of(here: Parameters, engine: str, stance: StanceState, force: float) -> Answer:
     """One step of an engine."""
     if engine == TWIN:
-        machine = build(here.biped, here.twin)
+        machine = machine_of(here.biped, here.twin)
         start = rolling_start(machine, here.contact, stance, force)
         record = simulate_twin(machine, here.slope, here.contact, start, here.twin, steps=1)
         return answered(record, record, record.reason, partial(spatial_energy_balance, record, 0.0))

@@ -23,8 +23,8 @@ from stages.planar.section import mid_stance_after, section_scales, section_stat
 from stages.planar.signals import GROUND_REACTION
 from stages.studies.walks import Upright
 from stages.tradeoff.way import Walked, Way, grid
-from stages.twin.machine import machine as spatial
 from stages.twin.machine.contact import X, Y
+from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.parameters import Settings as TwinSettings
 from stages.twin.walking.record import Record, find_events as find_spatial_events, peak_force
@@ -158,7 +158,7 @@ def twin_way(at: Scene, tolerance: float, largest_step: float, kind: type[Spatia
              mark: str = "") -> Way:
     """The twin at one tolerance and largest step [s]. Raises ValueError if its parts do not add up to the design."""
     settings = replace(at.twin, tolerance=tolerance, largest_step=largest_step)
-    machine, ground = spatial.build(at.upright.biped, at.twin), (at.upright.slope, at.contact)
+    machine, ground = machine_of(at.upright.biped, at.twin), (at.upright.slope, at.contact)
     start = rolling_start(machine, at.contact, at.upright.mid_stance, at.upright.standing_force)
     built = cache(partial(kind, machine, *ground))
 

@@ -30,8 +30,7 @@ from stages.tradeoff.parameters import Parameters
 from stages.tradeoff.penalty_ways import PENALTY, TWIN, Scene, joints_way, penalty_way, tree_way, twin_way
 from stages.tradeoff.result import ERRORS, UNKNOWN, Errors, Reference, Result, Row
 from stages.tradeoff.way import Walked, Way, hip_error
-from stages.twin.machine.machine import build
-from stages.twin.machine.projection import project
+from stages.twin.machine.projection import machine_of, project
 from stages.twin.machine.tree import ConnectorTree
 
 PAPER, DEFAULT = "paper", "default"
@@ -171,7 +170,7 @@ def constraint_plan(
 
 def projected_plan(parameters: Parameters) -> Plan:
     """A design with frames and legs that differ, whose steps alternate: the twin as it projects into the plane."""
-    return detailed_plan(parameters, project(build(parameters.biped, parameters.twin)))
+    return detailed_plan(parameters, project(machine_of(parameters.biped, parameters.twin)))
 
 
 def detailed_plan(parameters: Parameters, biped: Biped) -> Plan:

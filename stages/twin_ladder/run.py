@@ -19,7 +19,7 @@ from stages.analytic.model.walker import Walker
 from stages.analytic.result import Result as Analytic
 from stages.analytic.walk.recording import crossing, up_to_mid_stance, vaulting, walk_on
 from stages.analytic.walk.sampling import signals_at
-from stages.biped.design import Biped, require_plain
+from stages.biped.design import Biped, require_alike
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import StanceState
 from stages.ground.slope import Friction, Slope
@@ -31,8 +31,8 @@ from stages.planar.limit_cycle import gait_near
 from stages.planar.run import LimitCycle, PlanarState
 from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
 from stages.studies.result import COMPLETED
-from stages.twin.machine.machine import FRAME_BODY, Machine, build
-from stages.twin.machine.projection import project
+from stages.twin.machine.machine import FRAME_BODY, Machine
+from stages.twin.machine.projection import machine_of, project
 from stages.twin.parameters import Settings
 from stages.twin.result import Result as Twin
 from stages.twin_ladder.cycle import IN_PLANE, SIDE_UNITS, SIDEWAYS, Gait, Search, columns, step_map, step_multipliers
@@ -66,10 +66,10 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
     """All machines in order; `outsole` [m] is the rubber of the last one if the twin itself has none.
 
     The first two differ from the planar model only out of the plane. With the planar inertia of twin.yaml there are
-    no parts to add. Raises ValueError as `build` does.
+    no parts to add. Raises as `machine_of` does.
     """
     bare = replace(settings, outsole=0.0, bearing_friction=0.0, slider_friction=0.0)
-    points = build(biped, replace(bare, inertia="planar"))
+    points = machine_of(biped, replace(bare, inertia="planar"))
     above, halved = ("upper leg mass", "mass") if points.rigid else ("leg mass above the spring", "spring and mass")
     found = [
         ("paired legs", f"two legs a pair, each with half the {halved}, on feet without width",
@@ -77,18 +77,18 @@ def rungs(biped: Biped, settings: Settings, outsole: float) -> list[Rung]:
         ("foot width", "feet are cylinders that touch with two edges", points),
     ]  # fmt: skip
     if settings.inertia == "parts":
-        parts = build(biped, bare)
+        parts = machine_of(biped, bare)
         feet = tuple(points.bodies[i] if i in FRAME_BODY else body for i, body in enumerate(parts.bodies))
         found += [
             ("distributed inertia", "the lower legs' mass is spread as in the bill of parts",
              replace(points, bodies=feet)),
             (above, "the upper legs' mass swings with them instead of sitting at the hip's axis", parts),
         ]  # fmt: skip
-    rubbed = build(biped, replace(settings, outsole=0.0))
+    rubbed = machine_of(biped, replace(settings, outsole=0.0))
     if settings.bearing_friction > 0.0 or settings.slider_friction > 0.0:
         found.append(("joint friction", "friction in bearings and sliders", rubbed))
     rubber = settings.outsole or outsole
-    soled = build(biped, replace(settings, outsole=rubber))
+    soled = machine_of(biped, replace(settings, outsole=rubber))
     found.append(("rubber outsoles", f"{1e3 * rubber:g} mm of rubber: longer legs, wider feet, and its mass", soled))
     twin = len(found) - (1 if settings.outsole > 0.0 else 2)
     return [Rung(name, added, machine, number == twin, machine is points)
@@ -189,9 +189,9 @@ def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Find the gait of every rung. Raises ValueError if the parts do not add up to the design, BeyondModel for a design
-    with details."""
-    require_plain(parameters.biped, "the ladder from the planar model to the twin")
+    """Find the gait of every rung. Raises ValueError if parts do not add up to the design, BeyondModel where legs
+    differ."""
+    require_alike(parameters.biped, "the ladder from the planar model to the twin")
     return ladder(parameters, inputs, rungs(parameters.biped, parameters.twin, parameters.settings.outsole), progress)
 
 

@@ -11,7 +11,7 @@ from pipeline.errors import StudyError
 from pipeline.parameters.value import LEVELS, broken_rules
 from pipeline.study import locate
 from stages.biped.accuracy.tolerances import CHECKED_FINEST, FINEST, scaled
-from stages.biped.design import BeyondModel, require_plain
+from stages.biped.design import BeyondModel
 from stages.biped.quantity import faults
 from stages.biped.rubber import Rubber, ring_sector, soled
 from tests.study import ROOT, TABLE_1, parameters_of
@@ -77,12 +77,6 @@ def test_what_a_machine_can_have_is_legal(values):
     assert list(faults(with_values(**values))) == []
 
 
-def test_a_model_that_does_not_know_a_detail_says_so():
-    with pytest.raises(BeyondModel, match="frame_mass"):
-        require_plain(with_values(frame_mass=0.05), "the model")
-    require_plain(TABLE_1, "the model")
-
-
 class Anything:
     """Results that nobody looks at."""
 
@@ -92,14 +86,11 @@ class Anything:
 
 LAME, TIMED = "biped.other_leg_length=0.34", "biped.strike_time=0.5"
 RETRACTING = ("biped.legs=rigid", "biped.feet_retract=true")
-UNKNOWN = "does not know frame_mass, other_leg_length; only the planar models and stage twin do"
 ONE_STEP = "repeat after one step, and with other_leg_length they"
 
 
 @pytest.mark.parametrize(("stages", "settings", "words"), [
-    (("twin_ladder", "campaign"), ("biped.frame_mass=0.05", LAME), UNKNOWN),
-    (("twin_ladder", "campaign"), (*RETRACTING, TIMED), "strike_time; only the constraint model's gaits do"),
-    (("contact_study", "error_budget"), ("biped.frame_mass=0.05", LAME, *RETRACTING), ONE_STEP),
+    (("contact_study", "error_budget", "twin_ladder"), ("biped.frame_mass=0.05", LAME, *RETRACTING), ONE_STEP),
     (("contact_study", "error_budget"), ("biped.frame_mass=0.05", TIMED, *RETRACTING), "does not know strike_time"),
     (("twin", "twin_pushes"), (*RETRACTING, TIMED), "the twin does not know strike_time"),
 ])

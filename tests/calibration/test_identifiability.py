@@ -16,6 +16,7 @@ from stages.biped.question import WrongOption
 from stages.calibration.estimation.least_squares import Known
 from stages.calibration.estimation.request import Request
 from stages.calibration.following.robot_file import FittedRobot
+from stages.calibration.information import identifiability as identifiability_of
 from stages.calibration.information.identifiability import (
     described,
     experiments,
@@ -70,6 +71,23 @@ def test_a_number_below_zero_has_a_standard_deviation_above(planned):
         of_each.append((found.sd, found.sd_without, np.abs(found.unseen)))
     assert (of_each[1][0] > 0.0).all() and (of_each[1][1] > 0.0).all()
     assert of_each[1][0] == pytest.approx(of_each[0][0], rel=0.1)
+
+
+def test_a_planned_run_of_legs_that_differ_strikes_with_each_in_its_turn(monkeypatch):
+    """Around the strikes that its walk makes samples are left out; its steps last 20 ms more and less in turn."""
+    runs, really = [], identifiability_of.run_equations
+
+    def seen(design, own, unknowns, run, model):
+        runs.append(run)
+        return really(design, own, unknowns, run, model)
+
+    monkeypatch.setattr(identifiability_of, "run_equations", seen)
+    biped = dataclasses.replace(KNOWN.biped, other_foot_mass=0.34)
+    _, equations, _ = planned_equations(dataclasses.replace(KNOWN, biped=biped))
+    [run] = runs
+    assert np.ptp(np.diff(run.strikes)) > 0.04 and np.ptp(run.strikes[2:] - run.strikes[:-2]) < 1e-9
+    walked = equations.predicted.strikes[:, 0]
+    assert len(walked) > 5 and run.strikes[1 : len(walked) + 1] == pytest.approx(walked, abs=1e-7)
 
 
 def test_once_the_hip_is_weighed_the_shares_are_those_of_the_trial(planned):

@@ -27,6 +27,7 @@ from stages.calibration.information.identifiability import first_model
 from stages.calibration.intervals.model_error import ALONE, Discrepancy, Judged, judged, widening
 from stages.calibration.recordings import (
     WITH_OUTSOLE,
+    WITHOUT,
     drawn_design,
     first_steps,
     looked_for,
@@ -248,6 +249,20 @@ def test_a_biped_that_says_its_details_is_taken_as_it_is():
     detailed = dataclasses.replace(PARAMETERS.biped, frame_mass=0.05, frame_com=0.03)
     biped = drawn_design(dataclasses.replace(PARAMETERS, biped=detailed)).biped
     assert dataclasses.replace(biped, other_leg_length=None) == detailed
+
+
+def test_the_campaigns_detailed_robot_is_drawn_as_the_twin_makes_it_with_the_other_leg_where_it_differs():
+    """Frames of the bill and of the design; a hip counts once, and legs that have a number alike have it alike."""
+    more = {"frame_mass": 0.05, "other_foot_mass": 0.34, "hip_stiffness": 0.02, "hip_friction": 1e-3}
+    detailed = dataclasses.replace(PARAMETERS, biped=dataclasses.replace(PARAMETERS.biped, **more))
+    plain = drawn_design(PARAMETERS).biped
+    for kind, sole in ((WITHOUT, 0.0), (WITH_OUTSOLE, PARAMETERS.settings.outsole)):
+        biped = drawn_design(detailed, kind).biped
+        assert biped.leg_length == pytest.approx(plain.leg_length + sole)
+        assert biped.frame_mass == pytest.approx(plain.frame_mass + 0.05)
+        assert biped.leg(1).foot_mass - biped.foot_mass == pytest.approx(0.34 - PARAMETERS.biped.foot_mass)
+        assert {key for key in biped.details if key.startswith("other_")} == {"other_foot_mass", "other_leg_length"}
+        assert [table_value(biped, f"biped.{name}") for name in ("hip_stiffness", "hip_friction")] == [0.02, 1e-3]
 
 
 def test_a_robot_that_has_no_runs_is_not_looked_for():

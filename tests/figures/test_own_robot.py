@@ -12,7 +12,6 @@ import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.text import Text
 
-from stages.biped.design import BeyondModel
 from stages.drawing import style
 from stages.figures import view
 from stages.figures.drawn import figure, gait_animation, robot_in_space, robot_scenes
@@ -143,11 +142,19 @@ def test_feet_of_legs_that_differ_are_drawn_on_the_ground():
         assert ghost["size"][0] == radius and ghost["place"][1] == pytest.approx(radius - length)
 
 
-def test_there_is_no_design_of_a_twin_that_there_is_not():
-    known = robot(*ROBOTS[0])
-    detailed = SimpleNamespace(biped=dataclasses.replace(known.biped, frame_mass=0.01), twin=known.settings)
-    with pytest.raises(BeyondModel, match="the bill of parts does not know frame_mass"):
-        figure("figure_09_section").draw(SimpleNamespace(parameters=detailed))
+def test_what_a_detailed_design_adds_to_its_bill_is_named_below_the_section():
+    """The bill is that of the plain design, whatever the details are."""
+    known, about = robot(*ROBOTS[0]), figure("figure_09_section")
+    more = {"frame_mass": 0.01, "frame_com": 0.02, "other_leg_length": known.biped.leg_length + 1e-3}
+    plain, detailed = (SimpleNamespace(parameters=SimpleNamespace(biped=biped, twin=known.settings))
+                       for biped in (known.biped, dataclasses.replace(known.biped, **more)))
+    said = about.caption(detailed)
+    assert said.startswith(about.caption(plain)) and "frame_mass, frame_com, other_leg_length of this design" in said
+    with style.drawing():
+        hips = [about.draw(given).axes[1] for given in (plain, detailed)]
+    one, other = ([patch.get_bbox().bounds for patch in hip.patches] for hip in hips)
+    plt.close("all")
+    assert len(one) > 20 and one == other
 
 
 @pytest.mark.parametrize(("large", "heavy", "limit", "mark"), [(10.0, 200.0, 2500.0, 1.0), (1e-2, 1e-6, 1.5e-5, 1e-3)],

@@ -132,13 +132,37 @@ def test_legs_of_a_pair_that_differ_are_taken_on_average(parameters, projected):
     assert built.leg(1) == projected.leg(1)
 
 
+#: What may act between the frames, and at the hip.
+HIP = {"hip_damping": 2e-3, "hip_stiffness": 0.02, "hip_rest_angle": 0.05, "hip_friction": 1e-3}
+
+
+def test_what_details_add_departs_by_nothing(parameters):
+    """In mass and first moments, length and spring of each pair a built machine has as much more as its drawing."""
+    detailed = dataclasses.replace(
+        parameters.biped, frame_mass=0.05, frame_com=0.03, frame_offset=2e-3, hip_gravity_mass=0.29, **HIP)
+    departure = Build(body_mass=(1.01, 0.98, 1.03, 0.99, 1.02, 0.97), stiffness=(1.02, 0.99, 1.01, 0.97),
+                      damping=(0.98, 1.01, 1.02, 0.99), leg_length=(1e-4, 2e-4, -1e-4, 3e-4), outsole=2e-3)  # fmt: skip
+    found = []
+    for how in (Build(), departure):
+        more, less = (project(machine_of(design, parameters.settings, how)) for design in (detailed, parameters.biped))
+        assert {key: getattr(more, key) for key in HIP} == pytest.approx(HIP)
+        assert more.weighed_hip - more.hip_mass == pytest.approx(0.29 - parameters.biped.hip_mass)
+        found.append([
+            np.subtract(*([leg.foot_mass, leg.leg_length, leg.foot_com, leg.stiffness, leg.damping, leg.frame_mass,
+                           leg.frame_mass * leg.frame_com, leg.frame_mass * leg.frame_offset]
+                          for leg in (more.leg(number), less.leg(number)))) for number in (0, 1)])  # fmt: skip
+    assert np.allclose(*found, rtol=1e-9, atol=1e-12) and np.ptp(found[0], axis=0) == pytest.approx(0.0, abs=1e-12)
+    assert found[0][0][5:] == pytest.approx([0.05, 0.05 * 0.03, 0.05 * 2e-3])
+
+
 def test_a_machine_takes_the_numbers_of_a_planar_biped(machine, projected):
-    """Frames, feet and springs of either pair: what it is then projected on is the biped that was asked for."""
+    """Frames, feet, springs and hip of either pair: what it is then projected on is the biped that was asked for."""
     wanted = dataclasses.replace(
         projected, foot_mass=0.36, leg_length=0.34, foot_radius=0.09, foot_com=0.104, stiffness=2500.0, damping=50.0,
         leg_inertia=1.1e-3, frame_mass=0.15, frame_com=0.02, frame_inertia=2e-4, other_leg_length=0.3402,
-        other_foot_mass=0.33)  # fmt: skip
+        other_foot_mass=0.33, **HIP)  # fmt: skip
     found = project(with_numbers_of(machine, wanted))
+    assert {key: getattr(found, key) for key in HIP} == HIP
     for leg in (0, 1):
         assert dataclasses.asdict(found.leg(leg)) == pytest.approx(dataclasses.asdict(wanted.leg(leg)), abs=1e-12)
     assert found.hip_mass == 0.0

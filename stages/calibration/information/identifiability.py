@@ -7,6 +7,7 @@ smallest covariance an unbiased estimate can have (Cramer and Rao).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import cycle, islice
 
 import numpy as np
 
@@ -46,11 +47,10 @@ def planned_equations(
     not walk."""
     design, settings, sensor = DesignPoint(parameters.biped, parameters.slope), parameters.settings, parameters.sensor
     walker, point = find_gait(design.biped, design.slope, FINE, None)
-    if len(point.steps) > 1:
-        raise NoGait("the gait takes two steps to repeat")
     layout = layout_of(walker, point.z, FINE, parameters.priors)
     first = float(layout.middle[layout.place("mid_stance")]) + settings.settling_s
-    strikes = point.steps[0].period * walker.time * np.arange(settings.planned_steps + 1)
+    lasting = [step.period * walker.time for step in islice(cycle(point.steps), settings.planned_steps)]
+    strikes = np.cumsum([0.0, *lasting])
     times = np.arange(0.0, float(strikes[-1]), 1.0 / sensor.rate_hz)
     times = times[times >= first]
     mask = usable(times, strikes, first, settings.before_strike_s, settings.after_strike_s)
@@ -59,7 +59,7 @@ def planned_equations(
     run = MeasuredRun(
         name="planned",
         sampling=Sampling(times, times, dict.fromkeys(SIDES, filter_delay(sensor.bandwidth_hz)),
-                          dict.fromkeys(SIDES, sensor.bandwidth_hz), 1, place),
+                          dict.fromkeys(SIDES, sensor.bandwidth_hz), 0, place),
         samples=dict.fromkeys(SIDES, np.zeros((len(times), 3))), used=dict.fromkeys(SIDES, mask), strikes=strikes,
         own={})  # fmt: skip
     return design, run_equations(design, np.array([design.value(SLOPE)]), layout.middle, run, model), model

@@ -13,7 +13,6 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from stages.biped.accuracy.scales import size
-from stages.biped.design import require_plain
 from stages.drawing import style
 from stages.figures import view
 from stages.figures.entry import Entry, Given
@@ -115,9 +114,8 @@ def numbered(parts: Iterable[Part], below: float) -> list[tuple[Part, np.ndarray
 
 
 def draw(given: Given) -> Figure:
-    """The robot standing, and the section. Raises BeyondModel for a design in detail."""
+    """The robot standing, and the section, in which the bill of the plain design is cut."""
     twin, biped = given.parameters.twin, given.parameters.biped
-    require_plain(biped, "the bill of parts")
     figure = plt.figure(figsize=(style.TWO_COLUMNS, 3.7))
     places: Any = [["whole", "hip"], ["whole", "key"]]
     panels = figure.subplot_mosaic(places, width_ratios=(1.15, 1.0), height_ratios=(1.0, 0.28))
@@ -126,7 +124,7 @@ def draw(given: Given) -> Figure:
     natural = biped.leg_length + twin.outsole
     view.paint(whole, camera, [view.upright(natural).robot(of_twin(twin, biped))])
     view.frame(whole)
-    parts = [part for part in solid_parts(twin, biped) if part.shape != "point"]
+    parts = [part for part in solid_parts(twin, biped.plain()) if part.shape != "point"]
     below, margin = BELOW * size(biped), MARGIN * size(biped)
     draw_section(hip, parts)
     reach = max(max(abs(cut.z), abs(cut.z + cut.width)) for part in parts for cut in cuts(part))
@@ -164,16 +162,19 @@ def draw(given: Given) -> Figure:
 
 def caption(given: Given) -> str:
     twin, biped = given.parameters.twin, given.parameters.biped
-    parts, rule = twin.bill(biped), twin.bill_rule(biped)
+    parts, rule = twin.bill(biped.plain()), twin.bill_rule(biped.plain())
+    added = ", ".join(biped.details)
+    more = f" {added} of this design are added to the machine and not drawn." if added else ""
     count = sum(part.pieces for part in parts)
     if not parts:
         return ("The twin without parts, as twin.inertia is planar: point masses at the hip and at the feet, on rods "
-                "that only join them, and the frontal section through the hip axis.")  # fmt: skip
+                f"that only join them, and the frontal section through the hip axis.{more}")  # fmt: skip
     pieces = f"{count} pieces of assumed size and mass{', ' * bool(rule)}{rule}"
     return (
         f"The twin as its bill of {len(parts)} rows makes it, {pieces}, and the "
         "frontal section through the hip axis. What is inside the bearings turns with the shaft and the inner legs; "
         "the outer legs turn on it. Dashed: parts before and behind the section. Thin rods in the drawing are no parts."
+        f"{more}"
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stages.biped.design import Biped, require_plain
+from stages.biped.design import Biped
 from stages.twin.machine.bill import check
 from stages.twin.machine.parts import FRAMES, Part, solid
 from stages.twin.parameters import Settings
@@ -135,11 +135,10 @@ AS_DRAWN = Build()
 
 
 def build(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Machine:
-    """The machine of the settings, on an outsole if they or the departure have one.
+    """The machine of a plain design, on an outsole if the settings or the departure have one.
 
-    Raises ValueError if its parts are no design's (`Settings.bill`), BeyondModel if the biped has details.
+    Raises ValueError if its parts are no design's (`Settings.bill`).
     """
-    require_plain(biped, "the bill of parts")
     if settings.inertia == "planar":
         drawn = planar_equivalent(biped, settings)
     else:

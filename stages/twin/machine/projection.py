@@ -16,7 +16,7 @@ import dataclasses
 import numpy as np
 
 from stages.biped.design import Biped, Leg, require_own_strikes
-from stages.twin.machine.machine import FRAME_BODY, ROD, Body, Machine, build, join
+from stages.twin.machine.machine import AS_DRAWN, FRAME_BODY, ROD, Body, Build, Machine, build, join
 from stages.twin.parameters import Settings
 
 
@@ -64,7 +64,7 @@ def _leg(machine: Machine, pair: int) -> Leg:
 
 
 def with_numbers_of(machine: Machine, biped: Biped) -> Machine:
-    """`machine` with masses, mass centres, moments, springs, lengths and radii changed so that it moves as `biped`.
+    """`machine` with masses, mass centres, moments, springs, lengths, radii and hip changed: it moves as `biped`.
 
     Where things sit along the hip axis stays as it is, and left and right change alike. A hip mass hangs on the axis,
     half at each frame.
@@ -83,7 +83,8 @@ def with_numbers_of(machine: Machine, biped: Biped) -> Machine:
         damping[legs] *= wanted.damping / have.damping if have.damping else 1.0
     return dataclasses.replace(
         machine, bodies=tuple(bodies), length=lengths, radius=radii, stiffness=stiffness, damping=damping,
-        bearing_friction=biped.hip_damping)
+        bearing_friction=biped.hip_damping, hip_stiffness=biped.hip_stiffness, hip_rest_angle=biped.hip_rest_angle,
+        hip_friction=biped.hip_friction, hip_weight=biped.weighed_hip - biped.hip_mass, drawn_lengths=biped.leg_lengths)
 
 
 def _frame(body: Body, wanted: Leg, on_axis: float) -> Body:
@@ -113,22 +114,23 @@ def _turning(inertia: np.ndarray, about_hip_axis: float) -> np.ndarray:
 FRAME = ("frame_mass", "frame_com", "frame_offset", "frame_inertia")
 
 
-def machine_of(biped: Biped, settings: Settings) -> Machine:
-    """The machine of any design whose feet land by themselves. Raises ValueError as `build` does, BeyondModel."""
+def machine_of(biped: Biped, settings: Settings, departure: Build = AS_DRAWN) -> Machine:
+    """The machine of any design whose feet land by themselves; what details add departs by nothing.
+
+    Raises ValueError as `build` does, BeyondModel.
+    """
     require_own_strikes(biped, "the twin")
     plain = biped.plain()
-    machine = build(plain, settings)
+    machine = build(plain, settings, departure)
     if not biped.detailed:
         return machine
     drawn = project(machine)
     first, other = (dataclasses.asdict(added(drawn.leg(index), biped.leg(index), plain.leg(index))) for index in (0, 1))
-    wanted = Biped(
-        legs=biped.legs, hip_mass=drawn.hip_mass, hip_damping=drawn.hip_damping + biped.hip_damping, **first,
-        **{f"other_{name}": value for name, value in other.items()})  # fmt: skip
-    return dataclasses.replace(
-        with_numbers_of(machine, wanted), hip_stiffness=biped.hip_stiffness, hip_rest_angle=biped.hip_rest_angle,
-        hip_friction=biped.hip_friction, hip_weight=biped.weighed_hip - biped.hip_mass,
-        drawn_lengths=biped.leg_lengths)  # fmt: skip
+    weighed = None if biped.hip_gravity_mass is None else drawn.hip_mass + biped.weighed_hip - biped.hip_mass
+    wanted = dataclasses.replace(
+        biped, hip_mass=drawn.hip_mass, hip_damping=drawn.hip_damping + biped.hip_damping, hip_gravity_mass=weighed,
+        **first, **{f"other_{name}": value for name, value in other.items()})  # fmt: skip
+    return dataclasses.replace(with_numbers_of(machine, wanted), drawn_lengths=biped.leg_lengths)
 
 
 def added(drawn: Leg, wanted: Leg, plain: Leg) -> Leg:
