@@ -14,7 +14,7 @@ from stages.analytic.result import Uncertainty, Validity
 from stages.biped import processes
 from stages.biped.quantity import written_out
 from stages.biped.walk import Limp
-from stages.calibrated_twin.result import Result as CalibratedTwin
+from stages.calibrated_twin.result import Number, Result as CalibratedTwin
 from stages.calibration.result import Result as Calibration
 from stages.campaign.result import Result as Campaign, SetSpike
 from stages.comparison.claims.judge import STATEMENTS
@@ -23,6 +23,7 @@ from stages.comparison.tables import as_yaml
 from stages.error_budget.result import CREEP
 from stages.figures import drawn, run
 from stages.figures.drawn import NAMES, figure
+from stages.figures.drawn.calibration import draw_robot
 from stages.figures.entry import Inputs
 from stages.figures.first_screen import Measure, answers, measure, stable, title
 from stages.figures.result import Caption
@@ -149,6 +150,16 @@ def test_without_a_fit_there_is_the_reason_and_no_picture():
     for name in ("calibration_fit", "calibration_held_out", "calibration_followed", "calibrated_robot"):
         with pytest.raises(NoEvidence, match=r"^no run .*; run 01: it fell$"):
             made_up_figure(name, calibration=SimpleNamespace(**nothing), calibrated_twin=SimpleNamespace(**empty))
+
+
+def test_a_number_below_zero_is_drawn_with_its_interval_and_with_what_is_larger_on_the_right():
+    """A foot's mass 4 mm behind the leg's line that was found to be 3 mm behind it."""
+    behind = Number("biped.foot_offset", "m", -4e-3, -3e-3, -3e-3, -3e-3, 2e-4, -3.5e-3)
+    axes = plt.figure().add_subplot()
+    draw_robot(axes, SimpleNamespace(numbers=(behind,), kind="lab"), "black", 0.0)
+    found, corrected, true = (line.get_xdata() for line in axes.lines)
+    plt.close("all")
+    assert [found, corrected, true] == [pytest.approx(each) for each in ([25.0], [25.0], [12.5])]
 
 
 @pytest.mark.parametrize(("until", "said"), [(1.4, ""), (0.4, " After 0.4 s it is lost; the run goes on to 1.5 s.")])

@@ -60,13 +60,14 @@ def draw_robots(given: Given) -> Figure:
 
 
 def draw_robot(axes: Axes, robot: Robot, color: str, shift: float) -> None:
-    """One robot's numbers in percent of the drawing."""
+    """One robot's numbers in percent of the drawing's size: a larger number is on the right, also of one below zero.
+    """
     rows = np.arange(len(robot.numbers)) + shift
 
     def share(field: str) -> np.ndarray:
-        return np.array([100 * (getattr(one, field) / one.drawn - 1) for one in robot.numbers])
+        return np.array([np.sign(one.drawn) * 100 * (getattr(one, field) / one.drawn - 1) for one in robot.numbers])
 
-    half = np.array([100 * HALF_WIDTH * one.sd / one.drawn for one in robot.numbers])
+    half = np.array([100 * HALF_WIDTH * one.sd / abs(one.drawn) for one in robot.numbers])
     axes.plot(share("found"), rows, "o", color=color, markerfacecolor="none", markersize=4)
     axes.errorbar(
         share("corrected"),
