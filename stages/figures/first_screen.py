@@ -47,7 +47,7 @@ class Answer(NamedTuple):
 
 @dataclass(frozen=True)
 class Measure:
-    """A number, and by how much solver, model and inputs may move it, in its unit; NaN: not known."""
+    """A number, and by how much solver, model and inputs may move it, in its unit; NaN or infinite: not known."""
 
     value: float
     solver: float
@@ -62,7 +62,7 @@ class Measure:
     @property
     def error(self) -> float:
         """What is known of its errors, together; zero if nothing is."""
-        solver, model, inputs = np.nan_to_num([self.solver, self.model, self.inputs])
+        solver, model, inputs = np.nan_to_num([self.solver, self.model, self.inputs], posinf=0.0)
         return float(solver + math.hypot(model, inputs))
 
     def text(self, factor: float = 1.0) -> str:

@@ -22,6 +22,7 @@ from scipy.stats import t as student
 
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.gait.design_point import DesignPoint
+from stages.analytic.gait.poincare import by_stability
 from stages.analytic.maps.box import Box
 from stages.analytic.model.walker import Vector
 from stages.biped.processes import Progress, ignore
@@ -44,6 +45,8 @@ DECIDED = 1e-3
 CLOSER = 10.0
 #: A multiplier is taken on so many slopes of those that may be, the design's in their middle.
 SLOPES = 9
+#: Draws of the values that may be.
+DRAWS = 4000
 NOTHING: Mapping[str, Vector] = MappingProxyType({})
 
 
@@ -211,8 +214,8 @@ class Ladder:
             if rung < PENALTY and not alone:
                 continue
             inputs, changes = self.inputs("multiplier", rung), self.multipliers_on_slopes(rung)
-            own = WIDTH * self.by_values if math.isfinite(self.by_values) else 0.0
-            whole = below_one(value + changes, miss, math.hypot(solver, own))
+            values = np.where(np.isnan(self.multipliers_over_values), 0.0, self.multipliers_over_values)
+            whole = below_one(value + np.add.outer(changes, values), miss, solver)
             found = Stability(whole, value, solver, model, inputs, one.name)
             near = rung == PENALTY and (alone or model < CLOSER * RUNGS[TWIN].differences)  # the twin leaves as much
             if rung == TWIN or decided(whole) or near:
@@ -246,7 +249,7 @@ class Ladder:
             return math.nan
         measure = NAMES.index(name)
         if measure == MULTIPLIER:
-            values = self.by_values
+            values = math.sqrt(float(np.mean(self.multipliers_over_values**2)))
         else:
             gait = self.derivatives.only([each for each in self.inexact if each != SLOPE])
             shares = np.array([self.spreads[each] for each in gait.changes.names]) / gait.changes.scales
@@ -317,16 +320,40 @@ class Ladder:
                 if self.parameters.half_widths.get(each)]
 
     @cached_property
-    def by_values(self) -> float:
-        """What all but the slope leave of the constraint model's largest multiplier of a step, a standard deviation."""
-        from stages.analytic.derivatives.uncertainty import uncertainties_of
+    def multipliers_over_values(self) -> Vector:
+        """Changes (n,) of the constraint model's multiplier by values that all but the slope may have, each as probable
+        as the others; infinite where the gait is lost, NaN if not known.
 
-        if not self.inexact or self.derivatives is None:
-            return 0.0
-        every = uncertainties_of(
-            self.design_point, self.derivatives, self.spreads, correlations=self.parameters.correlations)
-        steps = len(self.derivatives.point.steps)
-        return sum((each.of_a_step(steps).independent for each in every if each.name == "multiplier_1"), 0.0)
+        By gaits on the way of values on which it changes most: what is linear near the design is not near a fold.
+        """
+        from stages.analytic.derivatives.multipliers import multiplier_derivatives
+        from stages.analytic.derivatives.uncertainty import SLOPE, towards
+
+        names = [each for each in self.inexact if each != SLOPE]
+        if not names or self.derivatives is None:
+            return np.zeros(1)
+        gait, correlations = self.derivatives.only(names), self.parameters.correlations
+        names = list(gait.changes.names)
+        spreads = np.array([self.spreads[name] for name in names])
+        parts = multiplier_derivatives(gait).elasticities()[0] * spreads / gait.changes.scales
+        together = np.array([[correlations.get((one, other), correlations.get((other, one), float(one == other)))
+                              for other in names] for one in names])  # fmt: skip
+        alone = np.array([not any(name in pair for pair in correlations) for name in names])
+        size, fitted = (math.sqrt(max(each @ together @ each, 0.0)) for each in (parts, np.where(alone, 0.0, parts)))
+        if not size > 0.0:
+            return np.full(1, size)
+        draws = np.random.default_rng(0)
+        even = draws.uniform(-1.0 / EVEN, 1.0 / EVEN, (DRAWS, len(names))) @ np.where(alone, parts, 0.0)
+        drawn = even + fitted * draws.standard_normal(DRAWS)
+        drawn = (drawn - drawn.mean()) / drawn.std()
+        changes = dict(zip(names, (together @ parts * spreads / size).tolist(), strict=True))
+        seen = {0.0: by_stability(gait.point)}
+        for edge in (drawn.min(), drawn.max()):
+            seen |= {way * edge: by_stability(point) for way, _, point in towards(
+                self.design_point, gait, {name: edge * change for name, change in changes.items()})}  # fmt: skip
+        ways = sorted(seen)
+        changed = np.array([seen[way] - seen[0.0] for way in ways])
+        return np.asarray(np.interp(drawn, ways, changed, left=math.inf, right=math.inf))
 
     @cached_property
     def design_point(self) -> DesignPoint:

@@ -6,7 +6,7 @@ for. Multipliers are derived only by values that are not exact.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from types import MappingProxyType
 
@@ -25,8 +25,8 @@ from stages.biped.walk import Gait, StanceState
 SLOPE = "ground.slope_deg"
 #: The numbers of a gait with an elasticity.
 MEASURES = ("period_s", "step_frequency_hz", "step_length_m", "speed_m_s")
-#: Gaits solved on the way to either edge.
-PARTS = 8
+#: Gaits solved on the way to either edge, and the least part of it that is tried where a gait is lost.
+PARTS, LEAST_PART = 8, 1 / 128
 #: What round-off may leave of a sum of squares, in shares of it.
 ROUNDED = 1e-9
 #: Errors of which none goes with another.
@@ -42,29 +42,43 @@ def numbers_at(walker: Walker, point: FixedPoint, multipliers: int) -> dict[str,
     return numbers | vars(described.fixed_point)
 
 
+def towards(
+    design: DesignPoint, gait: GaitTangents, changes: Mapping[str, float]
+) -> Iterator[tuple[float, Walker, FixedPoint]]:
+    """Gaits on the way to the design with parameters changed by so much, and the share of the way at each.
+
+    Of `PARTS`, smaller ones where the gait is about to be lost; the tangent and then the last two lead to the next.
+    """
+    sizes = np.array([changes.get(name, 0.0) for name in gait.changes.names]) / gait.changes.scales
+    z, tangent, way, part = gait.point.z, gait.z @ sizes, 0.0, 1.0 / PARTS
+    while way < 1.0 and part >= LEAST_PART:
+        ahead = min(way + part, 1.0)
+        there = design.with_values({name: design.value(name) + ahead * change for name, change in changes.items()})
+        walker, point = there.walker(), None
+        if there.is_legal() and there.slope.angle > 0.0:
+            tolerance = attainable_tolerance(walker.p, SEARCH_TOLERANCE)
+            point = fixed_point(walker, z + (ahead - way) * tangent, tolerance)
+        if point is None:
+            part /= 2.0
+            continue
+        tangent = (point.z - z) / (ahead - way)
+        z, way = point.z, ahead
+        yield way, walker, point
+
+
 def over_slopes(
     design: DesignPoint, gait: GaitTangents, half_width: float, multipliers: int
 ) -> dict[str, tuple[float, float]]:
     """Least and most of each number of the gait on slopes within `half_width` [deg]; NaN if the gait is lost there.
 
-    Of `PARTS` gaits to either side, which the tangent and then the last two lead to. Multipliers by their rank.
+    Multipliers by their rank.
     """
-    row = gait.changes.names.index(SLOPE)
-    tangent = gait.z[:, row] / gait.changes.scales[row]
     seen = [numbers_at(gait.walker, gait.point, multipliers)]
     for edge in (-half_width, half_width):
-        before, z, change = gait.point.z, gait.point.z, tangent * edge / PARTS
-        for part in range(1, PARTS + 1):
-            there = design.with_value(SLOPE, design.value(SLOPE) + edge * part / PARTS)
-            walker = there.walker()
-            point = None
-            if there.is_legal() and there.slope.angle > 0.0:
-                point = fixed_point(walker, z + change, attainable_tolerance(walker.p, SEARCH_TOLERANCE))
-            if point is None:
-                return dict.fromkeys(seen[0], (np.nan, np.nan))
-            before, z = z, point.z
-            change = z - before
-            seen.append(numbers_at(walker, point, multipliers))
+        found = list(towards(design, gait, {SLOPE: edge}))
+        seen += [numbers_at(walker, point, multipliers) for _, walker, point in found]
+        if not found or found[-1][0] < 1.0:
+            return dict.fromkeys(seen[0], (np.nan, np.nan))
     return {name: (min(one[name] for one in seen), max(one[name] for one in seen)) for name in seen[0]}
 
 

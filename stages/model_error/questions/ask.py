@@ -131,11 +131,11 @@ def in_words(one: Answered) -> list[str]:
 
 def stability_in_words(found: Stability) -> list[str]:
     """The answer to whether a gait is stable, in words."""
+    left = f"leave {found.inputs:.2g} open" if math.isfinite(found.inputs) else "leave an unknown part open"
     return [
         f"stable: with a probability {in_digits(found.probability, 3)}",
         f"  largest multiplier {found.multiplier:.4g} +- {found.solver + found.model:.2g}, by the {found.rung}; errors "
-        f"of the parameters leave "
-        + (f"{found.inputs:.2g} open" if math.isfinite(found.inputs) else "an unknown part open"),
+        f"of the parameters {'reach where it has no gait' if math.isinf(found.inputs) else left}",
     ]
 
 
