@@ -200,8 +200,12 @@ def run_of(
     strikes = trial.strikes.time[FROM:]
     if len(strikes) < FEWEST_STRIKES:
         return f"{name}: has {len(trial.strikes.time)} heel strikes, {FEWEST_STRIKES + FROM} are needed"
-    return measured(name, trial.sensors, strikes, trial.strikes.leg[FROM:], trial.experiment.slope_deg, design, layout,
-                    settings, below_hip)  # fmt: skip
+    run = measured(name, trial.sensors, strikes, trial.strikes.leg[FROM:], trial.experiment.slope_deg, design, layout,
+                   settings, below_hip)  # fmt: skip
+    if all(used.any() for used in first_steps(run, settings.fitted_steps).used.values()):
+        return run
+    return (f"{name}: no sample of a sensor is left between heel strikes (settling_s, before_strike_s and "
+            "after_strike_s of calibration)")
 
 
 def rate_sd(trace: SensorTrace, settings: Settings) -> float:

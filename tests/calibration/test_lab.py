@@ -245,6 +245,19 @@ def test_a_lab_without_a_run_that_can_be_used_is_said_so_with_the_reasons(monkey
         stage.run(SHORT, runs_of_a_lab(monkeypatch, why))
 
 
+@pytest.mark.parametrize(("side", "left"), [("hip", True), ("foot", True), ("hip", False), ("foot", False)])
+def test_a_run_of_which_no_sample_of_a_sensor_is_left_cannot_be_used(side, left, monkeypatch):
+    """More left out around heel strikes than a step lasts ended in a division by zero."""
+    run = drawn(1054).runs[0]
+    run = dataclasses.replace(run, used={**run.used, side: run.used[side] & left})
+    monkeypatch.setattr(recordings, "measured", lambda *_: run)
+    strikes = SimpleNamespace(time=np.arange(9.0), leg=np.zeros(9))
+    trial = SimpleNamespace(accepted=True, sensors="both", strikes=strikes,
+                            experiment=SimpleNamespace(name="walk 1", slope_deg=2.0))  # fmt: skip
+    found = recordings.run_of(trial, DESIGN, None, SHORT.settings)
+    assert found is run if left else found.startswith("walk 1: no sample of a sensor is left between heel strikes")
+
+
 def test_a_biped_that_says_its_details_is_taken_as_it_is():
     detailed = dataclasses.replace(PARAMETERS.biped, frame_mass=0.05, frame_com=0.03)
     biped = drawn_design(dataclasses.replace(PARAMETERS, biped=detailed)).biped
