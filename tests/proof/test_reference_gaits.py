@@ -106,3 +106,22 @@ def test_the_program_of_the_page_walks_all_ten(repository, tmp_path):
 def test_a_design_that_there_is_not_is_refused_by_name():
     with pytest.raises(WrongOption, match=r"only: there is no design flat; there are plain, rigid,"):
         question.ask(PARAMETERS, question.Options(only=("flat",)), Asking())
+
+
+def test_gaits_that_were_proven_are_written_where_another_is_not(tmp_path, monkeypatch):
+    """A gait that could not be proven took the file of the nine that were, and minutes of work."""
+    enclosures = {"period": {"between": ["0.4", "0.5"], "unit": "s"}}
+
+    def described(design, _asking):
+        if design.name != "rigid":
+            raise NoGait(f"design {design.name}: it falls")
+        return {"name": design.name, "steps": 1, "stable": True, "enclosures": enclosures}
+
+    monkeypatch.setattr(question, "described", described)
+    path = tmp_path / "gaits.json"
+    answer = question.ask(PARAMETERS, question.Options(path, ("plain", "rigid")), Asking())
+    assert [gait["name"] for gait in json.loads(path.read_text())["gaits"]] == ["rigid"]
+    assert answer.no and answer.remark == "design plain: it falls"
+    with pytest.raises(NoGait, match="design plain"):
+        question.ask(PARAMETERS, question.Options(tmp_path / "none.json", ("plain",)), Asking())
+    assert not (tmp_path / "none.json").exists()

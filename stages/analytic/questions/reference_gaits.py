@@ -81,8 +81,11 @@ def scaled(biped: Biped, by: float) -> Biped:
 
 
 def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
-    """Find, prove and describe the gaits. Raises WrongOption; NoGait and NotProven, naming the design."""
+    """Find, prove and describe the gaits; where some are not, the others. Raises WrongOption; NoGait and NotProven,
+    naming the design, where none is."""
+    from stages.analytic.errors import NoGait
     from stages.analytic.questions.prove import refuse_rough, require_flint
+    from stages.proof.flow import NotProven
 
     require_flint()
     refuse_rough(parameters.biped, parameters.limited_friction is not None)
@@ -90,14 +93,22 @@ def ask(parameters: Parameters, options: Options, asking: Asking) -> Answer:
     refuse(*((name not in chosen, f"only: there is no design {name}; there are {', '.join(chosen)}")
              for name in options.only))  # fmt: skip
     with asking.new_file(options.file) if options.file else nullcontext() as path:
-        gaits = [described(chosen[name], asking) for name in options.only or chosen]
+        gaits, refused = list[dict[str, Any]](), list[NoGait | NotProven]()
+        for name in options.only or chosen:
+            try:
+                gaits.append(described(chosen[name], asking))
+            except (NoGait, NotProven) as reason:
+                refused.append(reason)
+        if not gaits:
+            raise refused[0]
         plain = {"kind": KIND, "equations": EQUATIONS, "gaits": gaits}
         if path is not None:
             path.write_bytes((json.dumps(plain, indent=1) + "\n").encode())
     rows = [(gait["name"], gait["steps"], *gait["enclosures"]["period"]["between"], "yes" if gait["stable"] else "no")
             for gait in gaits]  # fmt: skip
     table = "Duration of a step, the mean of its steps [s]", ("gait", "steps", "at least", "at most", "stable"), rows
-    return Answer([f"written: {options.file}"] if options.file else [], plain, tables=(table,))
+    return Answer([f"written: {options.file}"] if options.file else [], plain, tables=(table,),
+                  remark="\n".join(map(str, refused)), no=bool(refused))  # fmt: skip
 
 
 def described(design: Design, asking: Asking) -> dict[str, Any]:
