@@ -479,7 +479,8 @@ def test_stability_is_that_of_the_model_that_decides_it():
     (0.0001, 1.03, 0.11, "1.03 of a small disturbance, or up to 0.11 more: unstable, with a probability above 0.999."),
     (0.9999, 0.82, 0.11, "0.82 ± 0.11 of a small disturbance: stable, with a probability above 0.999."),
     (0.84, 0.98, 0.11, "0.98 ± 0.11 of a small disturbance: stable, with a probability of 0.84."),
-    (0.72, 0.56, np.inf, "0.56 of a small disturbance: stable, with a probability of 0.72 by the errors that are known.")])
+    (0.72, 0.56, np.inf, "0.56 of a small disturbance: stable, with a probability of 0.72 by the errors that are "
+                         "known.")])
 def test_errors_that_reach_beyond_one_although_it_is_stable_are_told_by_their_side(likely, value, left, answer):
     """It said: leaves 0.98 ± 0.11, stable with a probability above 0.999, as beyond a doubling it limps."""
     decided = dataclasses.replace(misses(), stability=Stability(likely, value, 0.0, 0.0, left, "penalty walker"))
