@@ -179,10 +179,11 @@ def followed(
     """What was known after each sample of the hip; None where the robot cannot be followed to a forecast."""
     mounting = np.array([(fit.unknowns[model.layout.place(name)], sd)
                          for name, sd in zip(OF_MOUNTING, MOUNTED, strict=True)])  # fmt: skip
-    there = mounted(model, mounting, fit.wider)
+    there, robot = mounted(model, mounting, fit.wider), model.robot(design, fit.design, fit.own)
+    of_any = np.diag(np.square(design_sizes(robot, model.shared)))  # what the run does not show is as it may be drawn
+    covariance = np.where(np.isfinite(fit.covariance), fit.covariance, of_any)
     follower = Follower(
-        model.robot(design, fit.design, fit.own), there,
-        block_diag(fit.covariance, np.diag(np.square(OWN * fit.own))), settings, fit.wider,
+        robot, there, block_diag(covariance, np.diag(np.square(OWN * fit.own))), settings, fit.wider,
         unexplained((one.time, one.residual / there.noise_at(run.sampling, side))
                     for side, one in zip(SIDES, (fit.hip, fit.foot), strict=True)))
     instants = list[Instant]()

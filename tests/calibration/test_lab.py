@@ -196,11 +196,16 @@ def test_a_labs_foot_sensor_is_where_the_lab_put_it(monkeypatch):
     detailed = dataclasses.replace(SHORT, biped=biped, given=settings)
     campaign = draw(4, 1, detailed)
     (fit,) = stage.run(detailed, runs_of_a_lab(monkeypatch, campaign.runs)).fits
-    names = first_model(drawn_design(detailed), looked_for(drawn_design(detailed)), detailed).layout.names
+    drawing = drawn_design(detailed)
+    model = first_model(drawing, looked_for(drawing), detailed)
+    names = model.layout.names
     truth, place = campaign.unknowns[0][names.index("foot_place")], fit.unknowns[names.index("foot_place")]
     assert abs(truth) > 1e-3 and abs(place - truth) < 0.5 * abs(truth)
     row = NAMES.index("biped.leg_length")
     assert abs(fit.design[row] - campaign.design.value("biped.leg_length")) < 4.0 * np.sqrt(fit.covariance[row, row])
+    fit.covariance[row, row] = np.inf  # as of a number that the run does not show
+    shown = stage.followed(drawing, campaign.runs[0], fit, model, settings, None)
+    assert shown is not None and np.isfinite(shown.angle_sd).all() and np.isfinite(shown.next_strike).any()
 
 
 def test_a_clock_is_known_as_its_stamps_show_and_an_own_one_as_oscillators_scatter():
