@@ -14,6 +14,7 @@ from stages.analytic.gait.continuation import (
     TORUS,
     TURNING_POINT,
     BranchPoint,
+    Curve,
     continue_gait,
     follow_family,
     test_functions as signs_at,
@@ -314,6 +315,16 @@ def test_a_family_whose_multipliers_go_to_infinity_ends_where_points_lead_nowher
     assert branch.ended == "the gait ends: no step map beyond" and len(branch.points) < 200
     assert branch.points[-1].value == pytest.approx(0.0418, abs=1e-4)
     assert [kind for kind, _ in branch.special] == [TURNING_POINT]
+
+
+def test_a_prediction_below_no_gravity_is_a_step_that_fails():
+    """So that the next one is shorter."""
+    _, point = found_gait(TABLE_1)
+    curve = Curve(DesignPoint(TABLE_1, SLOPE), "ground.gravity", 1.0, 1, 1e-8)
+    beyond, along = np.append(point.z, -0.1), np.append(0.0 * point.z, 1.0)
+    with pytest.raises(StepFailed, match=r"ground\.gravity = -0\.1 is no biped's"):
+        curve.image(beyond)
+    assert curve.correct(beyond, along) is None
 
 
 def test_names_reach_every_number_of_the_design():

@@ -82,8 +82,11 @@ class Curve:
         self.enough = max(1e-12, tolerance / 100)
 
     def walker(self, u: Vector) -> Walker:
-        """The walker at u = (z, value / span)."""
-        return self.design.with_value(self.name, u[-1] * self.span).walker()
+        """The walker at u = (z, value / span). Raises StepFailed for a gravity or a length of zero, and less."""
+        value, least = u[-1] * self.span, self.design.bound(self.name).above
+        if least is not None and value <= least:
+            raise StepFailed(f"{self.name} = {value:g} is no biped's")
+        return self.design.with_value(self.name, value).walker()
 
     def residual(self, u: Vector) -> tuple[Vector, np.ndarray, float]:
         """P^cycle(z) - z at u = (z, value / span), the derivative of P^cycle and the duration of the cycle."""
