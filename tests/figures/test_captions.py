@@ -1,6 +1,7 @@
 """Captions: every figure has one, its numbers are the results', and what is synthetic is called so."""
 
 import dataclasses
+import itertools
 import math
 import re
 from types import SimpleNamespace
@@ -160,6 +161,20 @@ def test_a_number_below_zero_is_drawn_with_its_interval_and_with_what_is_larger_
     found, corrected, true = (line.get_xdata() for line in axes.lines)
     plt.close("all")
     assert [found, corrected, true] == [pytest.approx(each) for each in ([25.0], [25.0], [12.5])]
+
+
+@pytest.mark.parametrize("count", [7, 12])
+def test_numbers_of_a_calibrated_robot_have_room_for_their_two_lines(count):
+    made_up = calibrated_twin()
+    [robot, *_] = made_up.robots
+    made_up.robots = (dataclasses.replace(
+        robot, numbers=tuple(robot.numbers[row % 3] for row in range(count)), correlations=np.eye(count)),)
+    with drawn.style.drawing():
+        shown = made_up_figure("calibrated_robot", calibrated_twin=made_up)
+        shown.canvas.draw()
+        rows = [label.get_window_extent() for label in shown.axes[0].get_yticklabels()]
+    plt.close("all")
+    assert len(rows) == count and all(one.y0 >= other.y1 for one, other in itertools.pairwise(rows))
 
 
 @pytest.mark.parametrize(("until", "said"), [(1.4, ""), (0.4, " After 0.4 s it is lost; the run goes on to 1.5 s.")])

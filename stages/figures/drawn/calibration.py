@@ -28,8 +28,9 @@ def draw_robots(given: Given) -> Figure:
     result: Result = given.calibrated_twin
     if not result.robots:
         raise NoEvidence("; ".join([result.summary(), *result.reasons]))
-    figure, (left, right) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.9), width_ratios=(1.0, 1.2))
     names = [short(one.name) for one in result.robots[0].numbers]
+    height = 3.9 + 0.3 * max(0, len(names) - 7)  # two lines of text a row
+    figure, (left, right) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, height), width_ratios=(1.0, 1.2))
     for number, (robot, color) in enumerate(zip(result.robots, COLORS, strict=False)):
         draw_robot(left, robot, color, 0.16 * (2 * number - (len(result.robots) - 1)))
     left.axvline(0.0, color="#555555", linewidth=0.8)
