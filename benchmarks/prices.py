@@ -38,7 +38,7 @@ from stages.multibody.walking.walk import build, simulate
 from stages.planar.run import rolling_state
 from stages.planar.sampling import sample
 from stages.planar.signals import GROUND_REACTION, IMU, SIGNALS
-from stages.twin.machine.machine import build as build_machine
+from stages.twin.machine.projection import machine_of
 from stages.twin.machine.tree import SpatialTree
 from stages.twin.walking.record import find_events
 from stages.twin.walking.simulate import rolling_start, simulate_twin
@@ -109,7 +109,7 @@ def planar(here: Parameters, stance: Any, force: float, blocks: bool = False, co
 
 def spatial(here: Parameters, stance: Any, force: float) -> Scene:
     """The twin's scene."""
-    machine = build_machine(here.biped, here.twin)
+    machine = machine_of(here.biped, here.twin)
     tree = SpatialTree(machine, here.slope, here.contact)
     start = rolling_start(machine, here.contact, stance, force)
     record, seconds = least(

@@ -42,8 +42,7 @@ from stages.calibration.result import HALF_WIDTH
 from stages.campaign.parameters import Parameters as CampaignParameters
 from stages.campaign.twin_run import NoWalk, TwinRun, first_state, generator, walk_twin
 from stages.imu.trial.trial import Trial, read_trials
-from stages.twin.machine.machine import build
-from stages.twin.machine.projection import project
+from stages.twin.machine.projection import machine_of, project
 from tests.imu.made_logs import Log, made_log
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -62,7 +61,7 @@ def drawn(kind: str, calibration: CalibrationParameters, campaign: CampaignParam
     """What a lab starts from: the drawing without its outsole, as either model has it."""
     if kind == FRAMES:
         return drawn_design(calibration)
-    whole = project(build(campaign.biped, campaign.twin))
+    whole = project(machine_of(campaign.biped, campaign.twin))
     return guess(dataclasses.replace(
         calibration, biped=dataclasses.replace(campaign.biped, leg_inertia=whole.leg_inertia)))
 
@@ -110,7 +109,7 @@ def fitted(
     run = run_of(trial, design, model.layout, calibration.settings, calibration.limits.lever_arm)
     if isinstance(run, str):
         return {"why": run}
-    machine = project(build(campaign.biped, campaign.twin, walked.variation.build))
+    machine = project(machine_of(campaign.biped, campaign.twin, walked.variation.build))
     weighed = machine.total_mass * (1 + SCALE * generator(seed, number, SCALE_STREAM).normal())
     known = (Known(TOTAL_MASS, weighed, SCALE * weighed, "scale"),)
     try:

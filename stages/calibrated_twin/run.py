@@ -24,8 +24,8 @@ from stages.calibrated_twin.parameters import Parameters
 from stages.calibrated_twin.result import CORRECTED, Check, Number, Pair, Result, Robot
 from stages.calibrated_twin.robot import TwinRobot
 from stages.calibration.estimation.held_out import corrected, rms_of
-from stages.calibration.estimation.run_fit import Model, fit_near
-from stages.calibration.information.identifiability import FINE, SLOPE, first_model
+from stages.calibration.estimation.run_fit import fit_near
+from stages.calibration.information.identifiability import FINE, SLOPE
 from stages.calibration.intervals.model_error import SPARE, Discrepancy
 from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.recordings import (
@@ -34,11 +34,11 @@ from stages.calibration.recordings import (
     Recorded,
     as_mounted,
     drawn_design,
-    looked_for,
+    drawn_model,
     recorded,
     sources,
 )
-from stages.calibration.result import LAB, FittedRun, HeldOut, Result as Calibration
+from stages.calibration.result import FittedRun, HeldOut, Result as Calibration
 from stages.campaign.result import BARE, Result as Campaign
 from stages.twin.machine.projection import machine_of
 
@@ -92,8 +92,7 @@ class _Work:
 
     def __init__(self, parameters: Parameters, inputs: Inputs, reasons: list[str]) -> None:
         self.parameters, self.inputs, self.reasons = parameters, inputs, reasons
-        drawn = drawn_design(parameters, LAB if inputs.database else WITHOUT)
-        self.model: Model = first_model(drawn, looked_for(drawn), parameters)
+        drawn, self.model = drawn_model(parameters, inputs.database)
         self.near = self.model.layout.strike
         twin = parameters.twin.with_tolerance(parameters.runs.solver_tolerance)
         self.robot = TwinRobot(machine_of(parameters.biped, twin), parameters.contact, twin, parameters.settings,

@@ -17,7 +17,7 @@ from stages.biped.question import Asking, at_hand, refuse
 from stages.calibration.estimation.first_guess import first_guess
 from stages.calibration.estimation.least_squares import TOTAL_MASS, Known, NotIdentified
 from stages.calibration.estimation.run_fit import Model
-from stages.calibration.information.identifiability import EACH_RUNS, SLOPE, free_names
+from stages.calibration.information.identifiability import EACH_RUNS, SLOPE, first_model, free_names
 from stages.calibration.observation.measured_run import SIDES, Layout, MeasuredRun, Sampling, usable
 from stages.calibration.parameters import Parameters, Settings
 from stages.calibration.result import LAB
@@ -82,6 +82,15 @@ def drawn_design(parameters: Parameters, kind: str = LAB) -> DesignPoint:
         one: dict[str, Any] = dict.fromkeys(f"other_{name}" for name in alike)
         biped = dataclasses.replace(whole, **one, **{name: 0.5 * (first[name] + other[name]) for name in alike})
     return guess(dataclasses.replace(parameters, biped=biped))
+
+
+def drawn_model(parameters: Parameters, database: Path | None) -> tuple[DesignPoint, Model]:
+    """The design as drawn and the model that a study fits: to a lab's `database`, or else to the campaign's runs.
+
+    Raises NoGait, ValueError.
+    """
+    drawn = drawn_design(parameters, LAB if database else WITHOUT)
+    return drawn, first_model(drawn, looked_for(drawn), parameters)
 
 
 def looked_for(design: DesignPoint) -> tuple[str, ...]:

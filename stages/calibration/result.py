@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stages.biped.quantity import quantity
+from stages.biped.quantity import count_of, quantity
 
 #: Half of a 95 % interval, in standard deviations.
 HALF_WIDTH = 1.959964
@@ -150,8 +150,8 @@ class Result:
         """What was found, in one line."""
         shares = [100 * row.sd / abs(row.value) for row in self.told if row.value and np.isfinite(row.sd)]
         seen = f"parameters to {min(shares):.2g} to {max(shares):.2g} %, given the mass" if shares else "no parameter"
-        several = "s are" if len(self.not_seen) > 1 else " is"
-        unseen = f"; {len(self.not_seen)} combination{several} not determined" if self.not_seen else ""
+        are = "are" if len(self.not_seen) > 1 else "is"
+        unseen = f"; {count_of(len(self.not_seen), 'combination')} {are} not determined" if self.not_seen else ""
         moving = sum(not fit.converged for fit in self.fits)
         blind = f"; {len(self.fits)} fitted" if self.fits else ""
         blind += f", {moving} of them not to rest" if moving else ""

@@ -33,7 +33,6 @@ from stages.calibration.following.track import follow, forecasts, lateness
 from stages.calibration.information.identifiability import (
     SLOPE,
     described,
-    first_model,
     identifiability,
     planned_equations,
     weighed,
@@ -43,16 +42,15 @@ from stages.calibration.observation.measured_run import SIDES, MeasuredRun
 from stages.calibration.parameters import Parameters, Settings
 from stages.calibration.recordings import (
     FROM,
-    WITHOUT,
     Recorded,
     as_mounted,
     drawn_design,
-    looked_for,
+    drawn_model,
     recorded,
     sources,
     table_value,
 )
-from stages.calibration.result import LAB, Determined, Failed, FittedRun, Followed, HeldOut, Misses, Result
+from stages.calibration.result import Determined, Failed, FittedRun, Followed, HeldOut, Misses, Result
 from stages.campaign.result import Result as Campaign, RunTruth
 
 
@@ -94,8 +92,7 @@ def run(
     parameters = as_mounted(parameters, inputs.database)
     settings = parameters.settings
     rows, not_seen = _rows(parameters)
-    design = drawn_design(parameters, LAB if inputs.database else WITHOUT)
-    model = first_model(design, looked_for(design), parameters)
+    design, model = drawn_model(parameters, inputs.database)
     truths = {one.name: one for one in (*inputs.campaign.runs, *inputs.campaign.bare)}
     found: list[FittedRun | HeldOut | Failed] = []
     missed, shown = tuple[FittedRun, ...](), None

@@ -54,8 +54,9 @@ def towards(
     while way < 1.0 and part >= LEAST_PART:
         ahead = min(way + part, 1.0)
         there = design.with_values({name: design.value(name) + ahead * change for name, change in changes.items()})
-        walker, point = there.walker(), None
+        point = None
         if there.is_legal() and there.slope.angle > 0.0:
+            walker = there.walker()
             tolerance = attainable_tolerance(walker.p, SEARCH_TOLERANCE)
             point = fixed_point(walker, z + (ahead - way) * tangent, tolerance)
         if point is None:

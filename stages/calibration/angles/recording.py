@@ -183,7 +183,8 @@ def _table(path: Path, columns: Mapping[str, str]) -> dict[str, Vector]:
         raise WrongOption(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     refuse((len(rows) < 8, f"{path}: has {len(rows)} rows, at least 8 are needed"))
     table = dict(zip(columns, np.array(rows).T, strict=True))
-    for what, shown in ((what, table[what]) for what in LARGEST):
+    for what in LARGEST:
+        shown = table[what]
         if shown.min() >= 0.0 and shown.max() <= 2.0 * math.pi:  # an encoder that counts on to a turn, and from 0 again
             table[what] = np.where(shown > math.pi, shown - 2.0 * math.pi, shown)
     usual = {what: float(np.quantile(np.abs(table[what]), 0.9)) for what in LARGEST}

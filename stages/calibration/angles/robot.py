@@ -19,7 +19,7 @@ from stages.biped.quantity import faults
 from stages.biped.question import Place, number, only, place_of, refuse
 from stages.calibration.angles.recording import COLUMNS, MARKERS, DrivenStep
 from stages.calibration.estimation.least_squares import Known, NotIdentified
-from stages.calibration.estimation.request import ENTRY, full_name, known_value, listed, value_of
+from stages.calibration.estimation.request import full_name, known_entries, known_value, listed, value_of
 from stages.ground.slope import Slope
 
 #: Beside the design's: motor torque per signal, torque at no signal (in the recording's sign), by how much the torque
@@ -206,8 +206,7 @@ def setup_of(about: Mapping[str, Any] | None, biped: Biped, slope: Slope) -> Ang
     numbers = dict.fromkeys(OF_ROBOT, 0.0)
     numbers |= {name: value_of(entry, OF_ROBOT[name], place, "robot", name) for name, entry in said.items()}
     robot = Robot(DesignPoint(biped, dataclasses.replace(slope, slope_deg=0.0)), numbers)
-    values = about.get("known") or {}
-    refuse((not isinstance(values, Mapping), f"{place('known')}: expected names with {{{', '.join(ENTRY)}}}"))
+    values = known_entries(about, place)
     free, names = (
         tuple(full_name(name, (*OF_ROBOT, *parameter_names()), place(key, name if key == "known" else row),
                         f"{name} is no number of the robot", f"{', '.join(OF_ROBOT)} and the keys of biped.yaml")

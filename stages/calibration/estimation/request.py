@@ -77,9 +77,8 @@ def request_of(about: Mapping[str, Any] | None) -> Request:
         return Request()
     place = place_of(about)
     only(about, KEYS, place)
-    entries, design = about.get("known") or {}, about.get("design") or BIPED
-    refuse((not isinstance(entries, dict), f"{place('known')}: expected names with {{{', '.join(ENTRY)}}}"),
-           (design not in (BIPED, PARTS), f"{place('design')}: {design}, must be {BIPED} (biped.yaml as it is) or "
+    entries, design = known_entries(about, place), about.get("design") or BIPED
+    refuse((design not in (BIPED, PARTS), f"{place('design')}: {design}, must be {BIPED} (biped.yaml as it is) or "
                                           f"{PARTS} (the bill of parts in twin.yaml, with its frames)"))  # fmt: skip
     known = tuple(
         known_value(full_name(key, (*SUMS, *parameter_names()), place("known", key), "no such quantity"), entry, place,
@@ -90,6 +89,13 @@ def request_of(about: Mapping[str, Any] | None) -> Request:
         for key in ("free", "fixed", "also"))
     held_out, fitted = (tuple(map(str, listed(about, key, "names of runs", place))) for key in ("held_out", "fitted"))
     return Request(known, free, fixed, held_out, fitted, str(design), also)
+
+
+def known_entries(about: Mapping[str, Any], place: Place) -> Mapping[str, Any]:
+    """What is known, by name. Raises WrongOption where it is no mapping."""
+    entries: Mapping[str, Any] = about.get("known") or {}
+    refuse((not isinstance(entries, Mapping), f"{place('known')}: expected names with {{{', '.join(ENTRY)}}}"))
+    return entries
 
 
 def listed(about: Mapping[str, Any], key: str, what: str, place: Place) -> Sequence[Any]:

@@ -162,9 +162,9 @@ def draw(given: Given) -> Figure:
 
 def caption(given: Given) -> str:
     twin, biped = given.parameters.twin, given.parameters.biped
-    parts, rule = twin.bill(biped.plain()), twin.bill_rule(biped.plain())
-    added = ", ".join(biped.details)
-    more = f" {added} of this design are added to the machine and not drawn." if added else ""
+    plain, added = biped.plain(), ", ".join(biped.details)
+    parts, rule = twin.bill(plain), twin.bill_rule(plain)
+    more = f" Not drawn is what the machine has by {added} of this design." if added else ""
     count = sum(part.pieces for part in parts)
     if not parts:
         return ("The twin without parts, as twin.inertia is planar: point masses at the hip and at the feet, on rods "
