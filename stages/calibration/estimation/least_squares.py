@@ -170,9 +170,12 @@ def least_squares(
         newton, unit = _step(at, sizes, low, 0.0, rule.blind), max(at.spread, 1.0)
         if newton[1] < rule.enough * unit:
             return at, evaluations, ""
-        of_whole = 1.0 / (caution if rule.halved else 1.0 + caution)
-        share, (step, foreseen) = (of_whole, newton) if rule.halved else (
-            1.0, _step(at, sizes, low, caution, rule.blind))  # fmt: skip
+        if rule.halved:
+            share = of_whole = 1.0 / caution
+            step, foreseen = newton
+        else:
+            share, of_whole = 1.0, 1.0 / (1.0 + caution)
+            step, foreseen = _step(at, sizes, low, caution, rule.blind)
         whole = max(1.0, float(np.abs(step / sizes).max(initial=0.0)) / rule.longest)
         tried = evaluate(np.maximum(at.x + share * step / whole, low), at, of_whole)
         evaluations += 1
