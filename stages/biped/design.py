@@ -246,11 +246,3 @@ def require_own_strikes(biped: Biped, model: str) -> None:
     """A model whose feet land by themselves goes no further with others. Raises BeyondModel."""
     if biped.strike_time is not None:
         raise BeyondModel(f"{model} does not know strike_time; only the constraint model's gaits do")
-
-
-def require_alike(biped: Biped, model: str) -> None:
-    """A model of gaits that repeat after one step goes no further with legs that differ. Raises BeyondModel."""
-    if not biped.alike:
-        keys = [key for key in biped.details if key.startswith("other_") or key == "hip_rest_angle"]
-        raise BeyondModel(f"{model} is of gaits that repeat after one step, and with {', '.join(keys)} they repeat "
-                          "after two")

@@ -15,7 +15,7 @@ import numpy as np
 
 from stages.biped.processes import Progress, ignore
 from stages.biped.quantity import written_out
-from stages.biped.walk import largest_of_a_step, require
+from stages.biped.walk import require
 from stages.comparison.claims.judge import another_biped, judge
 from stages.comparison.claims.numerics import constraints_reduce_effort
 from stages.comparison.claims.paper import FREQUENCY_HZ
@@ -33,7 +33,7 @@ def summarise(e: Evidence) -> BipedSummary:
     analytic, validity = e.results.analytic, e.results.analytic.validity
     models, twin, effort = known(lambda: e.models), known(lambda: e.twin), known(lambda: constraints_reduce_effort(e))
     error, constraint_work, penalty_work, *_ = effort if effort is not None else (NAN,) * 3
-    limit, rung = known(lambda: e.results.contact_study.limit), known(lambda: e.results.twin_ladder.twin)
+    limit, ladder = known(lambda: e.results.contact_study.limit), known(lambda: e.results.twin_ladder)
     return BipedSummary(
         analytic.gait.step_frequency_hz,
         analytic.gait.step_length_m,
@@ -45,7 +45,7 @@ def summarise(e: Evidence) -> BipedSummary:
         float(models.same_start.position.max()) if models is not None else NAN,
         twin.step_frequency if twin is not None else NAN,
         analytic.gait.largest_multiplier,
-        largest_of_a_step(rung.plane_multipliers, 1) if rung is not None else NAN,
+        ladder.largest_multipliers[0] if ladder is not None else NAN,
         validity.friction_single_stance,
         max(validity.impulse_friction_landing, validity.impulse_friction_trailing),
         e.parameters.contact.coefficients.static_friction,

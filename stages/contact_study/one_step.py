@@ -63,7 +63,7 @@ def constraint_model(
     segments = walk_on(walker, walker.from_stance(start), 1, tolerance)
     return ConstraintModel(
         sample_walk(walker, segments, rate),
-        float(point.steps[0].period * walker.time),
+        float(point.period * walker.time),
         float(step_length(walker, point) * walker.length),
         walker.stance_state(crossing_state(walker, point.z, tolerance)),
         walker,

@@ -151,7 +151,7 @@ class Ruler:
         except NoLimitCycle:
             found = fixed_point(stepper, stepper.walk(stepper.start, NEARER).numbers)
         self.derivative = found.derivative
-        return np.array([found.step.duration - self.limit.period, found.step.length - self.limit.length])
+        return np.array([found.step.period - self.limit.period, found.step.step_length - self.limit.length])
 
 
 def halves(law: ContactLaw) -> tuple[ContactLaw, ContactLaw]:

@@ -17,7 +17,7 @@ import numpy as np
 from stages.analytic.errors import NoGait, StepFailed
 from stages.analytic.result import Inputs
 from stages.biped.accuracy.scales import scales_of, size
-from stages.biped.design import BeyondModel, require_alike, require_own_strikes
+from stages.biped.design import BeyondModel, require_own_strikes
 from stages.biped.processes import Progress, ignore
 from stages.contact_study.one_step import Scene, landing_force, measure, take_step
 from stages.contact_study.parameters import Parameters, Settings
@@ -92,7 +92,7 @@ def next_gait(walker: PenaltyStepper, known: list[tuple[float, FixedPoint]], at:
 
 def row(name: str, factor: float, point: FixedPoint | None) -> FrictionVariation:
     """What is kept of a gait."""
-    known = (math.nan, math.nan) if point is None else (point.step.duration, point.step.length)
+    known = (math.nan, math.nan) if point is None else (point.step.period, point.step.step_length)
     return FrictionVariation(name, factor, *known)
 
 
@@ -131,7 +131,6 @@ SHARES = 0.1, 0.6
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
     """Vary one parameter at a time, then search. A step that fails is a row with its reason, and a rigid limit that the
     constraint model does not know leaves the choice out with its own. Raises BeyondModel."""
-    require_alike(parameters.biped, "the study of contact sets")
     require_own_strikes(parameters.biped, "the study of contact sets")
     analytic, settings = inputs.analytic, parameters.settings
     scene = Scene(

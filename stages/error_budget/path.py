@@ -54,21 +54,22 @@ def switched(law: ContactLaw, on: Collection[str], share: float) -> ContactLaw:
 
 
 class ConstraintWalk:
-    """Two steps of the constraint model from a mid-stance state, by default that of a gait, whose period is given."""
+    """A walk of the constraint model over three heel strikes from a mid-stance state, by default that of a gait, whose
+    period is given."""
 
     def __init__(self, walker: Walker, point: FixedPoint, tolerance: float, start: Vector | None = None) -> None:
         self.walker, self.point = walker, point
         self.start = crossing_state(walker, point.z, tolerance) if start is None else start
-        self.segments = walk_on(walker, self.start, 1, tolerance)
+        self.segments = walk_on(walker, self.start, 2, tolerance)
 
     @property
     def period(self) -> float:
-        """Step period of the gait [s]."""
-        return float(self.point.steps[0].period * self.walker.time)
+        """Step period of the gait [s], of legs that differ their mean."""
+        return float(self.point.period * self.walker.time)
 
     @property
     def heel_strikes(self) -> np.ndarray:
-        """Times of both heel strikes [s]."""
+        """Times of the heel strikes [s], (3,)."""
         ends = [segment.start + segment.duration for segment in self.segments if segment.last]
         return np.array(ends) * self.walker.time
 
@@ -224,31 +225,31 @@ SCALARS = ("step period", "step length")
 
 
 class Cycles:
-    """Cycles of all models as one array each: the hip over a stride (4 n values), then the `SCALARS`."""
+    """Cycles of all models as one array each: the hip over a stride (4 n values), then the `SCALARS`; `middle` has the
+    phases of their heel strikes amid a stride."""
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters, settings = parameters, parameters.settings
         self.phase = np.linspace(0.0, 1.0, settings.points)
+        self.middle: list[float] = []
         self.rolling = constraint_gait(parameters.biped, parameters.slope, settings.constraint_fine_tolerance)
         friction = parameters.contact.coefficients
         self.coulomb = constraint_gait(parameters.biped, parameters.slope, settings.constraint_fine_tolerance, friction)
         self.found: list[tuple[ContactLaw, np.ndarray]] = []
         self.derivative: np.ndarray | None = None
 
-    def stride(self, length: float) -> tuple[np.ndarray, np.ndarray]:
-        """Fraction of the step at each phase of the stride, and how far the hip has come by the steps before [m]."""
-        second = self.phase >= 0.5
-        return 2.0 * self.phase - second, length * second
+    def outcome(self, hip: np.ndarray, period: float, length: float, strikes: np.ndarray) -> np.ndarray:
+        """A cycle of the hip (n, 4) at phases of a stride from heel strike, of step period [s] and length [m], with the
+        `strikes` [s] of one cycle."""
+        self.middle.append(0.5 if len(strikes) == 1 else float(strikes[1] - strikes[0]) / (2.0 * period))
+        hip[:, 0] -= hip[0, 0]
+        return np.concatenate([hip.ravel(), [period, length]])
 
     def constraint(self, walk: ConstraintWalk) -> np.ndarray:
         """The constraint model's cycle."""
-        first, second = walk.heel_strikes
-        ends = walk.hip(np.array([first, second]))
-        length = float(ends[1, 0] - ends[0, 0])
-        share, passed = self.stride(length)
-        hip = walk.hip(first + share * walk.period)
-        hip[:, 0] += passed - ends[0, 0]
-        return np.concatenate([hip.ravel(), [walk.period, length]])
+        strikes = walk.heel_strikes
+        hip = walk.hip(strikes[0] + 2.0 * walk.period * self.phase)
+        return self.outcome(hip, walk.period, 0.5 * float(hip[-1, 0] - hip[0, 0]), strikes[: len(walk.point.steps)])
 
     def penalty(self, law: ContactLaw, tolerance: float) -> np.ndarray:
         """The penalty model's cycle, searched from that of the law most like it. Raises NoLimitCycle."""
@@ -267,24 +268,20 @@ class Cycles:
             raise NoLimitCycle(f"on a cycle: {reason}") from None
         self.derivative = cycle.derivative
         self.found.append((law, cycle.numbers))
-        run = simulate(p.biped, p.slope, law, section_state(cycle.numbers, start), solver, steps=1, signals=())
-        hip = self.folded(run.trajectory, cycle.step.duration, cycle.step.length)
-        return np.concatenate([hip.ravel(), [cycle.step.duration, cycle.step.length]])
-
-    def folded(self, trajectory: Trajectory, period: float, length: float) -> np.ndarray:
-        """The hip over a stride from heel strike, from a step of a cycle from mid-stance to mid-stance, (n, 4)."""
-        strike = float(find_events(trajectory, self.parameters.biped.foot_radii).heel_strike_time[0])
-        share, passed = self.stride(length)
-        time = strike + share * period
-        later = time >= period
-        hip = penalty_hip(trajectory, np.where(later, time - period, time))
-        hip[:, 0] += passed + length * later - penalty_hip(trajectory, np.array([strike]))[0, 0]
-        return hip
+        steps, whole = stepper.steps_a_cycle, cycle.step
+        run = simulate(p.biped, p.slope, law, section_state(cycle.numbers, start), solver, steps=steps, signals=())
+        strikes = find_events(run.trajectory, p.biped.foot_radii).heel_strike_time[:steps]
+        time = strikes[0] + 2.0 * whole.period * self.phase
+        cycles = np.floor(time / whole.duration)  # from mid-stance to mid-stance, of which one was walked
+        hip = penalty_hip(run.trajectory, time - cycles * whole.duration)
+        hip[:, 0] += cycles * whole.length
+        return self.outcome(hip, whole.period, whole.step_length, strikes)
 
     def compared(self) -> np.ndarray:
         """Phases more than the impact's window after a heel strike, and not in the instant of one, (n,)."""
-        since = self.stride(0.0)[0] * self.rolling.period
-        return (since > self.parameters.settings.impact_window) & (self.phase < 1.0)
+        window = self.parameters.settings.impact_window / (2.0 * self.rolling.period)
+        inside = (self.phase >= min(self.middle)) & (self.phase <= max(self.middle) + window)
+        return ~inside & (self.phase > window) & (self.phase < 1.0)
 
 
 def _distance(one: ContactLaw, other: ContactLaw) -> float:

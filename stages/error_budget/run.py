@@ -5,7 +5,7 @@ Settings: params/error_budget.yaml, the contact set of ground.yaml. Output: `Res
 """
 
 from stages.analytic.errors import NoGait, StepFailed
-from stages.biped.design import require_alike, require_own_strikes
+from stages.biped.design import require_own_strikes
 from stages.biped.processes import Progress, ignore
 from stages.error_budget.parameters import Parameters
 from stages.error_budget.path import LIMITS, OneStep, cycle_budget, step_budget, switched
@@ -42,10 +42,9 @@ def checked(scene: OneStep) -> EngineAgreement:
 def run(parameters: Parameters, inputs: None = None, progress: Progress = ignore) -> Result:
     """Split the difference over one step, then between cycles. A model that does not walk is a result that says so.
 
-    Raises EnginesDisagree if the compiled penalty walker is not Exudyn's, BeyondModel for legs that differ, a hip that
-    rubs, or a strike at a given time.
+    Raises EnginesDisagree if the compiled penalty walker is not Exudyn's, BeyondModel for a hip that rubs, or a strike
+    at a given time.
     """
-    require_alike(parameters.biped, "the error budget")
     require_own_strikes(parameters.biped, "the error budget")
     step, cycle, engines, outcome = None, None, None, COMPLETED
     try:

@@ -16,7 +16,6 @@ from stages.about import ATTRIBUTES
 from stages.analytic.result import Result as Analytic
 from stages.analytic.walk.on_a_ramp import DOES_NOT, WALKS, WALKS_IF, on_a_ramp
 from stages.biped.quantity import count_of, written_out
-from stages.biped.walk import largest_of_a_step
 from stages.comparison.result import Result as Comparison
 from stages.figures.entry import Inputs
 from stages.imu.judgement.verdict import FREQUENCY
@@ -159,7 +158,7 @@ def stable(inputs: Inputs, multiplier: Measure) -> Answer:
              "A small disturbance grows from step to step") if likely > SURE else UNSURE  # fmt: skip
     means += f"; of the starts tried, {100 * basin.share:.0f} % end in this gait." if basin else "."
     rung = inputs.twin_ladder.twin if inputs.twin_ladder else None
-    twins = largest_of_a_step(rung.plane_multipliers, 1) if rung else math.nan
+    twins = inputs.twin_ladder.largest_multipliers[0] if inputs.twin_ladder else math.nan
     if rung and math.isfinite(twins) and (rung.limps or likely <= SURE or (twins < 1.0) != (value < 1.0)):
         gait = "gait, which limps," if rung.limps else "gait"
         means += f" The twin's {gait} is {'stable' if twins < 1.0 else 'unstable'}: it leaves {twins:.3g} in the plane."

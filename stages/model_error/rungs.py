@@ -216,7 +216,7 @@ def by_penalty(design: Design, tolerance: float) -> Found:
         run = simulate(design.projected, design.slope, design.contact, start, walker.settings, steps=count,
                        signals=(GROUND_REACTION,))  # fmt: skip
         peak = peaks(run.trajectory, design.contact, design.projected.foot_radii, 0.0, step.duration)[0].max()
-        return measures(step.duration / count, step.length / count, largest_of_a_step(multipliers, count), peak)
+        return measures(step.period, step.step_length, largest_of_a_step(multipliers, count), peak)
 
     values = measured(stepper)
     return Found(values, left_open(values, measured(other)))

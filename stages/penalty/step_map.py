@@ -129,7 +129,7 @@ class PenaltyStepper:
         require_turns(start.leg_angle, walk.heel_strikes, stance)
         state = state_of(y, walk.in_play, stance)
         length = float(y[X]) - start.hip_position[0]
-        return SectionStep(section_numbers(state), state, walk.time, length, walk.evaluations)
+        return SectionStep(section_numbers(state), state, walk.time, length, walk.evaluations, walk.heel_strikes)
 
     def _standing(self, walk: Ongoing) -> int:
         return int(np.argmin(np.abs(walk.y[ANGLE : ANGLE + 2])))

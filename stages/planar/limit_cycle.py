@@ -151,12 +151,12 @@ def cycle_at(walker: StepTaker, found: FixedPoint, derivative: np.ndarray | None
     after = found.step
     return LimitCycle(
         found.numbers,
-        after.duration / walker.steps_a_cycle,
-        after.length / walker.steps_a_cycle,
+        after.period,
+        after.step_length,
         derivative,
         multipliers,
         found.residual,
-        after.solver_steps,
+        round(after.solver_steps / after.steps),
         walker.steps_walked,
     )
 

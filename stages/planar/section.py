@@ -33,13 +33,25 @@ def section_scales(biped: Biped, slope: Slope, units: Sequence[str] = UNITS) -> 
 
 @dataclass(frozen=True)
 class SectionStep:
-    """One step on the section: where it ends, as `section_numbers` (10,) and as a state, how long and wide it was."""
+    """A walk from section to section: where it ends, as `section_numbers` (10,) and as a state, how long [s] and wide
+    [m] it was, the solver's steps, and over how many steps of the walker."""
 
     numbers: np.ndarray
     state: PlanarState
     duration: float
     length: float
     solver_steps: int
+    steps: int
+
+    @property
+    def period(self) -> float:
+        """Duration of a step [s], the mean of those walked."""
+        return self.duration / self.steps
+
+    @property
+    def step_length(self) -> float:
+        """Length of a step [m], the mean of those walked."""
+        return self.length / self.steps
 
 
 def section_numbers(state: PlanarState) -> np.ndarray:
@@ -108,4 +120,4 @@ def mid_stance_after(run: Run) -> SectionStep:
     if stance == 1:
         pairs = ("leg_angle", "leg_rate", "leg_length", "leg_length_rate", "in_play")
         state = replace(state, **{name: getattr(state, name)[::-1] for name in pairs})
-    return SectionStep(section_numbers(state), state, moment, length, run.solver_steps)
+    return SectionStep(section_numbers(state), state, moment, length, run.solver_steps, run.heel_strikes)

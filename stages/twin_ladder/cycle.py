@@ -1,4 +1,5 @@
-"""A machine's gait: fixed point of its stride in the plane, and the leading multipliers of its two steps.
+"""A machine's gait: fixed point of its stride in the plane, and the leading multipliers of its cycle, which has two
+steps where the legs differ.
 
 Strides are counted from mid-stance, in which the standing pair is normal to the ground. Place along and across the
 slope do not matter, and pairs are named by role, so that a step maps the section onto itself where both pairs are
@@ -159,16 +160,16 @@ class Gait:
 class Search:
     """Looks for the gait of one machine; counts the steps it walks. `tolerance` is that of the steps, in the scales.
 
-    `scales` are those of the section's numbers in the plane (10,) and out of it (9,).
+    `scales` are those of the section's numbers in the plane (10,) and out of it (9,). A cycle has so many `steps`.
     """
 
     def __init__(
         self, take: StepMap, scales: tuple[np.ndarray, np.ndarray], tolerance: float, difference: float,
-        sideways: bool = True,
+        sideways: bool = True, steps: int = 1,
     ) -> None:
         self.take, (self.scales, self.side_scales), self.tolerance = take, scales, tolerance
         self.difference = difference
-        self.sideways = sideways
+        self.sideways, self.steps_a_cycle = sideways, steps
         self.settled = SETTLED * tolerance / difference
         self.steps = 0
 
@@ -191,7 +192,7 @@ class Search:
         plane = self.multipliers(found.numbers, derivative, IN_PLANE)[:IN_PLANE]
         side = np.zeros(0)
         if self.sideways:
-            side, sideways = leading(self._changes(found.numbers), sideways, self.settled)
+            side, sideways = leading(self._changes(found.numbers), sideways, self.settled, self.steps_a_cycle)
         period = 0.5 * (first.duration + second.duration)
         row = RungGait(
             **named,
@@ -208,7 +209,7 @@ class Search:
         return Gait(row, found.numbers, sideways, found.step)
 
     def multipliers(self, numbers: np.ndarray, near: np.ndarray, count: int) -> np.ndarray:
-        """The `count` largest multipliers of a step in the plane, complex, or one more where the last is of a pair.
+        """The `count` largest multipliers of a cycle in the plane, complex, or one more where the last is of a pair.
 
         They are those of the gait at `numbers` (10,), to first order in what its stride's derivative differs by from
         `near` (10, 10), that of a gait near it: the stride is differenced along the changes that go with these alone.
@@ -223,7 +224,8 @@ class Search:
         first = np.column_stack([ahead.first.end.plane - back.first.end.plane for ahead, back in pairs])
         second = np.column_stack([ahead.numbers - back.numbers for ahead, back in pairs])
         first, second = (columns / (2.0 * sizes[:, None]) for columns in (first, second))
-        return step_multipliers(basis, first, basis @ np.linalg.solve(across.T @ basis, across.T @ second))
+        second = basis @ np.linalg.solve(across.T @ basis, across.T @ second)
+        return multipliers_of(basis, first, second, self.steps_a_cycle)
 
     def _changes(self, plane: np.ndarray) -> Changes:
         """Out of the plane. The mirrored run is not walked: it would give the mirrored motion, and the motion in the
@@ -243,8 +245,8 @@ def columns(values: np.ndarray) -> np.ndarray:
     return np.column_stack([values.real, values.imag])
 
 
-def leading(changes: Changes, start: np.ndarray, settled: float) -> tuple[np.ndarray, np.ndarray]:
-    """The k multipliers of a step that are largest, complex (k,), and the changes (n, k) that go with them.
+def leading(changes: Changes, start: np.ndarray, settled: float, steps: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """The k multipliers of a cycle of so many `steps` that are largest, complex (k,), and their changes (n, k).
 
     Orthogonal iteration from `start` (n, k): every stride turns the changes towards those sought, by the ratio of the
     next multiplier to theirs, squared, until that changes the multipliers by less than `settled`. What does not settle
@@ -254,14 +256,14 @@ def leading(changes: Changes, start: np.ndarray, settled: float) -> tuple[np.nda
     basis, known, before = np.linalg.qr(start)[0], np.full(count, np.inf + 0j), np.inf
     for _ in range(MOST_STRIDES):
         first, second = (np.column_stack(rows) for rows in zip(*map(changes, basis.T), strict=True))
-        found = step_multipliers(basis, first, second)
+        found = multipliers_of(basis, first, second, steps)
         changed = float(np.abs(found - known).max())
         if changed < settled or before <= changed < NOISE * settled:
             return found, basis
         basis, known, before = np.linalg.qr(second)[0], found, changed
     everything = np.eye(size)
     first, second = (np.column_stack(rows) for rows in zip(*map(changes, everything), strict=True))
-    return step_multipliers(everything, first, second)[:count], growing(second, basis)
+    return multipliers_of(everything, first, second, steps)[:count], growing(second, basis)
 
 
 def growing(matrix: np.ndarray, basis: np.ndarray) -> np.ndarray:
@@ -271,18 +273,20 @@ def growing(matrix: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return basis
 
 
-def step_multipliers(basis: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Multipliers of a step (k,), largest first, complex, from changes (n, k) and what two steps make of them.
+def multipliers_of(basis: np.ndarray, first: np.ndarray, second: np.ndarray, steps: int = 1) -> np.ndarray:
+    """Multipliers of a cycle (k,), largest first, complex, from changes (n, k) and what two steps make of them.
 
-    `basis` has orthonormal columns that a stride maps onto each other. The factor of a stride is an eigenvalue of that;
-    the factor of a step is its root, with the sign that shows whether a disturbance has changed its sign after the
-    first step. For alike pairs these are the step map's own.
+    `basis` has orthonormal columns that a stride maps onto each other. The factor of a stride, a cycle of two `steps`,
+    is an eigenvalue of that; that of a step, where the legs are alike, is its root, with the sign that shows whether a
+    disturbance has changed its sign after the first step.
     """
     values, vectors = np.linalg.eig(basis.T @ second)
-    roots = np.sqrt(values.astype(complex))
-    along = ((basis @ vectors).conj() * (first @ vectors)).sum(axis=0)
-    roots = np.where((along * roots.conj()).real < 0.0, -roots, roots)
-    turning = np.flatnonzero((values.imag == 0.0) & (values.real < 0.0))  # an imaginary pair, whose squares are alike
-    roots[turning[1::2]] *= -1.0
-    ordered: np.ndarray = roots[np.lexsort((-roots.imag, -np.abs(roots).round(12)))]
+    found = values.astype(complex)
+    if steps == 1:
+        found = np.sqrt(found)
+        along = ((basis @ vectors).conj() * (first @ vectors)).sum(axis=0)
+        found = np.where((along * found.conj()).real < 0.0, -found, found)
+        turning = np.flatnonzero((values.imag == 0.0) & (values.real < 0.0))  # an imaginary pair, of alike squares
+        found[turning[1::2]] *= -1.0
+    ordered: np.ndarray = found[np.lexsort((-found.imag, -np.abs(found).round(12)))]
     return ordered

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stages.biped.quantity import COUNTED, LEFT, quantity
+from stages.biped.walk import largest_of_a_step
 from stages.studies.result import COMPLETED, Table
 
 #: From where on the two steps of a stride are said to differ, as a share of their mean.
@@ -41,11 +42,11 @@ class RungGait(MachineGait):
     added: str = quantity("-", "what it has that the rung before has not")
     is_twin: bool = quantity("1", "whether this machine is the twin of the study's parameters")
     plane_multipliers: np.ndarray = quantity(
-        "1", "the two largest multipliers of a step in the plane, real and imaginary part, shape (2, 2)",
+        "1", "the two largest multipliers of a cycle in the plane, real and imaginary part, shape (2, 2)",
         dimensions=("multiplier", "part")
     )
     side_multipliers: np.ndarray = quantity(
-        "1", "the largest multiplier of a step in roll, yaw and sideways motion, shape (1, 2) or empty"
+        "1", "the largest multiplier of a cycle in roll, yaw and sideways motion, shape (1, 2) or empty"
     )
     residual: float = quantity(
         "1", "how far the fixed point moves in a stride, in the section's scales", without_error=LEFT)
@@ -63,7 +64,7 @@ class SameMachine(MachineGait):
 
     outcome: str = quantity("-", "completed, or why the constraint model has no gait")
     multipliers: np.ndarray = quantity(
-        "1", "the two largest multipliers of a step, real and imaginary part, shape (2, 2)",
+        "1", "the two largest multipliers of a cycle, real and imaginary part, shape (2, 2)",
         dimensions=("multiplier", "part")
     )
     hip_apart_m: np.ndarray = quantity(
@@ -86,11 +87,19 @@ class Result:
     walked_step_length_m: float = quantity("m", "the same of their length", symbol="s")
     same_machine: tuple[SameMachine, ...] = quantity(
         "-", "the constraint model of each rung's own machine, in the rungs' order", default=())
+    steps: int = quantity("1", "steps that multipliers are of: two where the legs differ", default=1)
 
     @property
     def twin(self) -> RungGait | None:
         """The rung that is the twin, if it has a gait."""
         return next((rung for rung in self.rungs if rung.is_twin and rung.found), None)
+
+    @property
+    def largest_multipliers(self) -> tuple[float, float]:
+        """Magnitudes of the twin's largest multipliers in the plane and out of it, of a step; NaN if unknown."""
+        found = (self.twin.plane_multipliers, self.twin.side_multipliers) if self.twin else np.zeros((2, 0, 2))
+        plane, side = (largest_of_a_step(each, self.steps) for each in found)
+        return plane, side
 
     def changes(self) -> list[tuple[str, float, float]]:
         """What each rung adds to period [s] and step length [m]; a rung without gait adds nothing and is left out."""
@@ -111,6 +120,7 @@ class Result:
         difference = 1e3 * (self.twin.period_s - self.simple_period_s)
         left = self.left_of_twin()
         own = f"; from the constraint model of the same robot {1e3 * left[0]:+.2f} ms" if left else ""
+        largest = " of two steps" * (self.steps > 1) + f" {pair_text(self.twin.plane_multipliers[0])}"
         longest = 1e3 * (self.twin.step_length_m - self.simple_step_length_m)
         limp = 100 * abs(self.twin.inner_outer_difference)
         limps = f"; it limps, its two steps last {limp:.2g} % of their mean apart" * self.twin.limps
@@ -121,7 +131,7 @@ class Result:
                   f"{words(*1e3 * gait)}") * bool(np.any(np.abs(walk / gait - 1.0) >= AWAY))
         return (
             f"{len(self.rungs)} variants{without}: the twin's step is {difference:+.1f} ms and {longest:+.1f} mm from "
-            f"the simple model's{own}, largest multiplier {pair_text(self.twin.plane_multipliers[0])}{limps}{walked}"
+            f"the simple model's{own}, largest multiplier{largest}{limps}{walked}"
         )
 
     def left(self) -> list[tuple[RungGait, SameMachine]]:

@@ -19,7 +19,7 @@ from stages.analytic.model.walker import Walker
 from stages.analytic.result import Result as Analytic
 from stages.analytic.walk.recording import crossing, up_to_mid_stance, vaulting, walk_on
 from stages.analytic.walk.sampling import signals_at
-from stages.biped.design import Biped, require_alike
+from stages.biped.design import Biped
 from stages.biped.processes import Progress, ignore
 from stages.biped.walk import StanceState
 from stages.ground.slope import Friction, Slope
@@ -29,13 +29,13 @@ from stages.penalty.step_map import PenaltyStepper
 from stages.penalty.walk import Settings as PenaltySettings
 from stages.planar.limit_cycle import gait_near
 from stages.planar.run import LimitCycle, PlanarState
-from stages.planar.section import UNITS, NoLimitCycle, section_scales, section_state
+from stages.planar.section import UNITS, NoLimitCycle, mid_stance_after, section_scales, section_state
 from stages.studies.result import COMPLETED
 from stages.twin.machine.machine import FRAME_BODY, Machine
 from stages.twin.machine.projection import machine_of, project
 from stages.twin.parameters import Settings
 from stages.twin.result import Result as Twin
-from stages.twin_ladder.cycle import IN_PLANE, SIDE_UNITS, SIDEWAYS, Gait, Search, columns, step_map, step_multipliers
+from stages.twin_ladder.cycle import IN_PLANE, SIDE_UNITS, SIDEWAYS, Gait, Search, columns, multipliers_of, step_map
 from stages.twin_ladder.parameters import Parameters
 from stages.twin_ladder.result import Result, RungGait, SameMachine
 
@@ -105,22 +105,31 @@ class ConstraintGait:
     mid_stance: StanceState
 
 
-def constraint_gait(biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None) -> ConstraintGait:
-    """The gait of the constraint model of a biped; with `friction` its trailing foot may slip and rise."""
+def constraint_gait(
+    biped: Biped, slope: Slope, tolerance: float, friction: Friction | None = None, steps: int = 1
+) -> ConstraintGait:
+    """The gait of the constraint model of a biped; with `friction` its trailing foot may slip and rise. Multipliers are
+    those of so many `steps`."""
     try:
         walker, point = find_gait(biped, slope, tolerance, friction)
-        return _described(walker, point, tolerance)
+        return _described(walker, point, tolerance, steps)
     except (NoGait, StepFailed) as error:
         nothing = float("nan")
         row = SameMachine("", str(error), nothing, nothing, nothing, np.zeros((0, 2)), UNKNOWN, UNKNOWN)
         return ConstraintGait(row, NO_HIP, StanceState(*[nothing] * 8))
 
 
+def steps_a_cycle(parameters: Parameters) -> int:
+    """Steps that multipliers are of: two where the design's legs differ. A twin's pairs differ by their parts alone."""
+    return 1 if parameters.biped.alike else 2
+
+
 def constraint_gaits(parameters: Parameters, bipeds: Iterable[Biped]) -> list[ConstraintGait]:
     """Gaits of the constraint model of bipeds at the study's settings."""
     settings = parameters.analytic
     friction = settings.limited(parameters.friction)
-    return [constraint_gait(biped, parameters.slope, settings.tolerance, friction) for biped in bipeds]
+    steps = steps_a_cycle(parameters)
+    return [constraint_gait(biped, parameters.slope, settings.tolerance, friction, steps) for biped in bipeds]
 
 
 def section_numbers(state: StanceState) -> np.ndarray:
@@ -130,7 +139,7 @@ def section_numbers(state: StanceState) -> np.ndarray:
     return np.array([length, state.swing_angle, length, state.swing_length, forward, state.stance_length_rate, *rates])
 
 
-def _described(walker: Walker, point: FixedPoint, tolerance: float) -> ConstraintGait:
+def _described(walker: Walker, point: FixedPoint, tolerance: float, steps: int) -> ConstraintGait:
     upright, elapsed = crossing(walker, point.z, tolerance)
     segments = walk_on(walker, upright, 2, tolerance, elapsed)
     hip = signals_at(walker, segments, 2 * point.period * PHASES)["hip_position"]
@@ -146,7 +155,7 @@ def _described(walker: Walker, point: FixedPoint, tolerance: float) -> Constrain
         period_s=period,
         step_length_m=float(np.mean(step_lengths(walker, point))) * walker.length,
         inner_outer_difference=2 * (other.start + other.duration) / point.period - 2,
-        multipliers=columns(step_multipliers(np.eye(len(first)), first, stride)[:IN_PLANE]),
+        multipliers=columns(multipliers_of(np.eye(len(first)), first, stride, steps)[:IN_PLANE]),
         hip_apart_m=UNKNOWN,
         hip_from_simple_m=UNKNOWN,
     )
@@ -189,9 +198,7 @@ def again(parameters: Parameters, inputs: Inputs, result: Result) -> Result:
 
 
 def run(parameters: Parameters, inputs: Inputs, progress: Progress = ignore) -> Result:
-    """Find the gait of every rung. Raises ValueError if parts do not add up to the design, BeyondModel where legs
-    differ."""
-    require_alike(parameters.biped, "the ladder from the planar model to the twin")
+    """Find the gait of every rung. Raises ValueError if parts do not add up to the design."""
     return ladder(parameters, inputs, rungs(parameters.biped, parameters.twin, parameters.settings.outsole), progress)
 
 
@@ -220,18 +227,21 @@ def ladder(parameters: Parameters, inputs: Inputs, machines: list[Rung], progres
         same_machine=tuple(
             beside(row.name, own, constrained[0], hip) for (row, hip), own in zip(found, constrained, strict=True)
         ),
+        steps=steps_a_cycle(parameters),
     )
 
 
 def planar_rung(parameters: Parameters, cycle: LimitCycle) -> Climbed:
-    """The planar model as the first rung; it has no sideways motion and its two legs are one and the same."""
+    """The planar model as the first rung; it has no sideways motion."""
     start = section_state(cycle.section_state, STANDING)
     where = parameters.biped, parameters.slope, parameters.contact
     settings = replace(
         parameters.planar, assembly="tree", tolerance=parameters.settings.tolerance,
         largest_step=parameters.twin.largest_step,
     )  # fmt: skip
-    run = simulate(*where, start, settings, steps=2)
+    run, limp = simulate(*where, start, settings, steps=2), 0.0
+    if not parameters.biped.alike:
+        limp = 2.0 * mid_stance_after(simulate(*where, start, settings, steps=1)).duration / cycle.period_s - 2.0
     row = RungGait(
         name=PLANAR,
         added=PLANAR_ADDED,
@@ -239,7 +249,7 @@ def planar_rung(parameters: Parameters, cycle: LimitCycle) -> Climbed:
         is_twin=False,
         period_s=cycle.period_s,
         step_length_m=cycle.step_length_m,
-        inner_outer_difference=0.0,
+        inner_outer_difference=limp,
         plane_multipliers=cycle.floquet_multipliers[:IN_PLANE],
         side_multipliers=np.zeros((0, 2)),
         residual=cycle.residual,
@@ -278,7 +288,8 @@ def climb(
             ahead = longer * np.array([1.0, 0.0, 1.0, 1.0, *[0.0] * 6])
         plane, before = plane + ahead, own
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
-        search = Search(take, (in_plane, sideways), settings.tolerance, settings.difference, settings.sideways)
+        search = Search(take, (in_plane, sideways), settings.tolerance, settings.difference, settings.sideways,
+                        steps_a_cycle(parameters))
         try:
             gait = search.find(*in_the_plane(parameters, rung.machine, section_state(plane, STANDING)), side, **named)
         except NoLimitCycle as error:

@@ -84,13 +84,11 @@ class Anything:
         return Anything()
 
 
-LAME, TIMED = "biped.other_leg_length=0.34", "biped.strike_time=0.5"
+TIMED = "biped.strike_time=0.5"
 RETRACTING = ("biped.legs=rigid", "biped.feet_retract=true")
-ONE_STEP = "repeat after one step, and with other_leg_length they"
 
 
 @pytest.mark.parametrize(("stages", "settings", "words"), [
-    (("contact_study", "error_budget", "twin_ladder"), ("biped.frame_mass=0.05", LAME, *RETRACTING), ONE_STEP),
     (("contact_study", "error_budget"), ("biped.frame_mass=0.05", TIMED, *RETRACTING), "does not know strike_time"),
     (("twin", "twin_pushes"), (*RETRACTING, TIMED), "the twin does not know strike_time"),
 ])

@@ -239,11 +239,14 @@ def test_the_least_change_of_the_stiffness_that_helps_is_found_and_the_hip_is_co
 def test_the_twins_own_gait_is_the_ladders_where_it_has_one():
     settled = SimpleNamespace(step_period=[0.5], period_s=0.49, steps_to_settle=1, frequency_text=lambda: "2 Hz")
     runs = [SimpleNamespace(failed_attempts=number) for number in (0, 2, 1)]
-    own = SimpleNamespace(period_s=0.48, plane_multipliers=np.array([[0.42, 0.56]]),
-                          side_multipliers=np.array([[0.3, 0.4]]))  # fmt: skip
-    for rung, of_gait, pushed in ((None, (0.49, math.nan), (math.nan, math.nan)), (own, (0.48, 0.7), (0.7, 0.5))):
+    own = RungGait("twin", COMPLETED, 0.48, 0.16, 0.0, "", True, np.array([[0.42, 0.56]]), np.array([[0.3, 0.4]]), 0.0,
+                   1.0, 1)  # fmt: skip
+    for rungs, steps, of_gait, pushed in (
+        ((), 1, (0.49, math.nan), (math.nan, math.nan)), ((own,), 1, (0.48, 0.7), (0.7, 0.5)),
+        ((own,), 2, (0.48, math.sqrt(0.7)), (math.sqrt(0.7), math.sqrt(0.5))),
+    ):  # fmt: skip
         results = SimpleNamespace(
-            twin=SimpleNamespace(settling=settled), twin_ladder=SimpleNamespace(twin=rung),
+            twin=SimpleNamespace(settling=settled), twin_ladder=Ladder(0.48, 0.16, rungs, 0.49, 0.16, steps=steps),
             campaign=SimpleNamespace(runs=runs), twin_pushes=SimpleNamespace(limits=lambda: [("yaw", "rad", 0.1, 0.2)]))
         found = twin.twin_settles(SimpleNamespace(results=results))
         assert found[:2] == (1, 0.5) and found[4] == "2 Hz" and found[2:4] == pytest.approx(of_gait, nan_ok=True)

@@ -14,7 +14,7 @@ from stages.biped.question import WrongOption
 from stages.contact_study import run as study
 from stages.contact_study.questions.ground_sensitivity import HEADS, Options, ask, lines
 from stages.contact_study.result import FrictionVariation, changes, crossing
-from stages.contact_study.run import laws_of, next_gait, vary_friction
+from stages.contact_study.run import first_gait, laws_of, next_gait, row, vary_friction
 from stages.penalty import step_map
 from stages.penalty.model.changes import names_of
 from stages.penalty.step_map import PenaltyStepper
@@ -103,6 +103,17 @@ def test_of_gaits_that_lie_on_a_line_the_next_is_where_its_search_starts(monkeyp
     monkeypatch.setattr(study, "fixed_point", lambda _, numbers, *__: numbers)
     line = [(at, SimpleNamespace(numbers=np.array([0.3 + at, 2.0 - 3.0 * at]), derivative=None)) for at in (0.7, 1.1)]
     np.testing.assert_allclose(next_gait(None, line, 1.6), [0.3 + 1.6, 2.0 - 3.0 * 1.6])
+
+
+def test_of_legs_that_differ_what_is_kept_is_of_a_step(rows, parameters, default, stepper):
+    """Their cycle has two: legs as good as alike walk the gait of alike ones."""
+    biped = dataclasses.replace(parameters.biped, other_foot_mass=parameters.biped.foot_mass * (1.0 + 1e-9))
+    walker = PenaltyStepper(biped, parameters.slope, default, stepper(default).start, Settings(1e-9))
+    alike = next(each for each in rows if each.factor == 1.0)
+    found = row(alike.name, 1.0, first_gait(walker))
+    assert walker.steps_a_cycle == 2
+    assert found.period_s == pytest.approx(alike.period_s, rel=1e-6)
+    assert found.step_length_m == pytest.approx(alike.step_length_m, rel=1e-6)
 
 
 def test_ground_on_which_no_gait_is_found_has_empty_rows(default, stepper):

@@ -189,12 +189,21 @@ def test_creep_is_proportional_to_the_stiction_velocity(parameters, scene):
     assert first / second == pytest.approx(2.0, abs=0.04)
 
 
-def test_the_constraint_models_cycle_is_a_stride(parameters):
-    """After two steps the hip is as high as it was, and twice the step's length away."""
-    cycles = Cycles(parameters)
-    found = cycles.constraint(cycles.rolling)
-    hip, length = found[:-2].reshape(-1, 4), found[-1]
-    assert hip[-1, :2] == pytest.approx([2.0 * length, hip[0, 1]], abs=1e-7) and hip[0, 0] == 0.0
+@pytest.mark.parametrize("other_foot_mass", [None, 0.338])
+def test_a_cycle_is_a_stride_of_steps_that_limp_where_the_legs_differ(parameters, other_foot_mass):
+    """After two steps the hip is as high as it was, and twice the step's length away, without a jump between."""
+    biped = dataclasses.replace(parameters.biped, other_foot_mass=other_foot_mass)
+    cycles = Cycles(dataclasses.replace(parameters, biped=biped))
+    for found in (cycles.constraint(cycles.rolling), cycles.penalty(parameters.contact, 1e-8)):
+        hip, length = found[:-2].reshape(-1, 4), found[-1]
+        assert hip[-1, :2] == pytest.approx([2.0 * length, hip[0, 1]], abs=1e-6) and hip[0, 0] == 0.0
+        assert np.diff(hip[:, 0]).min() > 0.0 and np.diff(hip[:, 0]).max() < 3.0 * 2.0 * length / len(hip)
+    constraint, penalty = cycles.middle
+    point = cycles.rolling.point  # a mid-stance of the first leg leads to a step on the other
+    assert constraint == pytest.approx(0.5 * point.steps[-1].period / point.period)
+    assert penalty == pytest.approx(constraint, abs=2e-3) and (abs(constraint - 0.5) > 5e-3) == bool(other_foot_mass)
+    cycles.phase = np.array(cycles.middle) + 1e-4
+    assert not cycles.compared().any(), "velocities right after a strike"
 
 
 def test_integration_errors_shrink_with_the_tolerance(parameters, scene):

@@ -472,8 +472,7 @@ def test_where_known_errors_leave_stability_open_no_sentence_says_it_is_stable()
     (np.nan, False, 0.1, ""), (0.5, False, 0.1, " The twin's gait is stable: it leaves 0.5 in the plane."),
     (0.5, True, 0.0, " The twin's gait, which limps, is stable: it leaves 0.5 in the plane.")])
 def test_the_first_screen_says_where_the_twins_stability_is_another_or_decides(twins, limps, error, words):
-    multipliers = np.array([[twins, 0.0], [0.1, 0.0]])
-    ladder = SimpleNamespace(twin=SimpleNamespace(plane_multipliers=multipliers, limps=limps))
+    ladder = SimpleNamespace(twin=SimpleNamespace(limps=limps), largest_multipliers=(twins, 0.1))
     said = stable(inputs(twin_ladder=ladder), Measure(0.97, 0.0, error, 0.0)).means
     assert said.endswith(f"end in this gait.{words}")
 

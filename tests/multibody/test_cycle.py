@@ -39,7 +39,7 @@ class MadeUp:
 
     def step(self, numbers):
         self.taken.append(numbers)
-        return SectionStep(self.map(numbers), None, 0.5, 0.16, 100)
+        return SectionStep(self.map(numbers), None, 0.5, 0.16, 100, 1)
 
     def walk(self, start, steps):
         """Away from a gait that is unstable, as the made-up ones are, a walk falls."""

@@ -9,6 +9,9 @@ import pytest
 from stages.analytic.gait.gait_search import find_gait, step_lengths
 from stages.multibody.walking.cycle import SectionWalker
 from stages.multibody.walking.walk import simulate
+from stages.penalty.step_map import PenaltyStepper
+from stages.penalty.walk import Settings as PenaltySettings
+from stages.planar.limit_cycle import gait_near
 from stages.planar.sampling import sample
 from stages.planar.section import NoLimitCycle, section_numbers, section_state as planar_state
 from stages.studies.result import COMPLETED
@@ -18,12 +21,12 @@ from stages.twin_ladder.cycle import (
     UPRIGHT,
     SectionState,
     leading,
+    multipliers_of,
     section_state,
     start_from,
     step_map,
-    step_multipliers,
 )
-from stages.twin_ladder.run import PHASES, STANDING, beside, constraint_gait, rungs
+from stages.twin_ladder.run import PHASES, STANDING, beside, constraint_gait, constraint_gaits, planar_rung, rungs
 
 
 @pytest.fixture(scope="module")
@@ -95,16 +98,17 @@ def test_multipliers_of_alike_steps_are_those_of_one():
     wanted = np.zeros((5, 5))
     wanted[:2, :2], wanted[2, 2], wanted[3, 3] = block, -0.9, 0.6
     derivative = vectors @ wanted @ np.linalg.inv(vectors)
-    found = step_multipliers(np.eye(5), derivative, derivative @ derivative)
+    found = multipliers_of(np.eye(5), derivative, derivative @ derivative)
     assert found[0] == pytest.approx(-0.9) and found[1] == pytest.approx(0.6)
     assert sorted(found[2:4], key=lambda value: value.imag) == pytest.approx([0.3 - 0.4j, 0.3 + 0.4j])
 
 
-def test_multipliers_of_two_steps_square_to_those_of_the_stride():
+def test_multipliers_of_a_step_square_to_those_of_the_stride():
     rng = np.random.default_rng(12)
     one, other = rng.normal(size=(2, 4, 4))
-    found = np.sort_complex(step_multipliers(np.eye(4), one, other @ one) ** 2)
+    found = np.sort_complex(multipliers_of(np.eye(4), one, other @ one) ** 2)
     assert found == pytest.approx(np.sort_complex(np.linalg.eigvals(other @ one).astype(complex)))
+    assert found == pytest.approx(np.sort_complex(multipliers_of(np.eye(4), one, other @ one, steps=2)))
 
 
 @pytest.mark.parametrize(
@@ -220,7 +224,7 @@ def simple(parameters):
     return constraint_gait(parameters.biped, parameters.slope, TOLERANCE)
 
 
-def multipliers_of(gait):
+def multipliers_in(gait):
     return gait.row.multipliers @ [1.0, 1.0j]
 
 
@@ -229,7 +233,7 @@ def test_a_machine_with_legs_alike_does_not_limp(simple, parameters):
     assert simple.row.outcome == COMPLETED
     assert simple.row.period_s == pytest.approx(point.period * walker.time, abs=1e-12)
     assert simple.row.step_length_m == pytest.approx(step_lengths(walker, point)[0] * walker.length, abs=1e-12)
-    assert multipliers_of(simple) == pytest.approx(point.floquet_multipliers[:2], abs=1e-9)
+    assert multipliers_in(simple) == pytest.approx(point.floquet_multipliers[:2], abs=1e-9)
     assert abs(simple.row.inner_outer_difference) < 1e-6
     half = len(PHASES) // 2
     assert simple.hip[half] == pytest.approx(simple.hip[0] + [simple.row.step_length_m, 0.0], abs=1e-6)
@@ -238,8 +242,8 @@ def test_a_machine_with_legs_alike_does_not_limp(simple, parameters):
 def test_multipliers_of_a_step_are_roots_of_the_strides(own, twin, parameters):
     _, point = find_gait(project(twin), parameters.slope, TOLERANCE)
     assert len(point.steps) == 2
-    assert multipliers_of(own)**2 == pytest.approx(point.floquet_multipliers[:2], abs=1e-9)
-    assert multipliers_of(own)[0].real < -0.7 and multipliers_of(own)[1].real > 0.6
+    assert multipliers_in(own)**2 == pytest.approx(point.floquet_multipliers[:2], abs=1e-9)
+    assert multipliers_in(own)[0].real < -0.7 and multipliers_in(own)[1].real > 0.6
     assert own.hip[-1] == pytest.approx(own.hip[0] + [2 * own.row.step_length_m, 0.0], abs=1e-6)
 
 
@@ -247,9 +251,22 @@ def test_legs_exchanged_limp_the_other_way(own, twin, parameters):
     other = constraint_gait(project(twin).exchanged, parameters.slope, TOLERANCE)
     assert other.row.period_s == pytest.approx(own.row.period_s, abs=1e-9)
     assert other.row.step_length_m == pytest.approx(own.row.step_length_m, abs=1e-9)
-    assert multipliers_of(other) == pytest.approx(multipliers_of(own), abs=1e-6)
+    assert multipliers_in(other) == pytest.approx(multipliers_in(own), abs=1e-6)
     limp = own.row.inner_outer_difference
     assert abs(limp) > 5e-4 and other.row.inner_outer_difference == pytest.approx(-limp, abs=1e-6)
+
+
+def test_the_planar_rung_of_legs_that_differ_limps_as_the_constraint_model(parameters, plane):
+    """And its multipliers are those of two steps, as those of the machines in space."""
+    lame = dataclasses.replace(parameters, biped=dataclasses.replace(parameters.biped, other_foot_mass=0.338))
+    stepper = PenaltyStepper(lame.biped, lame.slope, lame.contact, planar_state(plane, STANDING), PenaltySettings(1e-9))
+    found, _ = planar_rung(lame, gait_near(stepper, stepper.start))
+    own = constraint_gaits(lame, [lame.biped])[0].row
+    assert abs(own.inner_outer_difference) > 0.05
+    assert found.inner_outer_difference == pytest.approx(own.inner_outer_difference, abs=5e-3)
+    _, point = find_gait(lame.biped, lame.slope, TOLERANCE)
+    np.testing.assert_allclose(own.multipliers @ [1.0, 1.0j], point.floquet_multipliers[:2], atol=1e-6)
+    np.testing.assert_allclose(found.plane_multipliers, own.multipliers, atol=0.02)
 
 
 def test_a_machine_without_a_gait_says_why(parameters, simple):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stages.biped.walk import Walk, largest_of_a_step
+from stages.biped.walk import Walk
 from stages.comparison.claims.paper import BLOCK_SETS, RAMP_M
 from stages.comparison.claims.statement import OF_ITS_ROW, Statement
 from stages.comparison.evidence import NAN, Evidence
@@ -22,7 +22,7 @@ def twin_settles(e: Evidence) -> tuple[int, float, float, float, str]:
     first = float(settling.step_period[0]) if len(settling.step_period) else NAN
     period, multiplier = settling.period_s, NAN
     if rung is not None:
-        period, multiplier = rung.period_s, largest_of_a_step(rung.plane_multipliers, 1)
+        period, multiplier = rung.period_s, e.results.twin_ladder.largest_multipliers[0]
     return settling.steps_to_settle, first, period, multiplier, settling.frequency_text()
 
 
@@ -104,13 +104,12 @@ def judge_twin_like_simple(
 
 
 def push_converges(e: Evidence) -> tuple[int, int, tuple[tuple[str, str, float, float], ...], float, float]:
-    runs, rung = e.results.campaign.runs, e.results.twin_ladder.twin
+    runs = e.results.campaign.runs
     return (
         sum(run.failed_attempts for run in runs),
         len(runs),
         tuple(e.results.twin_pushes.limits()),
-        largest_of_a_step(rung.plane_multipliers, 1) if rung is not None else NAN,
-        largest_of_a_step(rung.side_multipliers, 1) if rung is not None else NAN,
+        *e.results.twin_ladder.largest_multipliers,
     )
 
 

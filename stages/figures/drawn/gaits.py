@@ -201,7 +201,9 @@ def draw_ladder(given: Given) -> Figure:
     names = [SIMPLE, *(rung.name + (" = the twin" if rung.is_twin else "") for rung in rungs)]
     panels[0].set_yticks(range(len(names)), [textwrap.fill(name, 22) for name in names])
     panels[0].set_ylim(len(names) - 0.4, -0.6)
-    for axes, label in zip(panels, ("period of a step [ms]", "length of a step [mm]", "multipliers of a step [1]")):
+    of = STEPS[2] if ladder.steps == 2 else "a step"
+    labels = "period of a step [ms]", "length of a step [mm]", f"multipliers of {of} [1]"
+    for axes, label in zip(panels, labels, strict=True):
         axes.set_xlabel(label)
     style.panel_labels(panels)
     figure.legend(*panels[2].get_legend_handles_labels(), loc="outside upper center", ncols=3)  # bars may be anywhere

@@ -129,7 +129,7 @@ def solved_cycle(model: Parameters, state: PlanarState, found: LimitCycle, walk:
     events = find_events(run.trajectory, model.biped.foot_radii)
     ends = min(steps, len(events.toe_off_time))
     both_down = events.toe_off_time[:ends] - events.heel_strike_time[:ends]
-    period, length = point.step.duration / steps, point.step.length / steps
+    period, length = point.step.period, point.step.step_length
     force, depth = peaks(run.trajectory, model.contact, model.biped.foot_radii, 0.0, point.step.duration).max(axis=1)
     return Cycle(
         solved=True,
