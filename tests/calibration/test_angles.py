@@ -16,7 +16,7 @@ from stages.biped.design import Biped
 from stages.biped.question import WrongOption
 from stages.calibration.angles.fit import fit_robot
 from stages.calibration.angles.recording import DrivenStep, read_steps
-from stages.calibration.angles.robot import OF_ROBOT, OF_STATE, SIZES, USUAL, Robot, drive_of, late, setup_of, show
+from stages.calibration.angles.robot import OF_ROBOT, OF_STATE, USUAL, Robot, drive_of, late, setup_of, show
 from stages.calibration.angles.same import FittedEncoders
 from stages.calibration.estimation.least_squares import Known, NotIdentified
 from stages.calibration.following import encoders
@@ -43,7 +43,7 @@ needs_real = pytest.mark.skipif(not RECORDED.exists(), reason=f"{RECORDED} is no
 
 
 def sizes(robot):
-    return {name: 0.1 * abs(robot.value(name)) or SIZES[robot.unit(name)] for name in NAMES}
+    return {name: robot.usual_change(name) for name in NAMES}
 
 
 def driven(robot, seed, steps, noise, samples=100):
@@ -93,7 +93,7 @@ def test_blind_recordings_give_back_the_robot(recordings, samples):
     rng, held, errors = np.random.default_rng(7), [], []
     for seed in range(recordings):
         truth = ROBOT.with_values({
-            name: ROBOT.value(name) + (SIZES["m"] * 0.3 if name.endswith("com") else sizes(ROBOT)[name]) * (
+            name: ROBOT.value(name) + (3e-3 if name.endswith("com") else sizes(ROBOT)[name]) * (
                 abs(rng.normal()) if ROBOT.value(name) == 0 else rng.normal()) for name in NAMES})
         steps = driven(truth, seed, 24, 1e-3, samples)
         fit = fit_robot(ROBOT, steps, NAMES, sizes(ROBOT), {}, (), 1e-3)
@@ -113,10 +113,18 @@ def test_a_fit_comes_to_rest_where_residuals_bend(seed):
     """The start of a step in which the hip comes to rest went too far each time: six of sixty robots were lost."""
     rng = np.random.default_rng([9, seed])
     truth = ROBOT.with_values({
-        name: ROBOT.value(name) + (SIZES["m"] * 0.3 if name.endswith("com") else sizes(ROBOT)[name]) * (
+        name: ROBOT.value(name) + (3e-3 if name.endswith("com") else sizes(ROBOT)[name]) * (
             abs(rng.normal()) if ROBOT.value(name) == 0 else rng.normal()) for name in NAMES})
     fit = fit_robot(ROBOT, driven(truth, seed, 12, 1e-3, 70), NAMES, sizes(ROBOT), {}, (), 1e-3)
     assert fit.converged and fit.size < 1.05
+
+
+def test_changes_of_numbers_that_are_zero_are_of_the_robots_size():
+    """A 3 m robot's torques were looked for in millinewton metres: none of its fits came to rest."""
+    large, _ = robot_and_sizes((900, 10, 3))
+    for name in (*NAMES, "biped.other_leg_inertia"):
+        expected = ROBOT.usual_change(name) * factor(ROBOT.unit(name), (900, 10, 3))
+        assert large.usual_change(name) == pytest.approx(expected, rel=1e-9), name
 
 
 def test_a_known_value_pulls_as_much_as_it_is_worth():

@@ -35,9 +35,10 @@ def setup(text="", known=()):
     return dataclasses.replace(plain, robot=ROBOT, free=LOOKED_FOR, known=(*plain.known, *known))
 
 
-def said(truth, known=(), turned=1.0, text=""):
+def said(truth, known=(), turned=1.0, text="", mirrored=1.0):
     """Contradictions of a robot's steps, fitted from `ROBOT`."""
-    steps = [dataclasses.replace(one, between=turned * one.between) for one in driven(truth, 5, 4, 1e-3, 60)]
+    steps = [dataclasses.replace(one, stance=mirrored * one.stance, between=mirrored * turned * one.between,
+                                 signal=mirrored * one.signal) for one in driven(truth, 5, 4, 1e-3, 60)]  # fmt: skip
     asked = setup(text, known)
     fit = fit_robot(ROBOT, steps, LOOKED_FOR, sizes(ROBOT), {}, asked.known, 1e-3)
     sd = dict(zip(LOOKED_FOR, np.sqrt(np.diag(fit.covariance(np.array([sizes(ROBOT)[n] for n in LOOKED_FOR])))),
@@ -57,6 +58,7 @@ SAID = {
     "a zero that may be": ({"hip_zero": math.radians(1.5)}, {}, [], False),
     "a zero that the file gives": ({"hip_zero": math.radians(3.0)}, {"text": ZERO},
                                    [("hip_zero is known as 0", pytest.approx(4.5, abs=0.1))], False),
+    "all signs turned": ({}, {"mirrored": -1.0}, [("the stance angle grows through a step", 0.0)], False),
     "a turned sign": ({KNOWN: -0.018}, {}, [("torque_constant comes out with the other sign", ANY)], True),
 }  # fmt: skip
 
@@ -89,6 +91,21 @@ def written(path, steps, turn=1.0):
             time += one.interval
     path.write_text("\n".join(rows).replace("np.float64(", "").replace(")", "") + "\n")
     return path
+
+
+@pytest.mark.parametrize("count", [0.0, 2e-3])
+def test_values_that_an_encoder_holds_are_no_samples(tmp_path, count):
+    """An encoder at half the rate of the rows: the motor's torque came 2 ms late, by twelve standard errors."""
+    truth = ROBOT.with_values({"torque_lag": 0.006})
+    steps = driven(truth, 5, 6, 1e-3)
+    seen = [one.between if not count else count * np.rint(one.between / count) for one in steps]
+    held = [dataclasses.replace(one, between=np.repeat(each[::2], 2)) for one, each in zip(steps, seen, strict=True)]
+    whole, found = (read_steps(written(tmp_path / "steps.csv", each), {}, 3) for each in (steps, held))
+    assert all(one.weights.all() for one in whole)
+    assert all(0.4 < one.weights[:, 1].mean() < 0.6 for one in found)
+    fit = fit_robot(ROBOT, found, ("torque_lag", *LOOKED_FOR), {**sizes(ROBOT), "torque_lag": 3e-3}, {}, (), 1e-3)
+    sd = math.sqrt(fit.covariance(np.array([3e-3, *(sizes(ROBOT)[name] for name in LOOKED_FOR)]))[0, 0])
+    assert abs(fit.robot.value("torque_lag") - 0.006) < 3.0 * sd
 
 
 def test_angles_in_degrees_are_refused_by_column_and_unit(tmp_path):

@@ -141,8 +141,9 @@ def _equations(
         if not np.isfinite(left).all():
             return None
         residuals[step.number] = left
-        r, jacobian = left.ravel() / noise, by.reshape(2 * n, m) / noise
-        q, triangle = np.linalg.qr(by_start.reshape(2 * n, 4) / noise)
+        counts = step.weights[:n].reshape(2 * n, 1) / noise
+        r, jacobian = left.ravel() * counts[:, 0], by.reshape(2 * n, m) * counts
+        q, triangle = np.linalg.qr(by_start.reshape(2 * n, 4) * counts)
         solved[step.number] = q.T @ r, q.T @ jacobian, triangle
         reduced = jacobian - q @ (q.T @ jacobian)
         pulls.append(reduced.T @ (r - q @ (q.T @ r)))

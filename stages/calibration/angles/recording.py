@@ -44,6 +44,8 @@ LARGEST = {"stance": math.pi / 2, "between": math.pi}
 #: A sample is an outlier so many robust standard deviations away from what its neighbours on both sides say, of which
 #: the farthest are so many samples away. Curves are bent here and there ten times as much as usual.
 OUTLYING, REACH = 15.0, 3
+#: Share of rows that repeat the one before from which an encoder's values are held.
+HELD = 0.2
 #: Noise of a foot's speed, and by how much one foot is clearly slower, in what nine of ten speeds stay below.
 NOISY, CLEARLY = 0.05, 0.3
 #: Standard deviations of Gaussian noise in its median absolute deviation.
@@ -56,7 +58,8 @@ class DrivenStep:
 
     `stance` and `between` [rad]: angle of the standing leg, hip ahead positive, and that angle plus the swing leg's,
     foot ahead positive. `signal` is what the motor's torque on `between` is a multiple of. `leg` stands, 0 or 1; signs
-    turn with it, so `turn` is 1 or -1 for what keeps its sign in the recording. `outliers` were bridged.
+    turn with it, so `turn` is 1 or -1 for what keeps its sign in the recording. `outliers` were bridged. Of the angles
+    those are `new` (n, 2) that no row repeats and none was interpolated for; without it all are.
     """
 
     number: int
@@ -67,6 +70,7 @@ class DrivenStep:
     signal: Vector
     outliers: int = 0
     begins: float = 0.0
+    new: np.ndarray | None = None
 
     @property
     def turn(self) -> float:
@@ -77,6 +81,11 @@ class DrivenStep:
     def angles(self) -> np.ndarray:
         """Stance angle and angle between the legs, (n, 2)."""
         return np.column_stack([self.stance, self.between])
+
+    @cached_property
+    def weights(self) -> np.ndarray:
+        """What the angles count, (n, 2): one, and nothing where they are not new."""
+        return np.ones(self.angles.shape) if self.new is None else self.new[: len(self.stance)].astype(float)
 
     @cached_property
     def spline(self) -> CubicSpline:
@@ -100,23 +109,27 @@ def read_steps(
     interval, places = sampled(table["time"], path)
     stands = table["stands"] > 0.5
     jumps = (np.diff(places) < 1) | (np.diff(places) > MOST_HIDDEN + 1)
-    edges = [0, *(np.flatnonzero((np.diff(stands) != 0) | jumps) + 1), len(stands)]
+    cuts = (np.diff(stands) != 0) | jumps
+    edges = [0, *(np.flatnonzero(cuts) + 1), len(stands)]
+    new = {what: fresh(table[what], np.cumsum(np.append(0, cuts))) for what in LARGEST}
     steps = list[DrivenStep]()
     for first, last in pairwise(edges):
         at = places[first:last] - places[first]
-        grid = np.arange(left_out, at[-1] + 1 - left_out)
+        rows = {what: at >= 0 if one[first:last].sum() < 2 else one[first:last] for what, one in new.items()}
+        grid = np.arange(max(left_out, *(at[one][0] for one in rows.values())),
+                         min(at[-1] - left_out, *(at[one][-1] for one in rows.values())) + 1)  # fmt: skip
         if len(grid) < FEWEST:
             continue
         leg, turn = (0, 1.0) if stands[first] else (1, -1.0)
-        stance, between, signal = (np.interp(grid, at, table[what][first:last])
-                                   for what in ("stance", "between", "signal"))
-        begins = float(table["time"][first] + left_out * interval)
+        stance, between = (np.interp(grid, at[one], table[what][first:last][one]) for what, one in rows.items())
+        signal = np.interp(grid, at, table["signal"][first:last])
+        begins = float(table["time"][first] + grid[0] * interval)
         shown = {"the stance angle": stance, "the angle between the legs": between}
         refuse(*((float(np.ptp(angle)) == 0.0, f"{path}: {what} is the same all through the step from {begins:.4g} s "
                   "on: did its encoder stop, or the robot?") for what, angle in shown.items()))  # fmt: skip
         (stance, first_odd), (between, odd) = bridged(stance), bridged(between)
         steps.append(DrivenStep(len(steps), leg, interval, -stance, -turn * between, -turn * signal, first_odd + odd,
-                                begins))
+                                begins, np.column_stack([np.isin(grid, at[one]) for one in rows.values()])))
     refuse((not steps, f"{path}: no step is longer than the {2 * left_out} samples that are left out"))
     return tuple(steps)
 
@@ -136,6 +149,20 @@ def sampled(time: Vector, path: Path) -> tuple[float, np.ndarray]:
     refuse((interval > SLOWEST, f"{path}: rows are {interval:.3g} s apart, must be at most {SLOWEST} s; the time is in "
             "seconds, and this looks like milliseconds"))  # fmt: skip
     return interval, np.concatenate([[0], np.cumsum(between)])
+
+
+def fresh(values: Vector, step: np.ndarray) -> np.ndarray:
+    """Which of an encoder's values (n,) are new; all, unless it is read less often than rows are written.
+
+    Then more than a fifth of the rows repeat the one before, also where it moves two of its counts a row within a
+    `step` (n,): by noise one in eight does at most.
+    """
+    changes, inner = np.abs(np.diff(values, prepend=np.nan)), slice(REACH, -REACH)
+    count = changes[changes > 0.0].min(initial=math.inf)
+    moves = np.abs(values[2 * REACH :] - values[: -2 * REACH]) > 4 * REACH * count
+    moves &= step[2 * REACH :] == step[: -2 * REACH]
+    held = np.count_nonzero(moves & (changes[inner] == 0.0)) > HELD * np.count_nonzero(moves)
+    return np.asarray((changes != 0.0) | (not held))
 
 
 def tables(path: Path, columns: Mapping[str, str], markers: Mapping[str, str]) -> Iterator[dict[str, Vector]]:

@@ -14,6 +14,7 @@ import numpy as np
 from stages.analytic.gait.design_point import DesignPoint, parameter_names
 from stages.analytic.model.walker import Vector
 from stages.analytic.walk.driven_stance import DrivenStance, driven_stance
+from stages.biped.accuracy.scales import scales_of
 from stages.biped.design import Biped
 from stages.biped.quantity import faults
 from stages.biped.question import Place, number, only, place_of, refuse
@@ -43,6 +44,11 @@ class Robot:
     def unit(self, name: str) -> str:
         """Its unit."""
         return OF_ROBOT[name] if name in OF_ROBOT else self.design.unit(name)
+
+    def usual_change(self, name: str) -> float:
+        """A change of a number that is neither large nor small, in its unit."""
+        scales, unit = scales_of(self.design.biped, self.design.slope.gravity), self.unit(name)
+        return 0.1 * abs(self.value(name)) or SIZES.get(unit, 1.0) * float(scales.size(unit))
 
     def with_values(self, values: Mapping[str, float]) -> Robot:
         """The robot with some numbers changed."""
@@ -139,9 +145,9 @@ EVERY_OTHER_PAIR = "every other pair"
 #: Looked for where the file does not say what.
 USUAL = ("biped.hip_mass", "biped.hip_gravity_mass", "biped.foot_com", "biped.other_foot_com", "biped.hip_damping",
          "biped.hip_friction", *OF_ROBOT)
-#: Changes that are neither large nor small where a value is zero.
-SIZES = {"N m": 3e-3, "s": 3e-3, "rad": 1e-2, "kg": 0.1, "m": 1e-2, "kg m^2": 1e-4, "N m s/rad": 1e-3, "deg": 0.3,
-         "N m/rad": 1e-2}
+#: Changes that are neither large nor small where a value is zero, in the robot's own scales.
+SIZES = {"N m": 3e-4, "s": 0.02, "rad": 1e-2, "kg": 0.03, "m": 0.03, "kg m^2": 4e-4, "N m s/rad": 6e-4, "deg": 0.3,
+         "N m/rad": 1e-3}
 #: A zero that is farther off [rad] is remarked; of one that the file gives this is three standard errors.
 FARTHEST_ZERO = math.radians(2.0)
 #: Numbers that cannot be negative.
@@ -164,7 +170,7 @@ class AngleSetup:
 
     def sizes(self) -> dict[str, float]:
         """Changes of what is looked for that are neither large nor small."""
-        return {name: 0.1 * abs(self.robot.value(name)) or SIZES.get(self.robot.unit(name), 1.0) for name in self.free}
+        return {name: self.robot.usual_change(name) for name in self.free}
 
     def low(self) -> dict[str, float]:
         """The least value of each that means something: no friction below none."""

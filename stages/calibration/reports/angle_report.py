@@ -12,7 +12,7 @@ import numpy as np
 from stages.biped.design import Biped
 from stages.biped.question import Answer, at_hand
 from stages.calibration.angles.fit import AngleFit, HeldOut, fit_robot, held_out
-from stages.calibration.angles.recording import DrivenStep, read_steps
+from stages.calibration.angles.recording import HELD, DrivenStep, read_steps
 from stages.calibration.angles.robot import FARTHEST_ZERO, OF_ROBOT, ZEROS, AngleSetup, setup_of
 from stages.calibration.angles.same import FittedEncoders
 from stages.calibration.estimation.least_squares import covariance_of
@@ -68,10 +68,7 @@ def calibrated(
     remarks = [] if out else ["no step was held out: errors are those of the fitted steps"]
     if not fit.converged:
         remarks.append(f"the fit did not come to rest in {fit.iterations} iterations: there are no intervals")
-    odd, count = sum(one.outliers for one in fitted + out), sum(2 * len(one.stance) for one in fitted + out)
-    if odd > FEW * count:
-        remarks.append(f"{odd} of {count} angles ({100 * odd / count:.1f} %) are outliers among their neighbours, and "
-                       "were bridged: look after the encoders")
+    remarks += _samples(fitted + out)
     against = contradictions(setup, fit, sd, fitted)
     remarks += [words for words, _ in against]
     unclear = [short(name) for name in setup.free if not sd[name] < DETERMINED * sizes[name]]
@@ -82,6 +79,17 @@ def calibrated(
     wrong = refuted(against) or not fit.converged
     left = None if wrong else with_noise(FittedEncoders.of(setup, fit), fitted)
     return Calibrated(setup, fit, drawn, found, sd, remarks, wrong, left)
+
+
+def _samples(steps: Sequence[DrivenStep]) -> Iterator[str]:
+    """What is wrong with the samples of steps."""
+    odd, count = sum(one.outliers for one in steps), sum(2 * len(one.stance) for one in steps)
+    if odd > FEW * count:
+        yield (f"{odd} of {count} angles ({100 * odd / count:.1f} %) are outliers among their neighbours, and "
+               "were bridged: look after the encoders")
+    held = 1.0 - sum(float(one.weights.sum()) for one in steps) / count
+    if held > HELD / 2:
+        yield f"{100 * held:.0f} % of the angles repeat the row before, or their rows are lost: they count for nothing"
 
 
 def _friction(
@@ -177,6 +185,9 @@ def _turned(steps: Sequence[DrivenStep]) -> Iterator[Contradiction]:
         yield (f"near heel strikes the angle between the legs is {slope:+.2f} times twice the stance "
                             "angle, where with both feet on the ground it is about +1: one of the columns stance "
                             "angle, hip angle and standing pair is turned", math.inf)  # fmt: skip
+    if sum(one.stance[-1] < one.stance[0] for one in steps) > len(steps) / 2:
+        yield ("the stance angle grows through a step, as of a robot that walks backwards: if this one does not, the "
+               "signs of both angles and the signal are turned, and so are the zeros and torque_offset found", 0.0)
 
 
 def answered(result: Calibrated) -> Answer:
