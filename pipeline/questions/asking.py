@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import io
 import json
 import os
@@ -218,6 +219,8 @@ class Asked:
         Raises `StudyError` if something stands there already.
         """
         vacant(path)
+        for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
+            self.note(f"note: {shown(left)} was left by a command that was killed, unless one writes {path.name} now")
         with disk.whole(path) as unfinished:
             yield unfinished
 

@@ -227,7 +227,7 @@ def test_an_empty_row_is_the_place_of_a_lost_sample_if_it_has_a_number(tmp_path:
         assert recording(tmp_path, "\n".join(rows), by_number).rows == found
 
 
-@pytest.mark.parametrize("name", ["log.feather", "log.arrow", "log.xls", "log.ods"])
+@pytest.mark.parametrize("name", ["log.c3d", "log.feather", "log.arrow", "log.xls", "log.ods"])
 def test_a_format_that_is_not_read_is_named(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(b"ARROW1" + bytes(200))
     for reading in (read, proposal):

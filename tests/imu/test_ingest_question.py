@@ -172,9 +172,12 @@ def test_a_map_is_proposed(repository: Path, tmp_path: Path) -> None:
     rows = [f"{0.01 * i:.2f},0.1,9.8,{i % 7 / 100},0.01,0.02,{i % 5 / 50}" for i in range(200)]
     folder = tmp_path / f"läufe-{60 * 'x'}"
     folder.mkdir()
-    (folder / "log.csv").write_text("\n".join(["time (s),ax,ay,az,gx,gy,gz", *rows]))
-    code, out, _ = ingest(repository, folder / "log.csv", "--propose", tmp_path / "map.yaml")
+    remark = "# of the lab, by A, B, C, on the hip, day 1, run 2"
+    (folder / "log.csv").write_text("\n".join([remark, "time (s),ax,ay,az,gx,gy,gz", *rows]))
+    (tmp_path / ".map.yaml.7-0.part").touch()
+    code, out, errors = ingest(repository, folder / "log.csv", "--propose", tmp_path / "map.yaml")
     assert code == 0 and "rate 100 Hz" in out
+    assert ".map.yaml.7-0.part was left by a command that was killed" in " ".join(errors.split())
     assert " ".join(out.split()).endswith(f"up_axis; then: bipedstudy ingest '{folder}' --map FILE"), "whole"
     (run,) = yaml.safe_load((tmp_path / "map.yaml").read_text())["runs"]
     assert run["files"][0]["columns"]["az"] == "az"

@@ -29,6 +29,7 @@ from stages.imu.sources.cells import (
     numbers,
     recording_from_columns,
 )
+from stages.imu.sources.formats import FORMATS
 from stages.imu.sources.opening import SourceRefused, check, printable, refuse
 from stages.imu.sources.schema import SAMPLE_VALUES, TABLES, Device, Experiment, Recording
 
@@ -229,7 +230,7 @@ def _open(path: Path, timeout_s: float) -> sqlite3.Connection:
     except OSError as error:
         raise SourceRefused(f"{path.name}: cannot be read ({error.strerror})") from error
     refuse((not head.startswith(MAGIC), f"{path.name}: is not an SQLite database; ingest --propose looks into "
-            "other files, and ingest --store makes a database of them"))
+            f"tables of text and {', '.join(FORMATS)}, and ingest --map --store makes a database of them"))
     # A reader of a write-ahead database creates an index of its log beside it, unless it knows nobody writes, or that
     # it is alone: whoever writes has made one.
     ahead, logged = WRITE_AHEAD in head[18:20], log.exists() and log.stat().st_size > 0

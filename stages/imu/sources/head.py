@@ -18,6 +18,8 @@ from stages.imu.sources.opening import SourceRefused, blocks, check, printable, 
 from stages.imu.sources.text_table import DELIMITERS, HEAD_ROWS, Layout, encoding_of, has_decimal_commas
 
 HEAD_LINES = 2000
+#: What a remark above the names begins with, which may have as many commas.
+REMARKS = ("#", "%", "//")
 _UNITS = (
     ("mg", r"\bmg\b"), ("m/s^2", r"(?<![a-zµ])(m\s*/\s*\(?s\s*(\^2|2|²)|m\.s-2|ms-2)"), ("g", r"[\[(_ ]g[\])_]?$|^g$"),
     ("mdps", r"mdps|mdeg|m°|millidegree"),
@@ -178,7 +180,8 @@ def _head(path: Path, delimiter: str, rows: list[list[str]], decimal: bool, text
     if first is None:
         raise SourceRefused(f"{printable(path.name)} has no row of numbers among its first {HEAD_LINES} lines")
     above = [i for i in range(first) if len(rows[i]) >= len(rows[first]) - 1 and any(rows[i])]
-    has_units = len(above) > 1 and above[-1] == above[-2] + 1
+    remarks = [rows[i][0].startswith(REMARKS) for i in above[-2:]]
+    has_units = len(above) > 1 and above[-1] == above[-2] + 1 and remarks != [True, False]
     header_rows = above[-2] if has_units else above[-1] if above else first
     names, units = rows[header_rows] if above else [], rows[above[-1]] if has_units else []
     return Head(delimiter, header_rows, names, units, rows[first:], decimal, "\n".join(text.split("\n")[:header_rows]))
