@@ -240,7 +240,8 @@ FORMATS: dict[str, Format] = {
     ".xlsx": BOOK, ".xlsm": BOOK, ".parquet": PARQUET, ".pq": PARQUET, ".mat": ARRAY_FILE, ".h5": ARRAY_FILE,
     ".hdf5": ARRAY_FILE, ".bag": BAG, ".mcap": BAG, ".db3": BAG}
 #: Formats of tables that are not read, and what writes them as one that is.
-UNREAD = {".c3d": "motion capture", ".feather": "feather", ".arrow": "Arrow", ".xls": "a spreadsheet of before 2007", ".ods": "OpenDocument"}
+UNREAD = {".c3d": "motion capture", ".feather": "feather", ".arrow": "Arrow", ".xls": "a spreadsheet of before 2007",
+          ".ods": "OpenDocument"}
 
 
 def format_of(path: Path) -> Format:
