@@ -5,12 +5,13 @@ into the text of the files.
 """
 
 import json
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
+
+import yaml
 
 from pipeline.errors import StudyError, nearest
 from pipeline.parameters import yaml_text
@@ -121,14 +122,20 @@ def rewritten(folder: Path, values: Mapping[str, Any], settings: Sequence[str], 
         line = f"{key}: {{{', '.join(f'{part}: {json.dumps(said)}' for part, said in parts.items())}}}\n"
         start, end = _lines_of(key, files[file])
         files[file] = files[file][:start] + line + files[file][end:]
+        yaml_text.parse(files[file], f"{file}.yaml, with {key} put in")  # an alias may name what went
     return {f"{name}.yaml": text.encode() for name, text in files.items()}
 
 
 def _lines_of(key: str, text: str) -> tuple[int, int]:
-    """Where a key's entry begins and ends in the text of a file; where it has none, the end twice."""
-    # an entry goes on over lines that are indented or close it
-    stands = re.search(rf"^{re.escape(key)}\s*:.*\n?(?:[ \t}}\]-].*\n?)*", text, re.MULTILINE)
-    return stands.span() if stands else (len(text), len(text))
+    """Where the lines of a key's entry begin and end in the text of a file; where it has none, the end twice."""
+    root = yaml.compose(text, Loader=yaml.SafeLoader)
+    for name, node in root.value if root else ():
+        if name.value == key:
+            while isinstance(node, yaml.CollectionNode) and node.value and not node.flow_style:
+                node = node.value[-1][1] if isinstance(node, yaml.MappingNode) else node.value[-1]
+            start, end = (text.rfind("\n", 0, mark.index) + 1 for mark in (name.start_mark, node.end_mark))
+            return start, end if end == node.end_mark.index else (text + "\n").index("\n", end) + 1
+    return len(text), len(text)
 
 
 def renewed(texts: Mapping[str, str], given: Mapping[str, str], known: Mapping[str, Sequence[str]],

@@ -369,6 +369,28 @@ def test_results_of_a_higher_level_do_not_give_way_without_a_word():
         assert bool(notes) == bool(words) and words in "".join(notes)
 
 
+@pytest.mark.parametrize(("before", "after"), [
+    ('"mass": {value: 1, unit: kg}', ""), ("\ufeffmass: {value: 1, unit: kg}  # of today", ""),
+    ("mass:\n# of the lab\n  value: 1\n\n  unit: kg", "# of the legs\n"),
+    ("mass: {value: 1,\nunit: kg\n}", "\n# legs\n"),
+    ("mass:\n  value: 1\n  unit: kg\n  source: |\n    by me\n\n    twice", "# legs\n"), ("mass : 1", ""),
+])
+def test_an_entry_is_replaced_however_it_is_written(tmp_path, before, after):
+    """Some were left beside the new one, or half of them: what was fitted stood in a folder that could not be read."""
+    (tmp_path / "legs.yaml").write_text(f"{before}\n{after}length: {{value: 2, unit: m}}\n")
+    text = rewritten(tmp_path, {"legs.mass": 3}, (), "a fit")["legs.yaml"].decode()
+    unit = {"unit": "kg"} if "kg" in before else {}
+    assert yaml_text.parse(text, "legs.yaml").plain() == {
+        "mass": {"value": 3, **unit, "source": "a fit"}, "length": {"value": 2, "unit": "m"}}  # fmt: skip
+    assert text.endswith(f"\n{after}length: {{value: 2, unit: m}}\n")
+
+
+def test_an_entry_that_another_one_names_is_not_replaced(tmp_path):
+    (tmp_path / "legs.yaml").write_text("mass: &one {value: 1, unit: kg}\nother_mass: *one\n")
+    with pytest.raises(StudyError, match=r"legs\.yaml, with mass put in:2: not valid YAML: found undefined alias"):
+        rewritten(tmp_path, {"legs.mass": 3}, (), "a fit")
+
+
 def test_errors_that_go_together_stand_in_a_table_and_are_of_parameters_that_there_are(tmp_path):
     shutil.copytree(HOME / "params", tmp_path / "params")
     rows = {"rows": [{"one": "biped.hip_mass", "other": "biped.foot_com", "correlation": -0.5}]}
