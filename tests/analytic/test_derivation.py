@@ -77,36 +77,6 @@ def test_equations_of_motion_are_those_of_lagrange(legs):
         assert np.abs(difference(y)).max() <= 1e-11
 
 
-@each_kind
-def test_constraint_rate_is_the_velocity_of_the_second_foot(legs):
-    """Eqs. (3)-(5): Pi^T qd is (rise of the foot's centre, slip of its contact point) by finite differences."""
-    walker, equations = WALKERS[legs], equations_of(legs)
-    rate = numeric(legs, equations.constraint_jacobian.T * equations.rates)
-    radius, size = walker.p.r, walker.size // 2
-
-    def foot(y):
-        theta, psi = y[0], y[1 if legs == "rigid" else 2]
-        stance, swing = (1.0, 1.0) if legs == "rigid" else (y[1], y[3])
-        hip = [radius * theta + (stance - radius) * np.sin(theta), radius + (stance - radius) * np.cos(theta)]
-        centre = hip[0] + (swing - radius) * np.sin(psi), hip[1] - (swing - radius) * np.cos(psi)
-        return np.array([centre[1], centre[0] + radius * psi])
-
-    h = 1e-6
-    for y in random_states(walker, 20):
-        step = np.concatenate([y[size:], np.zeros(size)])
-        found = (foot(y + h * step) - foot(y - h * step)) / (2 * h)
-        assert np.abs(found - rate(y).ravel()).max() <= 1e-9
-
-
-def test_rigid_terms_are_the_compliant_ones_with_lengths_held():
-    q = equations_of("compliant").coordinates
-    rows = [list(q).index(d.theta), list(q).index(d.psi)]
-    held = {d.L1: d.L_nat, d.L2: d.L_nat, d.dL1: 0, d.dL2: 0}
-    for name in ("mass", "coriolis"):
-        block = getattr(equations_of("compliant"), name).extract(rows, rows).subs(held)
-        assert (block - getattr(equations_of("rigid"), name)).applyfunc(sp.simplify) == sp.zeros(2, 2)
-
-
 # --- The generated and compiled equations are the derivation's, unedited.
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stages.analytic.derivatives.gait import gait_derivatives
-from stages.analytic.derivatives.numbers import moved, sensitive_names
+from stages.analytic.derivatives.numbers import sensitive_names
 from stages.analytic.design.goals import GOALS
 from stages.analytic.design.search import Problem, meeting, search_design
 from stages.analytic.errors import StepFailed
@@ -14,11 +14,7 @@ from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import record_steps, report_gait
 from stages.analytic.gait.gait_search import describe
 from stages.analytic.gait.poincare import by_stability, fixed_point
-from stages.analytic.integration.phase import EVENT, NO_NODES, integrate
-from stages.analytic.model.kinds import directions
-from stages.analytic.model.walker import build_walker
 from stages.analytic.parameters import Settings
-from stages.analytic.phases.motion import HIP_STICKS
 from stages.analytic.walk.recording import in_single_stance
 from stages.ground.slope import Slope
 from stages.model_error.questions import design as design_question
@@ -280,30 +276,6 @@ def test_legs_that_hardly_differ_have_the_goal_of_legs_alike(start):
         walker, point = gait_beside(dataclasses.replace(TABLE_1, other_foot_mass=other), start)
         parts.append((GOALS["multiplier"].parts(walker, point, 1e-10).max(), by_stability(point)))
     assert parts[1] == pytest.approx(parts[0], abs=1e-5) and parts[0][0] == parts[0][1]
-
-
-def test_where_a_hip_lets_go_variations_are_brought_to_that_event():
-    """As differences of reruns to the event have them."""
-    walker = build_walker(dataclasses.replace(RUBBING, legs="rigid", hip_friction=0.05), SLOPE)
-    start = np.array([-0.05, 0.02, 0.5, -0.5])
-    along = np.zeros((5, len(walker.p)))
-    along[4, walker.p._fields.index("tau_h")] = walker.p.tau_h
-
-    def to_event(p, y, numbers=None):
-        assert integrate(HIP_STICKS, y, p, 1e-13, 30.0, 100_000, 0.02, NO_NODES, numbers)[0] == EVENT
-        return y
-
-    numbers = directions(along, 5)
-    y = to_event(walker.p, np.concatenate([start, np.eye(4).ravel(), np.zeros(4)]), numbers)
-    assert np.abs(numbers.delays).max() > 1e-2
-    for row in range(5):
-
-        def there(h):
-            beside = start + h * np.eye(5, 4)[row]  # noqa: B023
-            return to_event(moved(walker, h * along[row]).p, beside)  # noqa: B023
-
-        wanted = extrapolated(there, 4e-6)
-        assert y[4 + 4 * row : 8 + 4 * row] == pytest.approx(wanted, rel=0, abs=1e-6 * max(1.0, np.abs(wanted).max()))
 
 
 def test_a_search_makes_a_gait_that_limps_more_stable():

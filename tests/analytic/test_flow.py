@@ -79,32 +79,6 @@ def test_energy_falls_by_what_the_dampers_take():
             assert energy_rate(phase, walker, y) == pytest.approx(-walker.p.b * (y[5] ** 2 + y[7] ** 2), abs=1e-7)
 
 
-def test_rolling_feet_feel_all_the_force_that_moves_the_mass_centre():
-    """The reaction of both feet together is what Newton's law needs for the common mass centre."""
-    walker = walker_of(HEAVY_LEGS)
-    p = walker.p
-    hip_mass, foot_mass, radius, com, gravity = p.M, p.m, p.r, p.l, np.array([p.g_x, p.g_y])
-
-    def momentum(y):
-        """Of hip and feet, by finite differences of their positions."""
-        def positions(q):
-            theta, stance, psi, swing = q
-            up, down = np.array([np.sin(theta), np.cos(theta)]), np.array([np.sin(psi), -np.cos(psi)])
-            centre = np.array([radius * theta, radius])
-            hip = centre + (stance - radius) * up
-            feet = centre + (com - radius) * up + hip + (swing - com) * down
-            return hip_mass * hip + foot_mass * feet
-        h = 1e-6
-        return (positions(y[:4] + h * y[4:]) - positions(y[:4] - h * y[4:])) / (2 * h)
-
-    rates, h = np.empty(8), 1e-4
-    for y in double_stance_states(walker, 20):
-        flow(DOUBLE_STANCE, y, walker.p, rates)
-        force = (momentum(y + h * rates) - momentum(y - h * rates)) / (2 * h) - gravity
-        found = eq.compliant_reaction(*y, *rates[4:], walker.p)
-        assert np.allclose(found, force, atol=2e-5)
-
-
 BOTH = changed(HEAVY_LEGS, frame_mass=0.01, frame_com=0.02, other_foot_mass=0.33, hip_stiffness=0.05, hip_damping=5e-4)
 
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from stages.analytic.derivatives.gait import gait_derivatives, step_tangents
+from stages.analytic.derivatives.gait import step_tangents
 from stages.analytic.derivatives.numbers import moved
-from stages.analytic.gait.design_point import DesignPoint
 from stages.analytic.gait.gait_report import report_gait
 from stages.analytic.gait.gait_search import find_gait
 from stages.analytic.gait.poincare import fixed_point, poincare_derivative
@@ -20,7 +19,7 @@ from stages.analytic.walk.recording import crossing_state, record, walk_on
 from stages.analytic.walk.sampling import sample_walk
 from stages.biped.design import BeyondModel
 from tests.analytic.designs import FRICTION, SLOPE, TABLE_1, TABLE_1_RIGID, changed, found_gait
-from tests.analytic.differences import extrapolated, gait_slope, map_slope, shares, step_slope, together as along_all
+from tests.analytic.differences import extrapolated, map_slope, shares, step_slope
 
 FREE = {"rigid": changed(TABLE_1_RIGID, frame_mass=0.01, frame_com=0.02),
         "compliant": changed(TABLE_1, frame_mass=0.01, frame_com=0.02)}  # fmt: skip
@@ -249,20 +248,3 @@ def test_derivatives_by_numbers_are_exact_where_the_hip_sticks(friction, both, p
         found = np.append(y[8 * row + 8 : 8 * row + 16], numbers.delays[row])
         wanted = extrapolated(there, 1e-5)
         assert found == pytest.approx(wanted, rel=0, abs=3e-6 * max(1.0, np.abs(found).max())), name
-
-
-@pytest.mark.parametrize("legs", FREE)
-@pytest.mark.parametrize("values", [{}, {"other_foot_mass": 0.3345}])
-def test_a_gait_s_derivatives_are_those_of_differences(legs, values):
-    """Period and step length of the gait, by the friction and by what else there is; a stride where the legs differ."""
-    design = DesignPoint(changed(FREE[legs], hip_friction=1e-3, **values), SLOPE)
-    point = gait_of(design.walker(), legs, 1e-13)
-    names = ("biped.hip_friction", "biped.foot_mass", "biped.frame_com", "ground.slope_deg", "biped.damping")
-    names = names[:4] if legs == "rigid" else names
-    gait = gait_derivatives(design, point, names, 1e-13)
-    exact = np.array([gait.period * gait.walker.time, gait.step_length * gait.walker.length])
-    for group, weights in along_all(np.abs(exact).max(axis=0), 5):
-        wanted = gait_slope(design, point.z, {names[row]: by for row, by in zip(group, weights, strict=True)})
-        # what each of them may be off by at most, if it is alone
-        allowed = np.abs(weights) * np.maximum(1e-8, 2e-6 * np.abs(exact[:, group]))
-        assert (np.abs(exact[:, group] @ weights - wanted) <= allowed.min(axis=1)).all(), group

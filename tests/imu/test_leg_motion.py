@@ -21,7 +21,7 @@ from stages.imu.trial.walk import at_slowest, in_time, leg_motion, stance_angle
 from tests.imu.conftest import RUNS
 from tests.imu.made_logs import Log, made_log, replaced, stand_in_walks, with_errors
 from tests.imu.stand_in import DRAWING, PARAMETERS, struck
-from tests.imu.test_walks_in import alone
+from tests.imu.test_end_to_end import alone
 from tests.study import TABLE_1
 
 AMPLITUDE = 0.24  # of the stand-in's leg

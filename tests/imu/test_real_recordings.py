@@ -91,18 +91,6 @@ def test_a_wrong_unit_is_refused(description: dict[str, Any], said: dict[str, st
         assert not report.accepted and any(reason in one for one in report.reasons)
 
 
-def test_packet_counters_place_the_events_where_rows_do_not() -> None:
-    """In a swing marked by hand, as packet counters, the foot turns; read as row numbers, half of them stand."""
-    foot = at("8-5", "left foot")
-    rate = np.linalg.norm(foot.angular_rate, axis=1)
-
-    def swinging(counter: np.ndarray) -> float:
-        inside = [(counter >= start + 5) & (counter < end - 5) for start, end in marked("8-5", "Left") if end < 3200]
-        return float(np.mean([np.median(rate[one]) > 1.5 for one in inside if one.any()]))
-
-    assert swinging(foot.packet) > max(0.9, swinging(np.arange(foot.rows, dtype=float)) + 0.2)
-
-
 def push_offs(index: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """Samples (s,) at which a foot turns fastest, from its turning speed (n,) at sample numbers (n,)."""
     grid = np.arange(index[0], index[-1] + 1)

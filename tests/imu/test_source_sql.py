@@ -189,14 +189,6 @@ def test_a_server_gives_what_a_file_gives(server: Server, filled: Path) -> None:
     assert contents(server) == before
 
 
-def test_views_stand_for_tables_of_other_names(server: Server, filled: Path) -> None:
-    views = [f"CREATE VIEW shown.{table} AS SELECT * FROM public.{table}" for table in TABLES]
-    with writer(server, "CREATE SCHEMA shown", *views, "CREATE ROLE guest LOGIN PASSWORD 'guest'",
-                "ALTER ROLE guest SET search_path = shown", "GRANT USAGE ON SCHEMA shown TO guest",
-                "GRANT SELECT ON ALL TABLES IN SCHEMA shown TO guest"):  # fmt: skip
-        assert len(columns_of(SqlSource(server.url(user="guest", password="guest")))) == 4
-
-
 def test_nothing_can_be_written(server: Server, filled: Path) -> None:
     before = contents(server)
     with SqlSource(server.url()) as source:

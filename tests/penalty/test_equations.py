@@ -1,4 +1,4 @@
-"""The derived equations against physics written down apart from them: momentum, energy, other ways to differentiate."""
+"""The derived equations against physics written down apart from them: momentum and energy in the air; guards."""
 
 import dataclasses
 
@@ -6,22 +6,17 @@ import numpy as np
 import pytest
 
 from stages.analytic.model.made import derived
-from stages.biped.accuracy.scales import SI
 from stages.penalty.model import walker
-from stages.penalty.model.changes import changes_of, names_of
 from stages.penalty.model.derivation import KINDS, module_source
-from stages.penalty.model.walker import SIZE, build_penalty
-from stages.penalty.motion.accelerations import accelerations, hip_load
-from stages.penalty.motion.engine import penalty_rates
-from stages.penalty.motion.feet import AWAITED, LANDED, OUT, phase_of
-from stages.penalty.step_map import changed
+from stages.penalty.model.walker import build_penalty
+from stages.penalty.motion import feet
+from stages.penalty.motion.accelerations import accelerations
 from stages.planar.energy import damper_power, kinetic_energy, mass_moment, spring_energy
-from tests.analytic.differences import extrapolated
 from tests.penalty.drawn import drawn_designs
 
 #: Imaginary step in time [s], whose square is lost beside anything but zero: derivatives without truncation.
 STEP = 1e-40
-FLYING, STANDING = phase_of(OUT, OUT, 0), phase_of(LANDED, AWAITED, 0)
+FLYING = feet.phase_of(feet.OUT, feet.OUT, 0)
 
 
 def states(seed, count, biped):
@@ -62,76 +57,18 @@ def test_in_the_air_momentum_changes_by_weight_and_energy_by_dampers(machine, sl
         assert energy[0].imag / STEP == pytest.approx(-lost, abs=1e-13)
 
 
-@pytest.fixture(params=["impact", "restitution"])
-def model(request, machine, slope, contact):
-    """Each machine on ground of either law."""
-    return machine, slope, dataclasses.replace(contact, normal_force=request.param)
-
-
-def built(biped, slope, contact):
-    return build_penalty(biped, slope.gravity_vector, contact, 0.5)
-
-
-def rates_of(y, p, *directions):
-    """Rates of a state, or of a state with variations."""
-    found = np.empty_like(y)
-    penalty_rates(STANDING, y, p, found, *directions)
-    return found
-
-
-def test_variations_follow_the_rates(model):
-    """Carried variations against central differences of the rates, one and both feet in the ground."""
-    p = built(*model)
-    for y in states(5, 12, model[0]):
-        carried = rates_of(np.concatenate([y, np.eye(SIZE).ravel()]), p)[SIZE:].reshape(SIZE, SIZE)
-        for own, change in zip(carried, 1e-8 * np.eye(SIZE), strict=True):
-            numeric = (rates_of(y + change, p) - rates_of(y - change, p)) / 2e-8
-            assert own == pytest.approx(numeric, rel=2e-5, abs=2e-5 * np.abs(carried).max())
-
-
-def test_changes_of_the_numbers_follow_the_rates(model):
-    """The rates of variations by every parameter against extrapolated differences of the rates of changed walkers."""
-    names = names_of(*model)
-    changes, p = changes_of(*model, names, SI), built(*model)
-    for y in states(9, 4, model[0]):
-        whole = np.concatenate([y, np.zeros(SIZE * len(names))])
-        rates = rates_of(whole, p, changes.directions(len(names)))
-        for name, scale, own in zip(names, changes.scales, rates[SIZE:].reshape(-1, SIZE), strict=True):
-
-            def there(share):
-                return rates_of(y, built(*changed(*model, name, share * scale)))  # noqa: B023
-
-            numeric, noise = extrapolated(there, 1e-4), 2e-15 * np.abs(rates[:SIZE]).max() / 1e-4
-            assert own == pytest.approx(numeric, rel=0, abs=1e-7 * np.abs(numeric).max() + noise), name
-
-
-@pytest.mark.parametrize("legs", ["compliant", "rigid"])
-def test_elimination_solves_the_whole_system(machine, slope, contact, legs):
-    """Against the assembled matrix; rigid legs are the same without the rows and columns of the lengths."""
-    design = dataclasses.replace(machine, legs=legs)
-    gravity = np.array(slope.gravity_vector)
-    p, hip = build_penalty(design, slope.gravity_vector, contact, 0.5), design.weighed_hip * gravity
-    kept = [0, 1, 2, 3, 4, 5] if legs == "compliant" else [0, 1, 2, 3]
-    pressed = 0
-    for y in states(7, 10, machine):
-        qdd, force, _, *terms = accelerations(STANDING, y, p)
-        pressed += force[0] > 0.0
-        mass, load = np.diag([p.M, p.M, 0.0, 0.0, 0.0, 0.0]), np.array([*hip, 0.0, 0.0, 0.0, 0.0])
-        load[2] += hip_load(y, p)[2]
-        load[3] -= hip_load(y, p)[2]
-        for number, t in enumerate(terms):
-            leg = design.leg(number)
-            along = leg.foot_mass + leg.frame_mass
-            part = np.diag([along, along, t[4], leg.foot_mass])
-            part[2, 3] = part[3, 2] = t[16]
-            part[:2, 2:] = np.reshape(t[:4], (2, 2))
-            part[2:, :2] = part[:2, 2:].T
-            normal, friction = force[2 * number : 2 * number + 2]
-            push = friction * np.array([1.0, 0.0, *t[14:16]]) + normal * np.array([0.0, 1.0, *t[12:14]])
-            rows = [0, 1, 2 + number, 4 + number]
-            mass[np.ix_(rows, rows)] += part
-            load[rows] += np.array(t[5:9]) + push
-        found = np.zeros(6)
-        found[kept] = np.linalg.solve(mass[np.ix_(kept, kept)], load[kept])
-        assert qdd == pytest.approx(found, rel=1e-11, abs=1e-11 * np.abs(found).max())
-    assert pressed > 3
+@pytest.mark.parametrize("status", [feet.OUT, feet.AWAITED, feet.LANDED])
+def test_a_guards_change_is_its_derivative_and_a_leg_that_swings_up_leaves(biped, slope, contact, status):
+    """Along any direction, by central differences; a foot in play that is above ground, behind and swings on is out."""
+    p, generator = build_penalty(biped, slope.gravity_vector, contact, 0.5), np.random.default_rng(11)
+    phase, left = feet.phase_of(feet.LANDED, status, 0), 0
+    for y in states(6, 40, biped):
+        dy = generator.normal(size=12)
+        (before, _), (_, change), (after, _) = (
+            feet.leg_guard(phase, y + step * dy, p, 1, dy, 0) for step in (-1e-7, 0.0, 1e-7))
+        assert (after - before) / 2e-7 == pytest.approx(change, rel=1e-6, abs=1e-7)
+        ahead = feet.place(y, p, 1, dy, 0)[0] - feet.place(y, p, 0, dy, 0)[0]
+        if status != feet.OUT and feet.height(y, p, 1, dy, 0)[0] > 1e-6 and ahead < 0.0 < y[9]:
+            assert feet.status_after(phase, y, p, 1) == feet.OUT
+            left += 1
+    assert left > 0 or status == feet.OUT
