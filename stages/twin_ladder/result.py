@@ -197,6 +197,6 @@ class Result:
 
 def pair_text(value: np.ndarray, digits: int = 3) -> str:
     """A multiplier given as real and imaginary part, short enough for a table."""
-    real, imaginary = float(value[0]), float(value[1])
-    imaginary_text = "" if abs(imaginary) < 0.5 * 10.0**-digits else f"{imaginary:+.{digits}f}i"
-    return f"{real:+.{digits}f}{imaginary_text}"
+    (real, imaginary), least = value.tolist(), 0.5 * 10.0**-digits
+    turns = "" if abs(imaginary) < least else f"{imaginary:+.{digits}f}i"
+    return turns if turns and abs(real) < least else f"{real:+.{digits}f}{turns}"

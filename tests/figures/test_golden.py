@@ -275,7 +275,7 @@ def test_figure_06_shows_the_friction_law_its_force_and_what_the_velocities_do()
     assert values == pytest.approx([0.5, 1.0, 2.0]) and speed == pytest.approx([2.0, 4.0, 8.0])
 
 
-def test_no_multiplier_of_a_rung_lies_beyond_the_axis():
+def test_no_multiplier_of_a_rung_lies_beyond_an_axis():
     """Past a period doubling one of -1.47 was cut off, without a mark."""
     usual = given("twin_ladder").twin_ladder
     beyond = np.array([[-1.47, 0.0], [0.2, 0.0]])
@@ -283,6 +283,9 @@ def test_no_multiplier_of_a_rung_lies_beyond_the_axis():
     axes = drawn("twin_ladder", twin_ladder=dataclasses.replace(usual, rungs=far)).get_axes()[2]
     assert axes.get_xlim() == pytest.approx((-1.617, 1.617))
     assert shown("twin_ladder").get_axes()[2].get_xlim() == (-1.2, 1.2)
+    turning = tuple(dataclasses.replace(rung, plane_multipliers=beyond[:, ::-1]) for rung in usual.rungs)
+    circle = drawn("multipliers", twin_ladder=dataclasses.replace(usual, rungs=turning)).get_axes()[0]
+    assert circle.get_ylim()[0] == pytest.approx(-1.617) and shown("multipliers").get_axes()[0].get_ylim()[0] == -1.1
 
 
 def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():

@@ -34,7 +34,7 @@ from stages.twin_ladder.cycle import (
     start_from,
     step_map,
 )
-from stages.twin_ladder.result import Result, RungGait, SameMachine
+from stages.twin_ladder.result import Result, RungGait, SameMachine, pair_text
 from stages.twin_ladder.run import (
     NO_HIP,
     PHASES,
@@ -116,6 +116,12 @@ def test_a_twin_beyond_its_period_doubling_is_said_to_limp(made_up):
     uneven = tuple(dataclasses.replace(rung, inner_outer_difference=-0.218) for rung in made_up.rungs)
     assert "it limps, its two steps last 22 % of their mean apart" in dataclasses.replace(
         made_up, rungs=uneven).summary()
+
+
+def test_a_multiplier_without_a_part_is_told_without_it():
+    """A limping twin's was -0.000-1.212i."""
+    told = [pair_text(np.array(pair)) for pair in ((-1e-9, -1.212), (0.4, 1e-9), (0.4, -0.3), (0.0, 0.0))]
+    assert told == ["-1.212i", "+0.400", "+0.400-0.300i", "+0.000"]
 
 
 def test_a_walk_that_is_not_at_the_gait_is_said_to_be_elsewhere(made_up):

@@ -40,15 +40,16 @@ def multipliers(given: Given) -> list[tuple[str, np.ndarray, str, str]]:
 def draw_multipliers(given: Given) -> Figure:
     """The unit circle with the multipliers of a gait, and bars for the elasticities."""
     figure, (circle, bars) = plt.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.0), width_ratios=(1.15, 1.0))
-    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    turn, far = np.linspace(0.0, 2.0 * np.pi, 181), 1.1
     circle.plot(np.cos(turn), np.sin(turn), color="black", linewidth=0.8, label="limit of stability")
     for name, values, colour, mark in multipliers(given):
         circle.plot(values[:, 0], values[:, 1], mark, color=colour, markersize=4.5, markerfacecolor="none", label=name)
+        far = max(far, 1.1 * float(np.abs(values[:, 1]).max(initial=0.0)))
     circle.set(
         aspect="equal",
         xlabel="real part [1]",
         ylabel="imaginary part [1]",
-        ylim=(-1.1, 1.65),
+        ylim=(-far, 1.5 * far),
         yticks=(-1.0, -0.5, 0.0, 0.5, 1.0),
     )
     circle.legend(loc="upper center", ncols=2, columnspacing=1.0, handlelength=1.2)
