@@ -94,20 +94,23 @@ def round_ticks(axis: Axis) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def mark_beyond(axes: Axes) -> None:
+def mark_beyond(axes: Axes) -> bool:
     """A wedge at the edge wherever a curve leaves through it, in the curve's colour; the limits of the axes must stand.
+    Returns whether one does.
 
     Stretches that are nearer to each other than a fiftieth of the panel have one wedge, over the farthest point.
     """
-    left, right = axes.get_xlim()
+    (left, right), found = axes.get_xlim(), False
     for edge, sign, wedge in zip(axes.get_ylim(), (-1.0, 1.0), ("v", "^"), strict=True):
         for line in [each for each in axes.lines if each.get_transform() == axes.transData]:
             x, y = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
             beyond = np.flatnonzero((sign * (y - edge) > 0.0) & (left <= x) & (x <= right))
             stretches = np.split(beyond, np.flatnonzero(np.diff(x[beyond]) > 0.02 * (right - left)) + 1)
             places = [x[each[np.argmax(sign * y[each])]] for each in stretches if len(each)]
+            found |= bool(places)
             axes.plot(places, [float(sign > 0.0)] * len(places), wedge, color=line.get_color(), markersize=4,
                       clip_on=False, transform=axes.get_xaxis_transform(), label="_beyond", zorder=4, in_layout=False)
+    return found
 
 
 def few_ticks(axis: Axis, values: Sequence[float], narrow: float = 20.0, most: int = 3) -> None:

@@ -288,6 +288,25 @@ def test_no_multiplier_of_a_rung_lies_beyond_an_axis():
     assert circle.get_ylim()[0] == pytest.approx(-1.617) and shown("multipliers").get_axes()[0].get_ylim()[0] == -1.1
 
 
+def test_multipliers_of_families_beyond_the_axis_have_wedges():
+    """One of -2.6 was cut off, without a mark."""
+    usual = given("bifurcation").stability
+    far = tuple(dataclasses.replace(one, floquet_multipliers=4.0 * one.floquet_multipliers) for one in usual.families)
+    for families, beyond in ((usual.families, False), (far, True)):
+        figure = drawn("bifurcation", stability=dataclasses.replace(usual, families=families))
+        assert any(words.get_text() == "beyond the axis" for words in figure.legends[0].get_texts()) == beyond
+        assert any(line.get_label() == "_beyond" and len(line.get_xdata()) for line in figure.axes[1].lines) == beyond
+
+
+def test_a_law_of_much_friction_is_drawn_whole():
+    """Of a coefficient above 1.25 the lower half was outside."""
+    study = given("figure_06_friction").contact_study
+    rough = {which: dataclasses.replace(one, law=dataclasses.replace(one.law, static_friction=2.5))
+             for which, one in (("default", study.default), ("chosen", study.chosen))}  # fmt: skip
+    law = drawn("figure_06_friction", contact_study=dataclasses.replace(study, **rough)).axes[0]
+    assert law.get_ylim()[0] < -2.5 and law.get_ylim()[1] > 2.5
+
+
 def test_the_ladder_leads_from_the_simple_model_to_the_last_rung():
     bars = shown("twin_ladder").get_axes()[0].patches
     ends = [end for bar in bars for end in (bar.get_x(), bar.get_x() + bar.get_width())]

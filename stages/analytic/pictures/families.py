@@ -49,9 +49,10 @@ def draw_families(families: Sequence[RecordedFamily], label: str, here: float | 
         multipliers.axhline(limit, color="black", linewidth=0.8)
     forks.set_ylabel("duration of a step [s]")
     multipliers.set(ylim=(-1.9, 1.4), ylabel="multipliers, real part [1]", xlabel=label)
+    beyond = style.mark_beyond(multipliers)
     for axes, letter in ((forks, "a"), (multipliers, "b")):
         style.panel_label(axes, letter)
-    _legend(figure, families, cycles, here is not None)
+    _legend(figure, families, cycles, here is not None, beyond)
     return figure
 
 
@@ -66,7 +67,9 @@ def _curve(axes: Axes, family: RecordedFamily, column: np.ndarray, colour: str) 
     axes.plot(family.value, np.where(beside, column, np.nan), color=colour, label=f"{name}, stable")
 
 
-def _legend(figure: Figure, families: Sequence[RecordedFamily], cycles: Sequence[int], here: bool) -> None:
+def _legend(
+    figure: Figure, families: Sequence[RecordedFamily], cycles: Sequence[int], here: bool, beyond: bool
+) -> None:
     looks: list[tuple[str, dict[str, Any]]] = [
         (f"cycle of {count_of(cycle, 'step')}", {"color": COLOURS[number % len(COLOURS)]})
         for number, cycle in enumerate(cycles)
@@ -76,6 +79,8 @@ def _legend(figure: Figure, families: Sequence[RecordedFamily], cycles: Sequence
               for kind in sorted({turn.kind for family in families for turn in family.turns})]  # fmt: skip
     if here:
         looks.append(("the design", {"color": "#777777", "linestyle": ":", "linewidth": 0.8}))
+    if beyond:
+        looks.append(("beyond the axis", {"color": "#555555", "marker": "v", "linestyle": "none", "markersize": 4}))
     handles = [Line2D([], [], label=name, **look) for name, look in looks]
     figure.legend(handles=handles, loc="outside upper center", ncols=2)
 

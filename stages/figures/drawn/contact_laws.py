@@ -234,7 +234,9 @@ def draw_friction(given: Given) -> Figure:
     coulomb = dataclasses.replace(chosen, friction="coulomb")
     law.plot(slip, friction_coefficient(coulomb, slip), "--", color=style.ANALYTIC, label="by Coulomb's law",
              linewidth=1.0)  # fmt: skip
-    law.set(ylim=(-1.25, 2.0), xlabel="slip velocity $v$ [m/s]", ylabel=r"friction coefficient $\mu$ [1]")
+    most = max(one.law.static_friction for one, *_ in sets)
+    law.set(ylim=(-1.25 / 1.1 * most, 2.0 / 1.1 * most), xlabel="slip velocity $v$ [m/s]",
+            ylabel=r"friction coefficient $\mu$ [1]")  # fmt: skip
     law.legend(loc="upper left")
 
     exact = constraint_force(given.analytic.walk)
