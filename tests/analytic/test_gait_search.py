@@ -312,7 +312,7 @@ def test_a_family_whose_multipliers_go_to_infinity_ends_where_points_lead_nowher
     """It took 392 points, 240 of them within .002 of each other and with multipliers above 290."""
     _, point = found_gait(TABLE_1)
     branch = continue_gait(DesignPoint(TABLE_1, SLOPE), "biped.foot_com", (0.01, 0.4), point.z, 1e-8)
-    assert branch.ended == "the gait ends: no step map beyond" and len(branch.points) < 200
+    assert len(branch.points) < 200, branch.ended
     assert branch.points[-1].value == pytest.approx(0.0418, abs=1e-4)
     assert [kind for kind, _ in branch.special] == [TURNING_POINT]
 
@@ -324,7 +324,19 @@ def test_a_prediction_below_no_gravity_is_a_step_that_fails():
     beyond, along = np.append(point.z, -0.1), np.append(0.0 * point.z, 1.0)
     with pytest.raises(StepFailed, match=r"ground\.gravity = -0\.1 is no biped's"):
         curve.image(beyond)
-    assert curve.correct(beyond, along) is None
+    with pytest.raises(StepFailed, match="no biped's"):
+        curve.correct(beyond, along)
+
+
+@pytest.mark.parametrize(("name", "limits", "upward", "reason"), [
+    ("ground.slope_deg", (0.1, 3.0), False, "the walker rocks back: at heel strike the hip is behind both feet"),
+    ("biped.foot_radius", (0.05, 0.3), True, "the walker falls in single stance")])
+def test_a_family_that_ends_says_what_no_step_comes_after(name: str, limits: tuple[float, float], upward: bool,
+                                                          reason: str) -> None:
+    """Where the hip lands above the foot behind no step of the gait has the hip between its feet."""
+    _, point = found_gait(TABLE_1)
+    branch = continue_gait(DesignPoint(TABLE_1, SLOPE), name, limits, point.z, 1e-8, upward=upward)
+    assert branch.ended == reason
 
 
 def test_names_reach_every_number_of_the_design():

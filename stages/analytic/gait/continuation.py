@@ -110,10 +110,10 @@ class Curve:
         direction: Vector = np.linalg.svd(self.jacobian(u, derivative))[2][-1]
         return direction if direction @ along >= 0 else -direction
 
-    def correct(self, guess: Vector, along: Vector) -> tuple[Vector, np.ndarray, float] | None:
-        """The point of the curve in the plane through `guess` normal to `along`; None if Newton's method fails."""
+    def correct(self, guess: Vector, along: Vector) -> tuple[Vector, np.ndarray, float]:
+        """The point of the curve in the plane through `guess` normal to `along`. Raises StepFailed."""
         u, best = guess.copy(), np.inf
-        with suppress(StepFailed, np.linalg.LinAlgError):
+        with suppress(np.linalg.LinAlgError):
             gap, derivative, period = self.residual(u)
             matrix = np.vstack([self.jacobian(u, derivative), along])
             for _ in range(LARGEST_CORRECTIONS):
@@ -124,10 +124,10 @@ class Curve:
                 u = u - np.linalg.solve(matrix, np.append(gap, along @ (u - guess)))
                 gap, derivative, period = self.residual(u)
                 matrix[:-1, :-1] = derivative - np.eye(len(u) - 1)
-        return None
+        raise StepFailed("Newton's method finds none beyond")
 
-    def neighbour(self, points: Sequence[BranchPoint], step: float) -> BranchPoint | None:
-        """The next point of the branch at distance `step`; None if there is none, or if it lies round a sharp bend."""
+    def neighbour(self, points: Sequence[BranchPoint], step: float) -> BranchPoint:
+        """The next point of the branch at distance `step`. Raises StepFailed, also if it lies round a sharp bend."""
         last = points[-1]
         here = coordinates(last, self.span)
         guess = here + step * last.tangent
@@ -135,11 +135,11 @@ class Curve:
             before = points[-2]
             turned = (last.tangent - before.tangent) / np.linalg.norm(here - coordinates(before, self.span))
             guess += 0.5 * step**2 * (turned - turned @ last.tangent * last.tangent)
-        corrected = self.correct(guess, last.tangent)
-        if corrected is None or np.linalg.norm(corrected[0] - here) > 2 * step:
-            return None
-        point = self.point(*corrected, last.tangent)
-        return None if point.tangent @ last.tangent < 0.9 and step > SHARPEST_BEND else point
+        point = self.point(*self.correct(guess, last.tangent), last.tangent)
+        if np.linalg.norm(coordinates(point, self.span) - here) > 2 * step or (
+                point.tangent @ last.tangent < 0.9 and step > SHARPEST_BEND):
+            raise StepFailed("Newton's method leads away from it")
+        return point
 
     def half_cycle_move(self, u: Vector) -> Vector:
         """Change of the gait after half its cycle: zero for one of half the cycle; infinite for one step."""
@@ -191,10 +191,7 @@ def locate(curve: Curve, kind: str, left: BranchPoint, right: BranchPoint) -> Br
             return ends[way]
         s = way / distance
         bend = (1 - s) * left.tangent - s * right.tangent - (1 - 2 * s) * along
-        corrected = curve.correct(start + way * along + way * (1 - s) * bend, along)
-        if corrected is None:
-            raise StepFailed("no gait there")
-        point = curve.point(*corrected, along)
+        point = curve.point(*curve.correct(start + way * along + way * (1 - s) * bend, along), along)
         here = test_functions(point)[kind]
         found[abs(here)] = point
         return here
@@ -230,8 +227,9 @@ def on_limit(curve: Curve, last: BranchPoint, beyond: BranchPoint, limit: float)
     share = (limit - last.value) / (beyond.value - last.value)
     guess = inside + share * (outside - inside)
     guess[-1] = limit / curve.span
-    corrected = curve.correct(guess, along)
-    return [] if corrected is None else [replace(curve.point(*corrected, outside - inside), value=limit)]
+    with suppress(StepFailed):
+        return [replace(curve.point(*curve.correct(guess, along), outside - inside), value=limit)]
+    return []
 
 
 def continue_gait(
@@ -292,11 +290,9 @@ class Follower:
         curve, last = self.curve, self.points[-1]
         try:
             point = curve.neighbour(self.points, self.step)
-            new = self.move if point is None else curve.half_cycle_move(coordinates(point, curve.span))
-        except StepFailed:
-            point = None
-        if point is None:
-            return self.refused("the gait ends: no step map beyond")
+            new = curve.half_cycle_move(coordinates(point, curve.span))
+        except StepFailed as reason:
+            return self.refused(str(reason))
         if np.abs(new).max() < 0.3 * np.abs(self.move).max():  # about to fall onto, or on, that family
             return self.refused("joins the family of half the cycle")
         kinds = (TURNING_POINT,) if self.until_fold else KINDS
