@@ -114,6 +114,12 @@ def written_out(number: float, digits: int = 3) -> str:
     return f"{float(f'{number:.{digits}g}'):g}"
 
 
+def mm(value: float) -> str:
+    """A length [m] in mm, or a speed [m/s] before "/s": to two decimals, a small robot's to two digits."""
+    number = 1e3 * value
+    return f"{number:.2f} mm" if abs(number) >= 0.1 or not number else f"{written_out(number, 2)} mm"
+
+
 #: Why what a search leaves, what is counted, and what is set has no numerical error.
 LEFT, COUNTED = "it is what a solver leaves, an error itself", "it is a count, no number of the gait"
 GIVEN = "it is a setting"

@@ -51,11 +51,6 @@ def yes_or_no(holds: bool) -> str:
     return HOLDS if holds else FAILS
 
 
-def mm(value: float) -> str:
-    """A length [m] in mm."""
-    return f"{1e3 * value:.2f} mm"
-
-
 def percent(share: float, digits: int = 2) -> str:
     """A relative change with its sign."""
     return f"{100 * share:+.{digits}f} %"

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stages.biped.quantity import COUNTED, GIVEN, quantity
+from stages.biped.quantity import COUNTED, GIVEN, mm, quantity
 from stages.ground.contact_law import ContactLaw
 from stages.studies.result import COMPLETED, EngineAgreement, Table, shown
 
@@ -256,8 +256,8 @@ class Result:
         return (
             f"{len(self.candidates.outcome)} sets tried, chosen k_c {law.contact_stiffness:g} N/mm^e, "
             f"{damping}v_s {1e3 * law.stiction_velocity:g} mm/s: "
-            f"hip {1e3 * found.hip_position.max():.2f} mm from the rigid limit, "
-            f"which is {1e3 * hard.hip_position.max():.2f} mm from rolling feet; {ended}"
+            f"hip {mm(found.hip_position.max())} from the rigid limit, "
+            f"which is {mm(hard.hip_position.max())} from rolling feet; {ended}"
             + ("ground.yaml holds it" if self.ground_is_choice else "ground.yaml holds another")
             + f"; {self.engines.sentence()}"
         )

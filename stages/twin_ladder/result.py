@@ -119,7 +119,7 @@ class Result:
             return f"{len(self.rungs)} variants{without}"
         difference = 1e3 * (self.twin.period_s - self.simple_period_s)
         left = self.left_of_twin()
-        own = f"; from the constraint model of the same robot {1e3 * left[0]:+.2f} ms" if left else ""
+        own = f"; from the constraint model of the same robot {1e3 * left[0]:+.3g} ms" if left else ""
         largest = " of two steps" * (self.steps > 1) + f" {pair_text(self.twin.plane_multipliers[0])}"
         longest = 1e3 * (self.twin.step_length_m - self.simple_step_length_m)
         limp = 100 * abs(self.twin.inner_outer_difference)
@@ -130,7 +130,7 @@ class Result:
         walked = (f"; its own walk is not there: its last four steps are {words(*1e3 * walk)}, those of this gait "
                   f"{words(*1e3 * gait)}") * bool(np.any(np.abs(walk / gait - 1.0) >= AWAY))
         return (
-            f"{len(self.rungs)} variants{without}: the twin's step is {difference:+.1f} ms and {longest:+.1f} mm from "
+            f"{len(self.rungs)} variants{without}: the twin's step is {difference:+.3g} ms and {longest:+.3g} mm from "
             f"the simple model's{own}, largest multiplier{largest}{limps}{walked}"
         )
 

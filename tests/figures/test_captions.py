@@ -13,7 +13,7 @@ import yaml
 
 from stages.analytic.result import Uncertainty, Validity
 from stages.biped import processes
-from stages.biped.quantity import written_out
+from stages.biped.quantity import mm, written_out
 from stages.biped.walk import Limp
 from stages.calibrated_twin.result import Number, Result as CalibratedTwin
 from stages.calibration.result import Result as Calibration
@@ -250,6 +250,8 @@ def test_a_block_shorter_than_a_foot_rolls_is_said_to_be(length, said):
 def test_a_small_robot_has_its_peak_force_in_digits():
     assert [in_newtons(force) for force in (2.3456, 99.94, 768.2, 11138.0)] == ["2.35 N", "99.9 N", "768 N", "11138 N"]
     assert [written_out(steps) for steps in (71.432, 1002.0, 54321.0)] == ["71.4", "1000", "54300"]
+    assert [mm(length) for length in (0.0, 3.9e-8, -2.53e-6, 3.456e-5, 2.5e-4)] == [
+        "0.00 mm", "3.9e-05 mm", "-0.0025 mm", "0.035 mm", "0.25 mm"]
 
 
 def test_a_push_that_topples_at_its_smallest_is_not_said_to_be_survived_at_nought():

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from stages.analytic.result import of_friction
+from stages.biped.quantity import mm
 from stages.comparison.claims.statement import Statement
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
-from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, mm, percent, yes_or_no
+from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, percent, yes_or_no
 from stages.contact_study.result import changes, crossing
 
 STUDIED = (

@@ -6,11 +6,12 @@ penalty contact tends as it hardens, less the rolling constraint model. What the
 
 import math
 
+from stages.biped.quantity import mm
 from stages.comparison.agreement import farthest
 from stages.comparison.claims.statement import Statement
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
-from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, Parts, listed, mm, yes_or_no
+from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Judgement, Parts, listed, yes_or_no
 from stages.error_budget.result import EFFECTS, POSITION, SLIP, UNEXPLAINED, VELOCITY, Split
 from stages.studies.result import COMPLETED
 

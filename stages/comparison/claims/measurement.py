@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 
+from stages.biped.quantity import mm
 from stages.biped.walk import SENSOR_SIGNALS
 from stages.comparison.claims.paper import ACCELEROMETER_G, GYROSCOPE_DEG_S, STANDARD_GRAVITY
 from stages.comparison.claims.statement import Statement
 from stages.comparison.evidence import NAN, Evidence
 from stages.comparison.parameters import Settings
-from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, mm, percent, yes_or_no
+from stages.comparison.result import FAILS, HOLDS, HOLDS_IF, OPEN, Cause, Judgement, percent, yes_or_no
 
 MEASURED = "measured"
 RUNS = ("imu.database", "campaign.outsole", "campaign.push_sd", "campaign.tolerance_sd")

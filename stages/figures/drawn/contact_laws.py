@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stages.biped.accuracy.scales import scales_of
+from stages.biped.quantity import mm
 from stages.biped.walk import Walk
 from stages.comparison.stride import NoEvidence
 from stages.contact_study.result import Result
@@ -196,19 +197,19 @@ def caption_contact_parameters(given: Given) -> str:
     study = given.contact_study
     text = (
         "Each contact parameter changed alone. From the starting set the hip differs from the constraint model's by "
-        f"{1e3 * study.default.hip_position.max():.2f} mm over a step; "
+        f"{mm(study.default.hip_position.max())} over a step; "
     ) + (
         "no set was chosen" if study.candidates is None or study.undecided else
         f"with the set chosen from {len(study.candidates.outcome)} tried, by "
-        f"{1e3 * study.chosen.hip_position.max():.2f} mm"
+        f"{mm(study.chosen.hip_position.max())}"
     )
     if study.limit is None:
         return f"{text}."
-    far = 1e3 * study.limit.hard.hip_position.max()
+    far = study.limit.hard.hip_position.max()
     if not far:
         return f"{text}. The rigid limit, Coulomb's transition instead of rolling feet, is the same walk as theirs."
     return (
-        f"{text}. The rigid limit, Coulomb's transition instead of rolling feet, differs by {far:.2f} mm. Sets that "
+        f"{text}. The rigid limit, Coulomb's transition instead of rolling feet, differs by {mm(far)}. Sets that "
         "differ less have errors that cancel out."
     )
 
@@ -276,10 +277,10 @@ def draw_friction(given: Given) -> Figure:
 
 def caption_friction(given: Given) -> str:
     study = given.contact_study
-    chosen = f" and {1e3 * study.chosen.creep_velocity:.2f} mm/s with the chosen set" * (not study.undecided)
+    chosen = f" and {mm(study.chosen.creep_velocity)}/s with the chosen set" * (not study.undecided)
     return (
         "Below the stiction velocity a loaded foot slides slowly (creeps): at "
-        f"{1e3 * study.default.creep_velocity:.2f} mm/s with the starting set{chosen}."
+        f"{mm(study.default.creep_velocity)}/s with the starting set{chosen}."
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stages.biped.quantity import mm
 from stages.comparison.stride import NoEvidence
 from stages.contact_study.result import PARTS, Distance, Result as ContactStudy, RigidLimit
 from stages.drawing import style
@@ -205,8 +206,8 @@ def draw_contact_sets(given: Given) -> Figure:
 
 
 def distance(one: Distance) -> float:
-    """Sizes of the parts of a set's distance over one step, added [mm]."""
-    return float(1e3 * one.position_parts.sum())
+    """Sizes of the parts of a set's distance over one step, added [m]."""
+    return float(one.position_parts.sum())
 
 
 def best(study: ContactStudy) -> str:
@@ -224,14 +225,14 @@ def _over(
         label="sets of the search",
     )  # fmt: skip
     axes.plot(
-        [abscissa(one) for one in limit.family], [distance(one) for one in limit.family], "o-", color=FAMILY,
+        [abscissa(one) for one in limit.family], [1e3 * distance(one) for one in limit.family], "o-", color=FAMILY,
         markersize=3.5, label=f"family of the {best(study)}, towards the limit",
     )  # fmt: skip
     for one, mark, colour, label in (
         (limit.default, "D", DEFAULT, "starting set"), (limit.chosen, "*", CHOSEN, best(study))
     ):  # fmt: skip
         size = 11 if mark == "*" else 5
-        axes.plot(abscissa(one), distance(one), mark, color=colour, markersize=size, label=label, zorder=3)
+        axes.plot(abscissa(one), 1e3 * distance(one), mark, color=colour, markersize=size, label=label, zorder=3)
     far = 1e3 * limit.hard.hip_position.max()
     if far > 0.0:
         axes.axhline(far, color=LIMIT, linewidth=1.0, linestyle="--", label="the limit itself from rolling feet")
@@ -289,18 +290,18 @@ def caption_contact_sets(given: Given) -> str:
     limit, far = study.limit, study.limit.hard
     last = limit.family[-1]
     own = (
-        f"differs from rolling feet by {1e3 * far.hip_position.max():.2f} mm over one step and by "
-        f"{1e3 * far.period:+.2f} ms and {1e3 * far.step_length:+.2f} mm a step between cycles: no contact parameter "
+        f"differs from rolling feet by {mm(far.hip_position.max())} over one step and by "
+        f"{1e3 * far.period:+.3g} ms and {1e3 * far.step_length:+.3g} mm a step between cycles: no contact parameter "
         "removes that (dashed)"
     ) if far.hip_position.any() else "is the walk of rolling feet"
     return (
         "The limit is the constraint model with Coulomb's transition; the distance adds the sizes of what creep, the "
         "impact's finite stiffness and the rest do over one step, so that they cannot cancel. The limit itself "
         f"{own}. {f'No set was chosen ({study.undecided}). ' * bool(study.undecided)}"
-        f"The {best(study)} is {distance(limit.chosen):.2f} mm away in "
-        f"{limit.chosen.evaluations} evaluations ({1e3 * limit.chosen.hip_position.max():.2f} mm where its parts "
-        f"cancel), the starting set is {distance(limit.default):.2f} mm in {limit.default.evaluations}, the last of "
-        f"the family {distance(last):.2f} mm in {last.evaluations}. The choice counts the hip's velocity and the "
+        f"The {best(study)} is {mm(distance(limit.chosen))} away in "
+        f"{limit.chosen.evaluations} evaluations ({mm(limit.chosen.hip_position.max())} where its parts "
+        f"cancel), the starting set is {mm(distance(limit.default))} in {limit.default.evaluations}, the last of "
+        f"the family {mm(distance(last))} in {last.evaluations}. The choice counts the hip's velocity and the "
         "cycles too."
     )
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from stages.biped.accuracy.scales import size
 from stages.biped.design import Biped
+from stages.biped.quantity import mm
 from stages.biped.walk import Walk
 from stages.comparison.stride import there
 from stages.figures.drawn.gait_animation import frames, resolution
@@ -101,12 +102,12 @@ def scene(given: Given) -> dict[str, Any]:
 def numbers(given: Given) -> list[tuple[str, str, str]]:
     """The three numbers beside the robot: the claim that judges each, the number, and what it is."""
     model, twin = given.analytic.gait.step_frequency_hz, given.twin.settling.frequency_text()
-    apart = 1e3 * float(np.max(there(given.comparison.models).same_start.position))
+    apart = float(np.max(there(given.comparison.models).same_start.position))
     left = given.analytic.gait.largest_multiplier
     walking = twin if given.twin.outcome == "completed" else given.twin.outcome
     return [
         ("step_frequency", f"{model:.3f} Hz", f"steps a second of the constraint model; the twin: {walking}"),
-        ("hip_displacement", f"{apart:.2f} mm", "between the hips over a step, constraints against penalty contact"),
+        ("hip_displacement", f"{mm(apart)}", "between the hips over a step, constraints against penalty contact"),
         ("stable_gait", f"{left:.2f}", "largest multiplier: what a step leaves of a disturbance"),
     ]
 

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from stages.biped.accuracy.scales import scales_of, size
+from stages.biped.quantity import mm
 from stages.biped.walk import Walk
 from stages.comparison.agreement import overlay
 from stages.comparison.result import DOES_NOT_APPLY
@@ -214,14 +215,14 @@ def stated(given: Given) -> dict[str, float]:
 def caption_hip_motion(given: Given) -> str:
     same, (position, velocity) = there(given.comparison.models).same_start, stated(given).values()
     _, apart, _ = overlay(given.analytic.walk, given.multibody.walk, 2 * given.analytic.gait.period_s)
-    later = 1e3 * np.abs(apart).max(axis=0)
+    later = np.abs(apart).max(axis=0)
     paper = f"; the paper states {1e3 * position:g} mm and {1e3 * velocity:g} mm/s" if position else ""
     return (
         "The same mid-stance state walks on in both models. Over the first step, up to the grey line, the hips differ "
         "by at most "
-        f"{1e3 * same.position[0]:.2f} mm in x and {1e3 * same.position[1]:.2f} mm in y, "
-        f"{1e3 * same.velocity[0]:.1f} mm/s and {1e3 * same.velocity[1]:.1f} mm/s outside the impacts{paper}. Over "
-        f"both steps drawn they come to {later[0]:.2f} mm in x and {later[1]:.2f} mm in y: each model's cycle has its "
+        f"{mm(same.position[0])} in x and {mm(same.position[1])} in y, "
+        f"{mm(same.velocity[0])}/s and {mm(same.velocity[1])}/s outside the impacts{paper}. Over "
+        f"both steps drawn they come to {mm(later[0])} in x and {mm(later[1])} in y: each model's cycle has its "
         "own period."
     )
 
