@@ -235,6 +235,7 @@ def test_without_a_fixed_point_the_walk_is_measured(settled, monkeypatch):
     cycle, found, reason = solve(model, state, walked, walk)
     assert not cycle.solved and found is None and reason == "no fixed point of its step was found (the walker fell)"
     assert cycle.period_s == pytest.approx(np.diff(walk.heel_strike_time[-5:]).mean(), rel=1e-9)
+    assert cycle.step_frequency_hz * cycle.period_s == pytest.approx(1.0)
     assert np.isnan(cycle.largest_multiplier) and np.isnan(cycle.residual)
     given = {field.name: None for field in dataclasses.fields(Result)}
     energy = SimpleNamespace(relative_residual=1e-8)

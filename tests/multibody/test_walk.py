@@ -297,6 +297,15 @@ def test_a_foot_that_lands_beyond_its_block_has_fallen(scene, biped, slope, cont
     for outcome, message in ((run.outcome, run.message), (penalty.outcome, penalty.message)):
         assert outcome == FELL and "came down beyond its block" in message
     assert math.isclose(penalty.time, float(run.trajectory.time[-1]), abs_tol=3e-3)
+    assert run.solver_steps == len(run.trajectory.time) - 1
+
+
+def test_a_foot_that_rolls_has_its_centre_an_arc_ahead_and_a_radius_up(biped, contact, gait):
+    *_, upright, force, _ = gait
+    start = rolling_state(biped, contact, replace(upright, stance_angle=0.2), force)
+    arm = start.leg_length[0] - biped.foot_radius
+    centre = start.hip_position[0] - arm * math.sin(0.2), start.hip_position[1] - arm * math.cos(0.2)
+    assert centre == pytest.approx((0.2 * biped.foot_radius, biped.foot_radius), abs=1e-4)
 
 
 # --- The ideal rule against scuffing, and stepping blocks that do the same.
