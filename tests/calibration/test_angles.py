@@ -179,6 +179,7 @@ def test_a_table_as_spreadsheets_and_loggers_write_it(tmp_path, sign, decimal, e
 
 @pytest.mark.parametrize(("old", "new", "said"), [
     (r"(?s),outer_pair_stands.*", "\n", "steps.csv:1: no column outer_pair_stands for stands"),
+    (r"(?s).*", "", "its first line is empty, and names no columns"),
     (r"(?m)^(0.10,[-.0-9]*),[-.0-9]*", r"\1,x", "steps.csv:12: hip_angle_rad: 'x' is no number"),
     (r"(?m)^0.10,[-.0-9]*", "0.10,nan", "steps.csv:12: stance_angle_rad: 'nan' is no number"),
     (",0.5,0", ",0.5,2", "column outer_pair_stands must be 1 while leg 0 stands, else 0"),

@@ -126,7 +126,7 @@ def test_hostile_column_names_are_names(name: str, tmp_path: Path) -> None:
     (tmp_path / "one.csv").write_text(TEXT)
     with pytest.raises(SourceRefused) as refused:
         list(CsvSource(description, tmp_path).runs())
-    assert str(refused.value).isprintable()
+    assert str(refused.value).isprintable() and ("💥" in name) == ("💥" in str(refused.value))
     assert (tmp_path / "one.csv").read_text() == TEXT
     assert [child.name for child in tmp_path.iterdir()] == ["one.csv"]
 

@@ -233,7 +233,8 @@ def _numbers(file: TextIO, path: Path, columns: Mapping[str, str]) -> Iterator[l
     delimiter = max(",;\t", key=first.count)
     rows = csv.reader(chain([first], file), delimiter=delimiter)
     head = [name.strip() for name in next(rows, [])]
-    refuse(*((name not in head, f"{path}:1: no column {name} for {what}; there are {', '.join(head)}")
+    refuse((not head, f"{path}: its first line is empty, and names no columns"),
+           *((name not in head, f"{path}:1: no column {name} for {what}; there are {', '.join(head)}")
              for what, name in columns.items()))  # fmt: skip
     places = [head.index(name) for name in columns.values()]
     for row in filter(any, rows):

@@ -23,7 +23,7 @@ class SourceRefused(ValueError):
 
 def printable(name: object, limit: int = 60) -> str:
     """A name from a source, safe to show: control characters escaped, shortened to `limit` characters."""
-    text = str(name).encode("unicode_escape").decode("ascii")
+    text = "".join(one if one.isprintable() else one.encode("unicode_escape").decode("ascii") for one in str(name))
     return f"'{text[:limit]}…'" if len(text) > limit else f"'{text}'"
 
 
