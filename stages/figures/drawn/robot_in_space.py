@@ -107,7 +107,7 @@ def numbers(given: Given) -> list[tuple[str, str, str]]:
     walking = twin if given.twin.outcome == "completed" else given.twin.outcome
     return [
         ("step_frequency", f"{model:.3f} Hz", f"steps a second of the constraint model; the twin: {walking}"),
-        ("hip_displacement", f"{mm(apart)}", "between the hips over a step, constraints against penalty contact"),
+        ("hip_displacement", mm(apart), "between the hips over a step, constraints against penalty contact"),
         ("stable_gait", f"{left:.2f}", "largest multiplier: what a step leaves of a disturbance"),
     ]
 
