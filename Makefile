@@ -6,7 +6,7 @@ BIN := .venv/bin
 STUDY := .venv/installed-study
 TEST := .venv/installed-test
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
-PYTEST := $(BIN)/python -m pytest -n 2
+PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal
 
 .PHONY: install readme site study test test-slow check lint coverage audit test-floor test-package wheel lock clean elsewhere
 
@@ -61,7 +61,7 @@ test-floor:
 	$(PYTHON) -m venv .venv-floor
 	sed -n 's/^    "\([a-z0-9-]*\)\(\[[a-z]*\]\)\{0,1\}>=\([0-9.]*\)",.*/\1==\3.*/p' pyproject.toml > .venv-floor/floor.txt
 	$(FLOOR) -m pip --disable-pip-version-check --quiet install -c .venv-floor/floor.txt 'setuptools>=77' --editable '.[test]'
-	$(FLOOR) -m pytest -n 2
+	$(FLOOR) -m pytest -n 2 --dist worksteal
 
 # A package of results against the validator of RO-Crates, which needs other versions than the study.
 test-package: $(TEST)
