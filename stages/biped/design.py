@@ -172,6 +172,11 @@ class Biped:
         return self.leg(0) == self.leg(1) and (self.hip_stiffness == 0 or self.hip_rest_angle == 0)
 
     @property
+    def steps_a_cycle(self) -> int:
+        """Steps after which a gait repeats: two where the legs differ."""
+        return 1 if self.alike else 2
+
+    @property
     def exchanged(self) -> Biped:
         """The same machine with its legs exchanged: the other leg is called the first."""
         if self.alike:

@@ -22,6 +22,7 @@ from matplotlib.axis import Axis
 from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter, NullLocator, StrMethodFormatter
 from matplotlib.transforms import Bbox
@@ -92,6 +93,11 @@ def round_ticks(axis: Axis) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
+
+
+def wedge(colour: str, marker: str = "^") -> Line2D:
+    """The legend's key to what `mark_beyond` draws."""
+    return Line2D([], [], color=colour, marker=marker, markersize=4, linestyle="none", label="beyond the axis")
 
 
 def mark_beyond(axes: Axes) -> bool:

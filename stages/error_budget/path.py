@@ -54,13 +54,13 @@ def switched(law: ContactLaw, on: Collection[str], share: float) -> ContactLaw:
 
 
 class ConstraintWalk:
-    """A walk of the constraint model over three heel strikes from a mid-stance state, by default that of a gait, whose
-    period is given."""
+    """A walk of the constraint model over two heel strikes from a mid-stance state, by default over three from that of
+    the gait, whose period is given."""
 
     def __init__(self, walker: Walker, point: FixedPoint, tolerance: float, start: Vector | None = None) -> None:
         self.walker, self.point = walker, point
         self.start = crossing_state(walker, point.z, tolerance) if start is None else start
-        self.segments = walk_on(walker, self.start, 2, tolerance)
+        self.segments = walk_on(walker, self.start, 2 if start is None else 1, tolerance)
 
     @property
     def period(self) -> float:
@@ -69,7 +69,7 @@ class ConstraintWalk:
 
     @property
     def heel_strikes(self) -> np.ndarray:
-        """Times of the heel strikes [s], (3,)."""
+        """Times of the heel strikes [s], (2,) or (3,)."""
         ends = [segment.start + segment.duration for segment in self.segments if segment.last]
         return np.array(ends) * self.walker.time
 

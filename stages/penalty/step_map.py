@@ -59,7 +59,7 @@ class PenaltyStepper:
         self.p, self.own = numbers_of(biped, slope, contact), scales_of(biped, slope.gravity)
         self.units, self.scales = np.array([self.own.size(unit) for unit in UNITS]), section_scales(biped, slope)
         self.rigid = biped.legs == "rigid"
-        self.steps_walked, self.steps_a_cycle = 0, 1 if biped.alike else 2
+        self.steps_walked, self.steps_a_cycle = 0, biped.steps_a_cycle
 
     @property
     def tolerance(self) -> float:

@@ -119,16 +119,12 @@ def constraint_gait(
         return ConstraintGait(row, NO_HIP, StanceState(*[nothing] * 8))
 
 
-def steps_a_cycle(parameters: Parameters) -> int:
-    """Steps that multipliers are of: two where the design's legs differ. A twin's pairs differ by their parts alone."""
-    return 1 if parameters.biped.alike else 2
-
-
 def constraint_gaits(parameters: Parameters, bipeds: Iterable[Biped]) -> list[ConstraintGait]:
-    """Gaits of the constraint model of bipeds at the study's settings."""
+    """Gaits of the constraint model of bipeds at the study's settings, with multipliers of a cycle of the design's own:
+    a twin's pairs may differ by their parts alone."""
     settings = parameters.analytic
     friction = settings.limited(parameters.friction)
-    steps = steps_a_cycle(parameters)
+    steps = parameters.biped.steps_a_cycle
     return [constraint_gait(biped, parameters.slope, settings.tolerance, friction, steps) for biped in bipeds]
 
 
@@ -227,7 +223,7 @@ def ladder(parameters: Parameters, inputs: Inputs, machines: list[Rung], progres
         same_machine=tuple(
             beside(row.name, own, constrained[0], hip) for (row, hip), own in zip(found, constrained, strict=True)
         ),
-        steps=steps_a_cycle(parameters),
+        steps=parameters.biped.steps_a_cycle,
     )
 
 
@@ -289,7 +285,7 @@ def climb(
         plane, before = plane + ahead, own
         take = step_map(rung.machine, parameters.slope, parameters.contact, solver)
         search = Search(take, (in_plane, sideways), settings.tolerance, settings.difference, settings.sideways,
-                        steps_a_cycle(parameters))
+                        parameters.biped.steps_a_cycle)
         try:
             gait = search.find(*in_the_plane(parameters, rung.machine, section_state(plane, STANDING)), side, **named)
         except NoLimitCycle as error:

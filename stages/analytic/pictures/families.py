@@ -79,10 +79,8 @@ def _legend(
               for kind in sorted({turn.kind for family in families for turn in family.turns})]  # fmt: skip
     if here:
         looks.append(("the design", {"color": "#777777", "linestyle": ":", "linewidth": 0.8}))
-    if beyond:
-        looks.append(("beyond the axis", {"color": "#555555", "marker": "v", "linestyle": "none", "markersize": 4}))
     handles = [Line2D([], [], label=name, **look) for name, look in looks]
-    figure.legend(handles=handles, loc="outside upper center", ncols=2)
+    figure.legend(handles=handles + [style.wedge("#555555", "v")] * beyond, loc="outside upper center", ncols=2)
 
 
 #: Light to dark in grey as well, so that kinds of ending are distinguished in print.

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from stages.calibration.result import Trace
 from stages.drawing import style
@@ -47,8 +46,7 @@ def fit_picture(traces: Mapping[str, Trace], strikes: np.ndarray, called: str = 
         above.tick_params(labelbottom=False)
         axes.set_xlabel("time since a heel strike [s]")
     handles, _ = grid[0, 0].get_legend_handles_labels()
-    wedge = Line2D([], [], color=style.ANALYTIC, marker="^", markersize=4, linestyle="none", label="beyond the axis")
-    figure.legend(handles=[*handles, wedge], loc="outside upper center", ncols=4)
+    figure.legend(handles=[*handles, style.wedge(style.ANALYTIC)], loc="outside upper center", ncols=4)
     kinds = (((0, 1), "specific force", "m/s²", 1.0, "e"), ((2,), "rate", "mrad/s", 1e3, "f"))
     for axes, (columns, name, unit, scale, letter) in zip(grid[2], kinds, strict=True):
         for side, color, mark, line in SIDES:

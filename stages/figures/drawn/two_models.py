@@ -200,8 +200,7 @@ def draw_hip_motion(given: Given) -> Figure:
     handles.append(Line2D([], [], color=style.TWIN, linestyle=":", label="largest over the first step"))
     if any(limits.values()):
         handles.append(Patch(color="#EEEEEE", label="the paper's largest"))
-    handles.append(Line2D([], [], color=style.TWIN, marker="^", markersize=4, linewidth=0, label="beyond the axis"))
-    figure.legend(handles=handles, loc="outside upper center", ncols=3)
+    figure.legend(handles=[*handles, style.wedge(style.TWIN)], loc="outside upper center", ncols=3)
     return figure
 
 

@@ -45,7 +45,7 @@ class SectionWalker:
         self.differences = difference * self.scales
         self.differences[LIFTING] = np.minimum(self.differences[LIFTING], share_of_depth * sunk)
         self.machine = build(biped, slope, contact, settings, signals=())
-        self.steps_a_cycle = 1 if biped.alike else 2
+        self.steps_a_cycle = biped.steps_a_cycle
         self.steps_walked = 0
 
     @property
@@ -97,7 +97,7 @@ def solve(
     except NoLimitCycle as error:
         found, failure = None, str(error)
         cycle = walked_cycle(walked, walk, model.contact, model.biped.foot_radii)
-    return cycle, found, unsettled(walked, walk, cycle, failure, 1 if model.biped.alike else 2)
+    return cycle, found, unsettled(walked, walk, cycle, failure, model.biped.steps_a_cycle)
 
 
 def search(model: Parameters, state: PlanarState, walked: Run | None = None) -> LimitCycle:
